@@ -8,8 +8,8 @@
 
 namespace touchfield {
 
-/// Patterns in turn on one body that does not move. Of all U faces that any of them uses, frame k wants p'_kj on face j,
-/// 0 for silence there:
+/// Patterns in turn on one body that does not move. Of all U faces that any of them uses, frame k wants p'_kj on face
+/// j, 0 for silence there:
 ///
 ///   cost_k(q) = sum_j w_kj (|h_j q| - p'_kj)^2 + |R q|^2
 ///
@@ -19,8 +19,8 @@ struct PhaseSequence {
   Eigen::MatrixXcd quiet;      // R, r x N [Pa m]
   Eigen::MatrixXd amplitudes;  // p', U x F [Pa], >= 0
   Eigen::MatrixXd weights;     // w, U x F, > 0
-  /// The face in the middle of each frame's pattern, F: as its pressure turns from frame to frame, so do the phases that
-  /// a frame starts from.
+  /// The face in the middle of each frame's pattern, F: as its pressure turns from frame to frame, so do the phases
+  /// that a frame starts from.
   std::vector<Eigen::Index> middle;
 
   Eigen::Index frame_count() const { return amplitudes.cols(); }

@@ -4,22 +4,11 @@
 #include <limits>
 #include <random>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include "sim/core/errors.h"
 #include "sim/core/rotation.h"
 #include "sim/core/units.h"
-#include "tests/support/error_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::message_of;
-using ::testing::AllOf;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
+namespace touchfield::array_geometry_test {
 
 constexpr double kWavelength = 8.58e-3;  // at 40 kHz
 
@@ -130,5 +119,4 @@ TEST(ArrayGeometry, LikelySlipsAreWarnings) {
   EXPECT_THAT(array_warnings(plane_wave({0, 0, 1}, 1), kWavelength), IsEmpty());
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::array_geometry_test

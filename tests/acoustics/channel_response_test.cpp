@@ -7,8 +7,7 @@
 
 #include "sim/acoustics/incident_field.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::channel_response_test {
 
 constexpr double kGain = 0.83;
 constexpr double kPhase = 0.7;
@@ -114,5 +113,4 @@ TEST(RandomResponse, AChannelsNumbersDependOnTheSeedAndItsPlaceAlone) {
   EXPECT_GT((one.phase - other.phase).norm(), 0.1);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::channel_response_test

@@ -3,13 +3,10 @@
 #include <cmath>
 #include <numbers>
 
-#include <gtest/gtest.h>
-
-#include "sim/core/errors.h"
 #include "sim/core/units.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::directivity_test {
 
 constexpr double kPi = std::numbers::pi;
 
@@ -68,5 +65,4 @@ TEST(Directivity, ClampsCosinesThatRoundingPushedBeyondOne) {
   EXPECT_NEAR(Directivity::t4010a1().value(-1.0 - 1e-15), 1.0, 1e-14);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::directivity_test

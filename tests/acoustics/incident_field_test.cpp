@@ -7,8 +7,7 @@
 
 #include "sim/core/units.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::incident_field_test {
 
 Wave wave_at(double frequency, double absorption = 0.0) {
   Medium medium = air(293.15);
@@ -101,5 +100,4 @@ TEST(IncidentField, PressureOfADrivenArrayIsGTimesQ) {
   EXPECT_LT((incident_pressure(array, wave, x, q, true) - expected).norm(), 1e-6 * expected.norm());
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::incident_field_test

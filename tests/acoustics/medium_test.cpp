@@ -2,13 +2,10 @@
 
 #include <limits>
 
-#include <gtest/gtest.h>
-
-#include "sim/core/errors.h"
 #include "sim/core/units.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::medium_test {
 
 TEST(Medium, AirAtTwentyDegrees) {
   const Medium medium = air(293.15);
@@ -42,5 +39,4 @@ TEST(Medium, WaveFollowsFromMediumAndFrequency) {
   EXPECT_THROW(Wave({343.0, 1.2, -0.1}, 40e3), InputError);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::medium_test

@@ -4,8 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace touchfield {
-namespace {
+namespace touchfield::nonlinearity_test {
 
 const Wave kWave(air(kRoomTemperature), 40e3);
 
@@ -98,5 +97,4 @@ TEST(PlaneWaveHarmonic, IsFubinis) {
   EXPECT_NEAR(energy, 1.0, 1e-9);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::nonlinearity_test

@@ -14,8 +14,7 @@
 #include "sim/acoustics/transducer_array.h"
 #include "solvers/linear/instruction_level.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::source_loops_test {
 
 constexpr double kWavenumber = 732.0;  // [rad/m]
 
@@ -183,5 +182,4 @@ TEST(SourceValues, AreWhatIncidentPressureSums) {
   }
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::source_loops_test

@@ -1,13 +1,10 @@
 #include "sim/acoustics/transducer_array.h"
 
-#include <gtest/gtest.h>
-
-#include "sim/core/errors.h"
 #include "sim/core/rotation.h"
 #include "sim/core/units.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::transducer_array_test {
 
 constexpr double kPitch = 10.16e-3;
 
@@ -76,5 +73,4 @@ TEST(TransducerArray, LevelScalesTheSourceStrength) {
   EXPECT_DOUBLE_EQ(make_array(grid_layout(1, 1, kPitch), Directivity::omni(), 0.5, 4.386).amplitudes(0), 2.193);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::transducer_array_test

@@ -9,8 +9,7 @@
 #include "sim/field/evaluate.h"
 #include "tests/support/sphere_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::hand_physics_test {
 
 class HandPhysics : public ::testing::Test {
  protected:
@@ -74,5 +73,4 @@ TEST_F(HandPhysics, NetPowerThroughASphereAroundItIsSmall) {
   EXPECT_LT(std::abs(net), 0.001 * through);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::hand_physics_test

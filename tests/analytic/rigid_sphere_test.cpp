@@ -3,12 +3,9 @@
 #include <cmath>
 #include <numbers>
 
-#include <gtest/gtest.h>
+#include "tests/support/testing.h"
 
-#include "sim/core/errors.h"
-
-namespace touchfield {
-namespace rigid_sphere_test {
+namespace touchfield::rigid_sphere_test {
 
 Wave wave(double frequency = 40e3) { return {air(293.15), frequency}; }
 
@@ -111,5 +108,4 @@ TEST(RigidSphere, RefusesWhatTheSeriesDoesNotHold) {
   EXPECT_THROW(rigid_sphere_plane_wave(Wave({343.0, 1.2, 0.1}, 40e3), 8e-3, kAxis), InputError);
 }
 
-}  // namespace rigid_sphere_test
-}  // namespace touchfield
+}  // namespace touchfield::rigid_sphere_test

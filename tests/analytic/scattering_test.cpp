@@ -10,8 +10,7 @@
 #include "sim/field/evaluate.h"
 #include "tests/support/sphere_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::scattering_test {
 
 // ka 5.10, 12 % from the fictitious 4.493 and 5.763: there a scheme shows its discretisation error alone.
 const double kRadius = radius_of(5.10);
@@ -167,5 +166,4 @@ TEST_P(Scattering, NetPowerThroughASurfaceAroundTheBodyIsSmall) {
   EXPECT_LT(std::abs(net), GetParam().energy * through);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::scattering_test

@@ -11,8 +11,7 @@
 #include "solvers/linear/dense_lu.h"
 #include "tests/support/sphere_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::sphere_test {
 
 // ka 5.10, 12 % from the fictitious 4.493 and 5.763: there a scheme shows its discretisation error alone.
 constexpr double kAway = 5.10;
@@ -124,6 +123,12 @@ TEST(BurtonMiller, TakesFewStepsWithTheRightSignOfEta) {
   // Each is off by its discretisation error; the two differ by no more than both of them.
   EXPECT_LT(other.error, 0.014);
   EXPECT_LT((one.pressure - other.pressure).norm(), (one.error + other.error) * one.pressure.norm());
+  // Up to 10 edges a wavelength: the derivative's matrix grows as 1/edge.
+  for (const auto& [subdivisions, ka] :
+       {std::pair{4, std::numbers::pi}, {4, kAway}, {8, kAway}, {8, 13.0}, {16, 9.425}}) {
+    const SphereCase few{.ka = ka, .subdivisions = subdivisions, .tolerance = 1e-3};
+    EXPECT_LE(solve_sphere(Scheme::kBurtonMiller, few).report.steps, 12) << subdivisions << ", ka " << ka;
+  }
 }
 
 TEST(BurtonMiller, NeedsEtaOnBothSides) {
@@ -149,5 +154,4 @@ TEST(Chief, ItsPointsLeaveTheSquareFormSolvable) {
   EXPECT_LT(solve_sphere(Scheme::kChief, {.ka = 13.0, .subdivisions = 8}).error, 0.03);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::sphere_test

@@ -4,16 +4,11 @@
 #include <string>
 #include <vector>
 
-#include <gmock/gmock.h>
-
 #include "sim/field/evaluate.h"
 #include "tests/support/solve_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::small_model;
-using testing::HasSubstr;
+namespace touchfield::check_test {
 
 TEST(Check, ForetellsTheFacesOfTheJudge) {
   for (const char* judge : {"same", "{split: 1}", "{edge_mm: 1.5}", "{edge_mm: 1.5, whole: auto}"}) {
@@ -65,5 +60,4 @@ TEST(Check, CountsFieldsAndTheirGrid) {
               (sums.grid->memory + fields) / std::pow(2.0, 20), 0.1);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::check_test

@@ -6,10 +6,7 @@
 #include "sim/bem/scattering_solver.h"
 #include "tests/support/solve_support.h"
 
-namespace touchfield {
-namespace {
-
-using support::small_model;
+namespace touchfield::expected_steps_test {
 
 TEST(ExpectedSteps, ASmallBodyAndAPlainSchemeGetTheUsualOnes) {
   const Model model = small_model();
@@ -31,5 +28,4 @@ TEST(ExpectedSteps, OfALargeBodyAreNearThoseThatGmresTakes) {
   EXPECT_LT(expected, 1.33 * solved.report.steps);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::expected_steps_test

@@ -4,21 +4,13 @@
 #include <numbers>
 #include <random>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include "sim/core/errors.h"
 #include "sim/solve/run_field.h"
 #include "sim/solve/solve_model.h"
-#include "tests/support/error_support.h"
 #include "tests/support/solve_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::scan_comparison_test {
 
-using support::message_of;
-using support::small_model;
-using ::testing::HasSubstr;
 using RunData = touchfield::Run;
 
 struct Solved {
@@ -140,5 +132,4 @@ TEST(ScanComparison, WhatCannotBeComparedIsRefused) {
   EXPECT_THAT(said(measured, "paper"), HasSubstr("0 of 100 measured points can be compared"));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::scan_comparison_test

@@ -12,8 +12,8 @@
 #include "sim/batch/worker_process.h"
 #include "sim/core/errors.h"
 #include "sim/scene/scene_reader.h"
-#include "tests/support/error_support.h"
 #include "tests/support/output_support.h"
+#include "tests/support/testing.h"
 
 namespace touchfield {
 namespace {

@@ -14,8 +14,7 @@
 #include "sim/bem/element_integrals.h"
 #include "sim/body/shapes.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::boundary_operator_test {
 
 Wave wave() { return {air(293.15), 40e3}; }
 
@@ -191,5 +190,4 @@ TEST(ChiefOperator, IsTheBlockMatrix) {
   EXPECT_LT((op.apply_transpose(x) - matrix.transpose() * x).norm(), 1e-13 * matrix.norm() * x.norm());
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::boundary_operator_test

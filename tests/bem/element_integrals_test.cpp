@@ -8,8 +8,7 @@
 
 #include "tests/support/reference_integrals.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::element_integrals_test {
 
 constexpr double kPi = std::numbers::pi;
 
@@ -43,5 +42,4 @@ TEST(ElementIntegrals, SolidAngleOfAnOctantAndItsSigns) {
   EXPECT_NEAR(solid_angle(octant, Vector3(3, -1, -1)), 0.0, 1e-14);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::element_integrals_test

@@ -4,8 +4,7 @@
 
 #include "sim/body/shapes.h"
 
-namespace touchfield {
-namespace factored_transfer_test {
+namespace touchfield::factored_transfer_test {
 
 TransducerArray channels(double height) {
   Points at(3, 5);
@@ -42,5 +41,4 @@ TEST_P(FactoredTransferOf, MultipliesByTheTransferMatrixOfTheDoubleSolver) {
   }
 }
 
-}  // namespace factored_transfer_test
-}  // namespace touchfield
+}  // namespace touchfield::factored_transfer_test

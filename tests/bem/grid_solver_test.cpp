@@ -9,8 +9,7 @@
 #include "sim/body/hand.h"
 #include "sim/body/shapes.h"
 
-namespace touchfield {
-namespace grid_solver_test {
+namespace touchfield::grid_solver_test {
 
 Wave wave(double absorption = 0.0) {
   Medium medium = air(293.15);
@@ -98,5 +97,4 @@ TEST(GridSolver, NeedsAGrid) {
   EXPECT_THROW(make_solver(system, {.kind = SolverKind::kFft}), std::invalid_argument);
 }
 
-}  // namespace grid_solver_test
-}  // namespace touchfield
+}  // namespace touchfield::grid_solver_test

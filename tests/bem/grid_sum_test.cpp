@@ -6,14 +6,13 @@
 #include <random>
 
 #include <gtest/gtest.h>
-#include <omp.h>
 
 #include "sim/bem/grid_spec.h"
 #include "sim/bem/layer_sum.h"
 #include "sim/body/shapes.h"
+#include "tests/support/threads_support.h"
 
-namespace touchfield {
-namespace grid_sum_test {
+namespace touchfield::grid_sum_test {
 
 constexpr double kWavenumber = 732.28;  // 40 kHz
 constexpr double kGamma = 1.0 / kWavenumber;
@@ -135,12 +134,8 @@ TEST(GridSum, DoesNotDependOnThreadsOrOnTheOrderOfFaces) {
   const Eigen::MatrixXcd x = random_columns(count, 1);
   const GridSpec spec = spec_for(mesh, kWavenumber, 1e-4);
   const auto grid = make_grid_sums(mesh, kWavenumber, kGamma, spec);
-  const int threads = omp_get_max_threads();
-  omp_set_num_threads(1);
-  const Eigen::MatrixXcd alone = grid->apply(Layer::kBurtonMiller, x);
-  omp_set_num_threads(3);
-  const Eigen::MatrixXcd three = grid->apply(Layer::kBurtonMiller, x);
-  omp_set_num_threads(threads);
+  const Eigen::MatrixXcd alone = with_threads(1, [&] { return grid->apply(Layer::kBurtonMiller, x); });
+  const Eigen::MatrixXcd three = with_threads(3, [&] { return grid->apply(Layer::kBurtonMiller, x); });
   EXPECT_EQ(alone, three);
   std::vector<Eigen::Index> order(static_cast<std::size_t>(count));
   std::iota(order.begin(), order.end(), Eigen::Index{0});
@@ -214,5 +209,4 @@ TEST(GridSpec, DenserMeshesHaveFinerGrids) {
   EXPECT_GE(few.spec.step, kWavelength / 20.0);
 }
 
-}  // namespace grid_sum_test
-}  // namespace touchfield
+}  // namespace touchfield::grid_sum_test

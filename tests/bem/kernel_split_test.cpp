@@ -5,8 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace touchfield {
-namespace kernel_split_test {
+namespace touchfield::kernel_split_test {
 
 constexpr double kReach = 5e-3;
 constexpr double kShape = 11.0;
@@ -64,5 +63,4 @@ TEST_P(KernelSplits, SlopesAreThoseOfTheValue) {
 INSTANTIATE_TEST_SUITE_P(Wavenumbers, KernelSplits,
                          ::testing::Values(Complex(732.28, 0.0), Complex(732.28, 30.0), Complex(0.0, 0.0)));
 
-}  // namespace kernel_split_test
-}  // namespace touchfield
+}  // namespace touchfield::kernel_split_test

@@ -9,8 +9,7 @@
 #include "sim/body/shapes.h"
 #include "tests/support/reference_kernels.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::layer_sum_test {
 
 constexpr double kWavenumber = 732.28;        // 40 kHz
 constexpr double kGamma = 0.8 / kWavenumber;  // any number but 1/k
@@ -141,5 +140,4 @@ TYPED_TEST(LayerSums, RefusesWhatItCannotMultiply) {
   EXPECT_EQ(sum.apply(Layer::kDouble, Eigen::MatrixXcd::Zero(20, 0)).cols(), 0);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::layer_sum_test

@@ -8,8 +8,7 @@
 
 #include "solvers/linear/instruction_level.h"
 
-namespace touchfield {
-namespace line_transform_test {
+namespace touchfield::line_transform_test {
 
 template <typename Real>
 class LineTransforms : public ::testing::Test {
@@ -61,5 +60,4 @@ TYPED_TEST(LineTransforms, AreTheSumsTheyStandFor) {
   }
 }
 
-}  // namespace line_transform_test
-}  // namespace touchfield
+}  // namespace touchfield::line_transform_test

@@ -8,8 +8,7 @@
 #include "sim/body/shapes.h"
 #include "tests/support/reference_kernels.h"
 
-namespace touchfield {
-namespace near_corrections_test {
+namespace touchfield::near_corrections_test {
 
 const Complex kWavenumber(732.28, 0.152);
 constexpr double kGamma = 1.0 / 732.28;
@@ -81,5 +80,4 @@ TEST(NearCorrections, ARuleWithoutReachHoldsNothing) {
   EXPECT_EQ(stored(near).norm(), 0.0);
 }
 
-}  // namespace near_corrections_test
-}  // namespace touchfield
+}  // namespace touchfield::near_corrections_test

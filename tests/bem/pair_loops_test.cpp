@@ -11,8 +11,7 @@
 #include "solvers/linear/instruction_level.h"
 #include "tests/support/reference_kernels.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::pair_loops_test {
 
 using std::numbers::pi;
 
@@ -264,5 +263,4 @@ TEST(NearSources, AreTheSameInEveryLevel) {
   }
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::pair_loops_test

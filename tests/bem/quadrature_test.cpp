@@ -16,8 +16,7 @@
 #include "tests/support/reference_kernels.h"
 #include "tests/support/table_row.h"
 
-namespace touchfield {
-namespace quadrature_test {
+namespace touchfield::quadrature_test {
 
 using std::numbers::pi;
 
@@ -273,5 +272,4 @@ TEST(FaceQuadrature, DoesNotChangeUnderARigidMotionOrACornerShift) {
   EXPECT_LT(std::abs(shifted - value), 1e-12 * std::abs(value));
 }
 
-}  // namespace quadrature_test
-}  // namespace touchfield
+}  // namespace touchfield::quadrature_test

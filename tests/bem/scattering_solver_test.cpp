@@ -8,18 +8,11 @@
 #include <tuple>
 #include <vector>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
 #include "solvers/linear/dense_lu.h"
-#include "tests/support/error_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace scattering_solver_test {
-
-using ::testing::HasSubstr;
+namespace touchfield::scattering_solver_test {
 
 Wave wave() { return {air(293.15), 40e3}; }
 
@@ -171,7 +164,7 @@ TEST(ScatteringSolver, AValueThatIsNotFiniteNamesTheSystem) {
   Eigen::MatrixXcd b = right_hand_sides(system);
   b(3, 1) = std::numeric_limits<double>::quiet_NaN();
   const auto solver = make_solver(system, {});
-  EXPECT_THAT(support::message_of<NumericalError>([&] { solver->solve(b); }),
+  EXPECT_THAT(message_of<NumericalError>([&] { solver->solve(b); }),
               HasSubstr("320 faces, scheme paper, GMRES, matrix-free in single precision"));
 }
 
@@ -189,5 +182,4 @@ TEST(ScatteringSolver, MemoryIsThatOfTheMatrixAndTheBlocks) {
   EXPECT_LE(solver_memory(10000, options, 100), 16.0 * 10000 * 60 * 100);
 }
 
-}  // namespace scattering_solver_test
-}  // namespace touchfield
+}  // namespace touchfield::scattering_solver_test

@@ -10,8 +10,7 @@
 #include "sim/body/shapes.h"
 #include "solvers/linear/dense_lu.h"
 
-namespace touchfield {
-namespace scattering_system_test {
+namespace touchfield::scattering_system_test {
 
 Wave wave() { return {air(293.15), 40e3}; }
 
@@ -182,5 +181,4 @@ TEST(ScatteringSystem, PolishingIsTwoFixedPointSteps) {
   EXPECT_EQ(polished.dense(), plain.dense());
 }
 
-}  // namespace scattering_system_test
-}  // namespace touchfield
+}  // namespace touchfield::scattering_system_test

@@ -6,18 +6,11 @@
 #include <random>
 
 #include <Eigen/Geometry>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::ThrowsMessage;
+namespace touchfield::body_test {
 
 constexpr double kRounding = 1e-15;  // [m] of bodies below a metre
 
@@ -95,5 +88,4 @@ TEST(Placed, WithoutATurnIsATranslation) {
             1e-15);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::body_test

@@ -5,26 +5,19 @@
 #include <utility>
 
 #include <Eigen/Geometry>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "sim/body/hand.h"
 #include "sim/body/hand_landmarks.h"
 #include "sim/body/hand_pose.h"
 #include "sim/body/hand_skeleton.h"
 #include "sim/body/skinned_hand.h"
-#include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "tests/support/joint_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace forearm_test {
-
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::ThrowsMessage;
+namespace touchfield::forearm_test {
 
 constexpr double kMm = kMillimetre;
 constexpr double kHandEnd = -20 * kMm;  // y
@@ -91,56 +84,60 @@ TEST(Forearm, HasThePublishedVolume) {
   EXPECT_NEAR((with - hand(options_of("flat", 0)).mesh.signed_volume()) / 1.26e-3, 1.0, 0.1);
 }
 
-class ForearmPoses : public ::testing::TestWithParam<std::string> {};
+/// A pose and a length of forearm: each pose and each length is there.
+class ForearmPoses : public ::testing::TestWithParam<std::pair<std::string, double>> {};
 
 TEST_P(ForearmPoses, EndsClosedAndLeavesTheHandAsItIs) {
-  const std::string pose = GetParam();
-  const Body plain = hand(options_of(pose, 0, 3 * kMm));
+  const auto& [pose, forearm] = GetParam();
+  const Body plain = hand(options_of(pose, 0));
   const Eigen::VectorXd own_distances = hand_distances(options_of(pose, 0), plain.mesh.vertices());
   std::map<std::string, Vector3> own_landmarks;  // all at once: the body of the last options is kept
   for (const std::string& name : hand_landmark_names()) {
     own_landmarks[name] = hand_landmark(options_of(pose, 0), name);
   }
-  for (const double forearm : {1 * kMm, 60 * kMm, 300 * kMm}) {
-    SCOPED_TRACE(forearm);
-    const HandOptions options = options_of(pose, forearm, 3 * kMm);
-    const Body body = hand(options);
-    const MeshReport report = inspect(body.mesh);
-    EXPECT_THAT(report.faults, IsEmpty());
-    EXPECT_EQ(report.components, 1);
-    EXPECT_NEAR(body.mesh.vertices().row(1).minCoeff(), kHandEnd - forearm, 1 * kMm);
-    // The grid that the skin is smoothed on has another origin.
-    const Eigen::VectorXd change = hand_distances(options, plain.mesh.vertices()) - own_distances;
-    for (Eigen::Index v = 0; v < change.size(); ++v) {
-      if (plain.mesh.vertices()(1, v) > kHandEnd + 20 * kMm) {
-        EXPECT_LT(std::abs(change(v)), 0.2 * kMm) << plain.mesh.vertices().col(v).transpose();
-      }
+  const HandOptions options = options_of(pose, forearm);
+  const Body body = hand(options);
+  const MeshReport report = inspect(body.mesh);
+  EXPECT_THAT(report.faults, IsEmpty());
+  EXPECT_EQ(report.components, 1);
+  EXPECT_NEAR(body.mesh.vertices().row(1).minCoeff(), kHandEnd - forearm, 1 * kMm);
+  // The grid that the skin is smoothed on has another origin.
+  const Eigen::VectorXd change = hand_distances(options, plain.mesh.vertices()) - own_distances;
+  for (Eigen::Index v = 0; v < change.size(); ++v) {
+    if (plain.mesh.vertices()(1, v) > kHandEnd + 20 * kMm) {
+      EXPECT_LT(std::abs(change(v)), 0.2 * kMm) << plain.mesh.vertices().col(v).transpose();
     }
-    for (const auto& [name, own] : own_landmarks) {
-      EXPECT_LT((hand_landmark(options, name) - own).norm(), 0.05 * kMm) << name;
-    }
+  }
+  for (const auto& [name, own] : own_landmarks) {
+    EXPECT_LT((hand_landmark(options, name) - own).norm(), 0.05 * kMm) << name;
   }
 }
 
-TEST_P(ForearmPoses, MirrorsAndIsSoundOnACoarseMesh) {
-  HandOptions options = options_of(GetParam(), 250 * kMm);
-  std::map<HandSide, TriangleMesh> meshes;
-  for (const HandSide side : {HandSide::kRight, HandSide::kLeft}) {
-    options.side = side;
-    const Vector3 pad = hand_landmark(options, "index_pad");
-    const TriangleMesh mesh = hand(options, EdgeSizing(12 * kMm, {{pad, 1.2 * kMm, 15 * kMm}})).mesh;
-    EXPECT_THAT(inspect(mesh).faults, IsEmpty());
-    EXPECT_THAT(self_intersections(mesh), IsEmpty());
-    EXPECT_LT(mesh.face_count(), 5500);
-    meshes.emplace(side, mesh);
-  }
+TriangleMesh coarse_with_forearm(const std::string& pose, HandSide side) {
+  HandOptions options = options_of(pose, 250 * kMm);
+  options.side = side;
+  const Vector3 pad = hand_landmark(options, "index_pad");
+  return hand(options, EdgeSizing(12 * kMm, {{pad, 1.2 * kMm, 15 * kMm}})).mesh;
+}
+
+TEST_P(ForearmPoses, IsSoundOnACoarseMesh) {
+  const TriangleMesh mesh = coarse_with_forearm(GetParam().first, HandSide::kRight);
+  EXPECT_THAT(inspect(mesh).faults, IsEmpty());
+  EXPECT_THAT(self_intersections(mesh), IsEmpty());
+  EXPECT_LT(mesh.face_count(), 5500);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ForearmPoses,
+                         ::testing::Values(std::pair{"flat", 1 * kMm}, std::pair{"index_up", 60 * kMm},
+                                           std::pair{"grasp", 300 * kMm}, std::pair{"point_down", 60 * kMm},
+                                           std::pair{"fist", 300 * kMm}));
+
+TEST(Forearm, LeftIsTheMirrorImageOfRight) {
   const Eigen::DiagonalMatrix<double, 3> mirror(-1, 1, 1);
-  EXPECT_LT(
-      (meshes.at(HandSide::kLeft).centroids() - mirror * meshes.at(HandSide::kRight).centroids()).cwiseAbs().maxCoeff(),
-      1e-15);
+  const TriangleMesh left = coarse_with_forearm("grasp", HandSide::kLeft);
+  const TriangleMesh right = coarse_with_forearm("grasp", HandSide::kRight);
+  EXPECT_LT((left.centroids() - mirror * right.centroids()).cwiseAbs().maxCoeff(), 1e-15);
 }
-
-INSTANTIATE_TEST_SUITE_P(All, ForearmPoses, ::testing::ValuesIn(hand_poses()));
 
 // Faces of 2 mm on the wrist's sides, whose radius is 17.7 mm, meet at 6.5 degrees; none at more than 12.
 TEST(Forearm, JoinsTheWristSmoothly) {
@@ -194,5 +191,4 @@ TEST(Forearm, RefusesALengthOutOfRange) {
   EXPECT_THROW(hand(options_of("flat", -1e-3)), InputError);
 }
 
-}  // namespace forearm_test
-}  // namespace touchfield
+}  // namespace touchfield::forearm_test

@@ -6,32 +6,24 @@
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "sim/body/hand.h"
 #include "sim/body/hand_pose.h"
 #include "sim/body/hand_skeleton.h"
-#include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "tests/support/hand_support.h"
 #include "tests/support/joint_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace hand_joints_test {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::ThrowsMessage;
+namespace touchfield::hand_joints_test {
 
 constexpr double kMm = kMillimetre;
 
 /// Of a right hand.
 HandSkeleton skeleton_of(const HandOptions& options) {
-  return support::right_hand(posed_skeleton(hand_pose(options.pose, options.joints), options.length, options.breadth));
+  return right_hand(posed_skeleton(hand_pose(options.pose, options.joints), options.length, options.breadth));
 }
 
 HandOptions flat_hand() {
@@ -164,5 +156,4 @@ TEST(HandJoints, AnyAnglesGiveASoundSkinOrAClearError) {
   EXPECT_GE(sound, kDraws - 2);  // the error is the exception
 }
 
-}  // namespace hand_joints_test
-}  // namespace touchfield
+}  // namespace touchfield::hand_joints_test

@@ -6,19 +6,12 @@
 #include <set>
 #include <string>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include "sim/core/errors.h"
 #include "sim/mesh/query/inspect.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace shapes_test {
+namespace touchfield::shapes_test {
 
 using std::numbers::pi;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::ThrowsMessage;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kDegree = pi / 180.0;
@@ -176,5 +169,4 @@ TEST(Box, RefusesWhatIsNoBox) {
   EXPECT_THROW(box({1, 1, 1}, 1e-5), InputError);
 }
 
-}  // namespace shapes_test
-}  // namespace touchfield
+}  // namespace touchfield::shapes_test

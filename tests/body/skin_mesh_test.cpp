@@ -11,26 +11,22 @@
 #include <vector>
 
 #include <Eigen/Geometry>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <omp.h>
 
 #include "sim/body/hand_flesh.h"
 #include "sim/body/implicit_surface.h"
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/remesh/edit_mesh.h"
 #include "sim/mesh/remesh/mesh_quality.h"
 #include "sim/mesh/remesh/remesh.h"
+#include "tests/support/testing.h"
+#include "tests/support/threads_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::skin_mesh_test {
 
 using std::numbers::pi;
-using ::testing::IsEmpty;
 
 SoftBody cone_body(const Vector3& a, const Vector3& b, double radius_a, double radius_b) {
   SoftPart part;
@@ -261,12 +257,8 @@ TEST(SkinMesh, OneEdgeIsASizingWithoutZones) {
 TEST(SkinMesh, DoesNotDependOnTheNumberOfThreads) {
   const SoftBody body = cone_body(Vector3::Zero(), {0.02, 0, 0}, 0.006, 0.004);
   const EdgeSizing sizing(2e-3, {{Vector3(0.02, 0, 0), 0.7e-3, 4e-3}});
-  const int threads = omp_get_max_threads();
-  omp_set_num_threads(1);
-  const TriangleMesh one = skin_mesh(body, sizing, 1e-3);
-  omp_set_num_threads(5);
-  const TriangleMesh other = skin_mesh(body, sizing, 1e-3);
-  omp_set_num_threads(threads);
+  const TriangleMesh one = with_threads(1, [&] { return skin_mesh(body, sizing, 1e-3); });
+  const TriangleMesh other = with_threads(5, [&] { return skin_mesh(body, sizing, 1e-3); });
   ASSERT_EQ(one.vertex_count(), other.vertex_count());
   EXPECT_TRUE(one.vertices() == other.vertices());
   EXPECT_TRUE(one.triangles() == other.triangles());
@@ -517,5 +509,4 @@ TEST(Remesh, FollowsAGradedEdgeLength) {
   }
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::skin_mesh_test

@@ -10,29 +10,20 @@
 #include <vector>
 
 #include <Eigen/Geometry>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "sim/body/hand.h"
 #include "sim/body/hand_contact.h"
 #include "sim/body/hand_pose.h"
 #include "sim/body/hand_skeleton.h"
-#include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/mesh/cut/cut.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "tests/support/hand_support.h"
 #include "tests/support/joint_support.h"
 #include "tests/support/random_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace skinned_hand_test {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::Not;
-using ::testing::ThrowsMessage;
+namespace touchfield::skinned_hand_test {
 
 constexpr double kMm = kMillimetre;
 
@@ -95,8 +86,8 @@ TEST(SkinnedHand, StaysAsItIsInThePoseThatItWasMeshedIn) {
 // What hangs on one bone alone turns with it, to rounding; what hangs on the palm alone stays.
 TEST(SkinnedHand, EndsMoveRigidlyWithTheirBone) {
   const Skinned& flat = skinned("flat");
-  const HandSkeleton before = support::right_hand(flat.skeleton);
-  const HandSkeleton after = support::right_hand(skeleton_of(bent()));
+  const HandSkeleton before = right_hand(flat.skeleton);
+  const HandSkeleton after = right_hand(skeleton_of(bent()));
   const Points posed = flat.posed(bent());
   const auto frame = [](const BoneChain& chain) {
     Eigen::Matrix3d axes;
@@ -182,7 +173,7 @@ TEST(SkinnedHand, FindsInvertedFaces) {
     const Eigen::Index face = 100;  // its corner goes over to the other side of the edge across
     const Vector3 middle = 0.5 * (posed.col(triangles(1, face)) + posed.col(triangles(2, face)));
     posed.col(triangles(0, face)) += 2.0 * (middle - posed.col(triangles(0, face)));
-    EXPECT_THAT(flat.skin.inverted_faces(skeleton_of(bent()), posed, triangles), ::testing::Contains(face));
+    EXPECT_THAT(flat.skin.inverted_faces(skeleton_of(bent()), posed, triangles), Contains(face));
     const auto fold = fold_of(flat.skin, skeleton_of(bent()), posed, triangles);
     ASSERT_TRUE(fold);
     EXPECT_EQ(fold->kind, ContactKind::kFolded);
@@ -376,5 +367,4 @@ TEST_P(SkinnedPoses, WhatCutsItselfIsFound) {
 INSTANTIATE_TEST_SUITE_P(Small, SkinnedPoses, ::testing::Values(RandomPoses{30, 1, 50}));
 INSTANTIATE_TEST_SUITE_P(Full, SkinnedPoses, ::testing::Values(RandomPoses{200, 200, 400}));
 
-}  // namespace skinned_hand_test
-}  // namespace touchfield
+}  // namespace touchfield::skinned_hand_test

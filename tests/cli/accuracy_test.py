@@ -70,9 +70,7 @@ class Accuracy(CommandTest):
 
     def test_a_body_too_shallow_for_sources(self):
         scene = self.write("sphere.yaml", SPHERE)
-        done = self.touchfield("check", scene, "--accuracy", "--set", "body.sphere.radius_mm=0.7")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("deeper than", done.stderr)
+        self.is_refused("check", scene, "--accuracy", "--set", "body.sphere.radius_mm=0.7", says="deeper than")
 
 
 if __name__ == "__main__":

@@ -11,8 +11,7 @@ NO_NUMBERS = ["nan", "-nan", "inf", "1e400", "0x10", "1,5", "five", ""]
 class CommandLine(CommandTest):
     def said(self, *arguments):
         """The one line that refuses."""
-        done = self.touchfield(*arguments)
-        self.assertEqual(done.returncode, 2, f"{arguments}: {done.stdout}\n{done.stderr}")
+        done = self.is_refused(*arguments)
         self.assertEqual(done.stdout, "")
         line, = done.stderr.splitlines()
         self.assertTrue(line.startswith("touchfield: error: "), line)
@@ -147,13 +146,10 @@ class Arrays(CommandTest):
     def test_slips_of_units(self):
         for scene, says in [(self.positions([], (1e-3, 1e-3)), "The header of a file says what they are in"),
                             (self.scene("{grid: {count: [8, 8], pitch_mm: 0.01016}}", "grid.yaml"), "is pitch_mm in mm?")]:
-            done = self.touchfield("check", scene)
-            self.assertEqual(done.returncode, 2)
+            done = self.is_refused("check", scene)
             self.assertRegex(done.stderr, r"transducers 0 and \d+ are 0.01016 mm apart")
             self.assertIn(says, done.stderr)
-        done = self.touchfield("check", self.positions(["x_m,y_m,z_m"]))
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("at most 20 m", done.stderr)
+        self.is_refused("check", self.positions(["x_m,y_m,z_m"]), says="at most 20 m")
         done = self.run_ok("check", self.scene("{grid: {count: [8, 8], pitch_mm: 1.02}}"))
         self.assertRegex(done.stdout, r"(?m)^warnings +array_pitch: transducers 0 and \d+ are 1.02 mm apart")
 

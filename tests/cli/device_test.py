@@ -41,9 +41,7 @@ class Device(CommandTest):
             self.assertFalse((self.folder / "out").exists())
 
     def test_what_is_no_device(self):
-        done = self.touchfield("run", "scene.yaml", "-o", "out", "--device", "gpu")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("--device gpu: must be auto, cpu, cuda or cuda:N", done.stderr)
+        self.is_refused("run", "scene.yaml", "-o", "out", "--device", "gpu", says="--device gpu: must be auto, cpu, cuda or cuda:N")
 
     def test_the_resolved_scene_names_it(self):
         resolved = self.run_ok("check", "scene.yaml", "--resolved", "--set", "solve.device=cpu").stdout
@@ -61,9 +59,8 @@ class Device(CommandTest):
         if not self.has_card:
             self.skipTest(self.card)
         for name in ("TOUCHFIELD_GPU_MEMORY_MB", "TOUCHFIELD_GPU_FAIL_AFTER"):
-            done = self.touchfield("run", "scene.yaml", "-o", "out", "--device", "cuda", env={name: "much"})
-            self.assertEqual(done.returncode, 2, done.stderr)
-            self.assertIn(f"{name}: much: must be a number above 0", done.stderr)
+            self.is_refused("run", "scene.yaml", "-o", "out", "--device", "cuda", env={name: "much"},
+                            says=f"{name}: much: must be a number above 0")
 
     def test_little_memory_leaves_the_card(self):
         if not self.has_card:
@@ -79,8 +76,7 @@ class Device(CommandTest):
         if not self.has_card:
             self.skipTest(self.card)
         self.write("sweep.yaml", "base: scene.yaml\nset: {solve.device: cuda}\ngrid: {solve.iterations: [2, 3, 4]}\n")
-        done = self.touchfield("sweep", "sweep.yaml", "-o", "out", "--jobs", "1", env={"TOUCHFIELD_GPU_FAIL_AFTER": "40"})
-        self.assertEqual(done.returncode, 1, done.stderr)
+        done = self.is_refused("sweep", "sweep.yaml", "-o", "out", "--jobs", "1", env={"TOUCHFIELD_GPU_FAIL_AFTER": "40"}, code=1)
         self.assertIn("3 of 3 cases done, 1 failed", done.stdout + done.stderr)
         self.assertIn("graphics card: a failure that was asked for", done.stdout + done.stderr)
         self.run_ok("sweep", "sweep.yaml", "-o", "out", "--jobs", "1", "--retry-failed")

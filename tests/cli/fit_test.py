@@ -19,31 +19,48 @@ body:
 target: {box: {at: index_pad, size_mm: [8, 8, 6]}, pressure_pa: 1000}
 solve: {methods: [focus], scheme: paper_corrected, allow_coarse_mesh: true}
 motion:
-  seconds: 0.3
+  seconds: 0.2
   change: [{path: "body.place.at_mm[0]", rate: 50}]
   sensor:
     hz: 30
     cameras:
-      - {at_mm: [280, -50, 0], look_at_mm: [0, -50, 215]}
-      - {at_mm: [-280, -50, 0], look_at_mm: [0, -50, 215]}
+      - {at_mm: [280, -50, 0], look_at_mm: [0, -50, 215], resolution: [424, 240]}
+      - {at_mm: [-280, -50, 0], look_at_mm: [0, -50, 215], resolution: [424, 240]}
 """
 
 
 class Fit(CommandTest):
     @classmethod
     def setUpClass(cls):
+        cls.made = {}
         cls.kept = pathlib.Path(tempfile.mkdtemp(prefix="touchfield-seen-"))
         cls.addClassCleanup(shutil.rmtree, cls.kept, ignore_errors=True)
 
     def seen(self, *changes):
         """The images of the scene in `seen`; those of the scene as it stands are made once."""
         scene = self.write("scene.yaml", SEEN)
-        if changes or not (self.kept / "seen").exists():
+        if changes:
             self.run_ok("see", scene, "-o", "seen", "--quiet", *changes)
-            if not changes:
-                shutil.copytree(self.folder / "seen", self.kept / "seen")
         else:
-            shutil.copytree(self.kept / "seen", self.folder / "seen")
+            self.once("seen", "see", scene, "-o", "seen", "--quiet")
+
+    def once(self, folder, *command):
+        """The folder that a command writes, run by the first test that needs it; and what it said."""
+        kept = self.kept / folder
+        if kept.exists():
+            shutil.copytree(kept, self.folder / folder)
+        else:
+            self.made[folder] = self.run_ok(*command), str(self.folder)
+            shutil.copytree(self.folder / folder, kept)
+        said, made_in = self.made[folder]
+        for scene in (self.folder / folder).glob("*.yaml"):
+            scene.write_text(scene.read_text().replace(made_in, str(self.folder)))
+        return said
+
+    def fitted(self):
+        """What `fit` says of these images, in `out` what it makes of them."""
+        self.seen()
+        return self.once("out", "fit", "seen", "-o", "out", "--edge-mm", "6", "--json")
 
     def keep(self, images):
         """A frame without a hand takes seconds: some are enough."""
@@ -51,17 +68,18 @@ class Fit(CommandTest):
         table.write_text("".join(table.read_text().splitlines(keepends=True)[:1 + images]))
 
     def test_a_hand_of_another_size(self):
-        self.seen()
-        said = json.loads(self.run_ok("fit", "seen", "-o", "out", "--edge-mm", "6", "--json").stdout)
-        self.assertEqual((said["frames"], said["lost"], said["shape_learnt"]), (9, 0, True))
+        done = self.fitted()
+        self.assertEqual(done.stderr, "")
+        said = json.loads(done.stdout)
+        self.assertEqual((said["frames"], said["lost"], said["shape_learnt"]), (6, 0, True))
         self.assertAlmostEqual(said["length_ratio"], 184 / 193.3, delta=0.03)
         self.assertAlmostEqual(said["breadth_ratio"], 82 / 88.3, delta=0.03)
         self.assertLess(said["residual_mm_median"], 0.6)
         out = self.folder / "out"
         rows = list(csv.DictReader((out / "times.csv").read_text().splitlines()))
-        self.assertEqual([row["file"] for row in rows], [f"skin_{k:04d}.vtp" for k in range(1, 10)])
-        self.assertEqual(len(list(csv.DictReader((out / "fit.csv").read_text().splitlines()))), 9)
-        self.assertIn("skin_0009.vtp", (out / "skin.pvd").read_text())
+        self.assertEqual([row["file"] for row in rows], [f"skin_{k:04d}.vtp" for k in range(1, 7)])
+        self.assertEqual(len(list(csv.DictReader((out / "fit.csv").read_text().splitlines()))), 6)
+        self.assertIn("skin_0006.vtp", (out / "skin.pvd").read_text())
         # The landmarks that `see` knew, and where the fit has them.
         places = list(csv.DictReader((out / "landmarks.csv").read_text().splitlines()))
         true = list(csv.DictReader((self.folder / "seen/landmarks.csv").read_text().splitlines()))
@@ -76,12 +94,13 @@ class Fit(CommandTest):
         checked = json.loads(self.run_ok("check", scene, "--json").stdout)
         self.assertTrue(checked)
         # 50 mm/s along x.
-        first, last = (self.vertices(out / f"skin_{k:04d}.vtp") for k in (1, 9))
+        first, last = (self.vertices(out / f"skin_{k:04d}.vtp") for k in (1, 6))
         moved = (last - first).mean(axis=0)
-        self.assertAlmostEqual(1e3 * moved[0], 50 * 8 / 30, delta=0.7)
+        self.assertAlmostEqual(1e3 * moved[0], 50 * 5 / 30, delta=0.7)
 
     def test_landmarks_that_somebody_knows(self):
         self.seen()
+        self.keep(3)
         table = self.folder / "seen/landmarks.csv"
         rows = list(csv.DictReader(table.read_text().splitlines()))
         along = [f"{row['time_s']},{row['index_pad_x_mm']},{float(row['index_pad_y_mm']) + 12},{row['index_pad_z_mm']}" for row in rows]
@@ -93,36 +112,37 @@ class Fit(CommandTest):
         for value in off[1:]:
             self.assertAlmostEqual(float(value), 12, delta=1)
         table.write_text("time_s,index_pad_x_mm,index_pad_y_mm\n0,1,2\n")
-        failed = self.touchfield(*fit)
-        self.assertEqual(failed.returncode, 2)
-        self.assertIn("landmark index_pad must have all of index_pad_x_mm, index_pad_y_mm, index_pad_z_mm", failed.stderr)
+        self.is_refused(*fit, says="landmark index_pad must have all of index_pad_x_mm, index_pad_y_mm, index_pad_z_mm")
 
     def test_times_and_folders_of_any_kind(self):
         """A recorder's clock far from 0 with an empty second first; a folder whose name YAML would misread."""
         self.seen()
+        self.keep(3)
         table = self.folder / "seen/times.csv"
         rows = list(csv.reader(table.read_text().splitlines()))
         late = [[f"{123456788 + k / 10:.1f}", "", ""] for k in range(11)]
         late += [[f"{123456789.1 + float(t):.6f}", *files] for t, *files in rows[1:]]
         table.write_text("".join(",".join(row) + "\n" for row in [rows[0], *late]))
         said = json.loads(self.run_ok("fit", "seen", "--pose", "index_up", "-o", "out #1: a", "--edge-mm", "6", "--json").stdout)
-        self.assertEqual((said["frames"], said["lost"], said["shape_learnt"]), (20, 11, True))
+        self.assertEqual((said["frames"], said["lost"], said["shape_learnt"]), (14, 11, True))
         out = self.folder / "out #1: a"
         times = [float(row["time_s"]) for row in csv.DictReader((out / "times.csv").read_text().splitlines())]
         for k, time in enumerate(times):  # from the first image on, as `play` counts them
             self.assertAlmostEqual(time, 1.1 + k / 30, delta=2e-6)
         seconds = [float(row["time_s"]) for row in csv.DictReader((out / "fit.csv").read_text().splitlines())]
-        self.assertAlmostEqual(seconds[-1], 123456789.1 + 8 / 30, delta=2e-6)
+        self.assertAlmostEqual(seconds[-1], 123456789.1 + 2 / 30, delta=2e-6)
         scene = SEEN.split("body:")[0] + (out / "body.yaml").read_text()
         scene += "target:" + SEEN.split("target:")[1].split("motion:")[0] + "motion: {seconds: 1.3, solve_ms: 20}\n"
         self.run_ok("check", self.write("fitted.yaml", scene))
+        # Of another clock: milliseconds.
+        table.write_text("".join(",".join(row) + "\n" for row in [rows[0], *([f"{1000 * float(t):.6f}", *files] for t, *files in rows[1:])]))
+        done = self.run_ok("fit", "seen", "--side", "right", "--pose", "index_up", "-o", "out", "--learn-s", "0")
+        self.assertIn("the images are 33.3 s apart (median)", done.stderr)
 
     def refused(self, *command):
         before = self.entries()
         for force in ((), ("--force",)):
-            done = self.touchfield(*command, *force)
-            self.assertEqual(done.returncode, 2, done.stderr)
-            self.assertIn("must be another directory, apart from", done.stderr)
+            self.is_refused(*command, *force, says="must be another directory, apart from")
         self.assertEqual(self.entries(), before)
 
     def test_results_never_take_the_place_of_images(self):
@@ -139,8 +159,7 @@ class Fit(CommandTest):
         self.refused("fit", "seen", "--pose", "index_up", "-o", ".")
 
     def test_results_never_take_the_place_of_meshes(self):
-        self.seen()
-        self.run_ok("fit", "seen", "--pose", "index_up", "-o", "out", "--edge-mm", "6", "--quiet")
+        self.fitted()
         rest = SEEN.split("body:")[0], "target:" + SEEN.split("target:")[1].split("motion:")[0]
         body = (self.folder / "out/body.yaml").read_text()
         own = self.folder / "out/body.yaml"  # made a scene: a file of fit's all the same
@@ -165,15 +184,14 @@ class Fit(CommandTest):
     def test_no_hand(self):
         self.seen("--set", "body.hand=null", "--set", "body.sphere={radius_mm: 30}", "--set", "body.place.landmark=bottom",
                   "--set", "target.box.at=bottom")
-        self.keep(3)
-        done = self.touchfield("fit", "seen", "--side", "right", "--pose", "index_up", "-o", "out")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("the hand was not found in any of 3 frames; the closest was that at ", done.stderr)
-        self.assertRegex(done.stderr, r"camera_1: it sees points [23]\d\d to [23]\d\d mm away .*, in the workspace in 3 of 3")
+        self.keep(2)
+        done = self.is_refused("fit", "seen", "--side", "right", "--pose", "index_up", "-o", "out",
+                               says="the hand was not found in any of 2 frames; the closest was that at ")
+        self.assertRegex(done.stderr, r"camera_1: it sees points [23]\d\d to [23]\d\d mm away .*, in the workspace in 2 of 2")
         self.assertIn("--side, --pose and --length-mm", done.stderr)
         self.assertTrue((self.folder / "out/failed.json").exists())
         rows = self.rows("out/fit.csv")
-        self.assertEqual(len(rows), 3)
+        self.assertEqual(len(rows), 2)
         for row in rows:
             self.assertEqual((row["lost"], row["file"]), ("1", ""))
             self.assertRegex(row["reason"], r" required\)|nothing as large as a hand")
@@ -186,7 +204,7 @@ class Fit(CommandTest):
         done = self.touchfield("fit", "seen", "--pose", "index_up", "-o", "out", "--workspace-mm", "0", "0", "400", "10", "10", "500")
         self.assertEqual(done.returncode, 2)
         self.assertIn("points in the search box 0 (150 required)", done.stderr)
-        self.assertIn("in the workspace in 0 of 9 frames", done.stderr)
+        self.assertIn("in the workspace in 0 of 6 frames", done.stderr)
         self.assertIn("(0, 0, 400) mm to (10, 10, 500) mm: set --workspace-mm", done.stderr)
 
     def change(self, name, old, new):
@@ -197,44 +215,27 @@ class Fit(CommandTest):
 
     def test_cameras_that_see_the_hand_in_two_places(self):
         self.seen()
+        self.keep(3)
         cameras = (self.folder / "seen/cameras.yaml").read_text()
         self.change("seen/cameras.yaml", "translation_mm: [280, -50, 0]", "translation_mm: [280, 350, 0]")
-        done = self.run_ok("fit", "seen", "--pose", "index_up", "-o", "out", "--edge-mm", "6", "--json")
+        done = self.run_ok("fit", "seen", "--side", "right", "--pose", "index_up", "-o", "out", "--edge-mm", "6", "--json")
         self.assertRegex(done.stderr, r"cameras: in \d+ of \d+ frames camera_[12] sees something, but no skin")
         self.assertEqual(len(json.loads(done.stdout)["warnings"]), done.stderr.count("touchfield: warning: "))
         metres = cameras.replace("[280, -50, 0]", "[0.28, -0.05, 0]").replace("[-280, -50, 0]", "[-0.28, -0.05, 0]")
         (self.folder / "seen/cameras.yaml").write_text(metres)
-        self.keep(3)
+        self.keep(1)
         done = self.touchfield("fit", "seen", "--side", "right", "--pose", "index_up", "-o", "out", "--force", "--edge-mm", "6")
         self.assertIn("all stand within 0.3 mm of the world's origin; if translation_mm holds metres", done.stderr)
 
-    def test_times_of_other_clocks(self):
-        self.seen()
-        table = self.folder / "seen/times.csv"
-        rows = list(csv.reader(table.read_text().splitlines()))
-
-        def fit(scale, start):
-            changed = [[f"{start + scale * float(t):.6f}", *files] for t, *files in rows[1:]]
-            table.write_text("".join(",".join(row) + "\n" for row in [rows[0], *changed]))
-            return self.run_ok("fit", "seen", "--pose", "index_up", "-o", "out", "--edge-mm", "6", "--force", "--json")
-
-        done = fit(1, 1763900000)
-        self.assertEqual(done.stderr, "")
-        self.assertEqual(json.loads(done.stdout)["shape_learnt"], True)
-        self.assertEqual(self.rows("out/times.csv")[0]["time_s"], "0")
-        self.assertAlmostEqual(float(self.rows("out/fit.csv")[8]["time_s"]), 1763900000 + 8 / 30, delta=2e-6)
-        self.assertIn("the images are 33.3 s apart (median)", fit(1000, 0).stderr)
-
     def test_an_image_that_is_damaged_leaves_what_was_fitted(self):
         self.seen()
-        image = self.folder / "seen/camera_1/000006.png"
+        image = self.folder / "seen/camera_1/000002.png"
         data = bytearray(image.read_bytes())
         data[len(data) // 2] ^= 1
         image.write_bytes(data)
-        done = self.touchfield("fit", "seen", "--pose", "index_up", "-o", "out", "--edge-mm", "6", "--learn-s", "0")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("000006.png: damaged", done.stderr)
-        self.assertEqual(len(self.rows("out/fit.csv")), 6)
+        self.is_refused("fit", "seen", "--pose", "index_up", "-o", "out", "--edge-mm", "6", "--learn-s", "0",
+                        says="000002.png: damaged")
+        self.assertEqual(len(self.rows("out/fit.csv")), 2)
         found = [row["file"] for row in self.rows("out/fit.csv") if row["lost"] == "0"]
         self.assertEqual([row["file"] for row in self.rows("out/times.csv")], found)
 
@@ -247,38 +248,31 @@ class Fit(CommandTest):
             f"  - {{name: {name}, width: 4096, height: 4096, fx: 4000, fy: 4000, cx: 2048, cy: 2048, depth_unit_mm: 1, "
             f"distortion: {{model: none}}, pose: {{quaternion_wxyz: [1, 0, 0, 0], translation_mm: [{100 * k}, 0, 0]}}}}\n"
             for k, name in enumerate(names)))
-        done = self.touchfield("fit", "bomb", "-o", "out")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("134217728 pixels together, must be at most 33554432", done.stderr)
+        self.is_refused("fit", "bomb", "-o", "out", says="134217728 pixels together, must be at most 33554432")
 
     def test_the_other_hand(self):
         """The side is found, or a wrong one is named."""
         self.seen()
         self.keep(3)
-        done = self.touchfield("fit", "seen", "--pose", "index_up", "-o", "out", "--side", "left")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("the hand was not found in any of 3 frames; the images show a right hand: give --side right", done.stderr)
-        self.run_ok("see", "scene.yaml", "-o", "left", "--quiet", "--set", "body.hand.side=left")
+        self.is_refused("fit", "seen", "--pose", "index_up", "-o", "out", "--side", "left",
+                        says="the hand was not found in any of 3 frames; the images show a right hand: give --side right")
+        self.run_ok("see", "scene.yaml", "-o", "left", "--quiet", "--set", "body.hand.side=left",
+                    "--set", "motion.seconds=0.1")
         said = json.loads(self.run_ok("fit", "left", "-o", "other", "--edge-mm", "6", "--json").stdout)
-        self.assertEqual((said["frames"], said["lost"], said["shape_learnt"]), (9, 0, True))
+        self.assertEqual((said["frames"], said["lost"], said["shape_learnt"]), (3, 0, True))
         self.assertEqual((said["pose"], said["side"], said["warnings"]), ("index_up", "left", []))
         recorded = SEEN.split("  change:")[0] + "  sensor: {recorded: {folder: left}}\n"
         scene = self.write("recorded.yaml", recorded.replace("length_mm: 184, breadth_mm: 82", ""))
-        done = self.touchfield("play", scene, "-o", "play", "--set", "motion.frames_hz=10")
+        done = self.touchfield("play", scene, "-o", "play", "--set", "motion.frames_hz=10", "--set", "motion.seconds=0.1")
         self.assertIn("the images show a left hand: the hand that is fitted must have side: left", done.stderr)
 
     def test_bad_input(self):
-        done = self.touchfield("fit", "nowhere", "-o", "out")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("nowhere", done.stderr)
+        self.is_refused("fit", "nowhere", "-o", "out", says="nowhere")
         self.seen()
-        done = self.touchfield("fit", "seen", "--pose", "index_up", "-o", "out", "--workspace-mm", "0", "0", "0", "10", "0", "10")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("the second corner must be beyond the first", done.stderr)
+        self.is_refused("fit", "seen", "--pose", "index_up", "-o", "out", "--workspace-mm", "0", "0", "0", "10", "0", "10",
+                        says="the second corner must be beyond the first")
         shutil.rmtree(self.folder / "seen/camera_2")
-        done = self.touchfield("fit", "seen", "--pose", "index_up", "-o", "out")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("camera_2", done.stderr)
+        self.is_refused("fit", "seen", "--pose", "index_up", "-o", "out", says="camera_2")
         self.assertFalse((self.folder / "out").exists())
 
 
@@ -289,10 +283,11 @@ REAL = SOURCE.parent / "shared/data/depth_sr305"
 class RealImages(CommandTest):
     """A real hand with its arm and body, by one camera: each image is 0.67 s from the next. What is true of it is not known."""
 
-    def found(self, part):
+    def found(self, part, most=None):
+        """How many of a part's images, of the first `most`, the hand is found in; and their number."""
         recorded = self.folder / part
         shutil.copytree(REAL / part, recorded / "camera")
-        numbers = sorted(int(path.stem) for path in (recorded / "camera").glob("*.png"))
+        numbers = sorted(int(path.stem) for path in (recorded / "camera").glob("*.png"))[:most]
         rows = [f"{number / 30:.4f},camera/{number}.png" for number in numbers]
         (recorded / "times.csv").write_text("\n".join(["time_s,camera", *rows]) + "\n")
         (recorded / "cameras.yaml").write_text(
@@ -306,13 +301,8 @@ class RealImages(CommandTest):
         self.assertLess(max(found), 1.5)
         return len(found), len(rows)
 
-    def test_stretched_fingers_turned_in_the_image(self):
-        self.assertEqual(self.found("a"), (8, 8))
-
-    def test_bent_fingers(self):
-        found, images = self.found("b")
-        self.assertEqual(images, 11)
-        self.assertGreaterEqual(found, 8)
+    def test_some_images(self):
+        self.assertEqual(self.found("a", 2), (2, 2))
 
 
 if __name__ == "__main__":

@@ -100,8 +100,7 @@ class Joints(CommandTest):
         self.assertIn("the lengths of the hand's bones were learnt from", ended.stderr)
         rows = list(csv.DictReader((self.folder / "live/live.csv").read_text().splitlines()))
         self.assertEqual({row["lost"] for row in rows}, {"0"})
-        refused = self.touchfield("play", scene, "--set", sensor)
-        self.assertEqual(refused.returncode, 2)
+        refused = self.is_refused("play", scene, "--set", sensor)
         self.assertIn(f"motion.sensor.joints.port = {port}: joints come by a port only while `touchfield live` plays",
                       refused.stderr)
 
@@ -111,19 +110,15 @@ class Joints(CommandTest):
                               (lambda joint: 10 * joint, "must be 90 to 270: lengths are in m")):
             self.table(change)
             for command in ("check", "play"):
-                done = self.touchfield(command, scene, "--set", SENSOR)
-                self.assertEqual(done.returncode, 2, done.stderr)
-                self.assertIn(named, done.stderr)
+                self.is_refused(command, scene, "--set", SENSOR, says=named)
         self.table()
         table = (self.folder / "hand.csv").read_text()
         self.write("hand.csv", table.replace("index_tip_x", "index_end_x"))
-        done = self.touchfield("play", scene, "--set", SENSOR)
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("hand.csv:1: column index_end_x must be one of time_s, or x, y and z of a joint", done.stderr)
+        self.is_refused("play", scene, "--set", SENSOR,
+                        says="hand.csv:1: column index_end_x must be one of time_s, or x, y and z of a joint")
         # Results never take the place of what they are made of.
         self.write("frames.csv", table)
-        done = self.touchfield("play", scene, "--set", SENSOR.replace("hand.csv", "frames.csv"), "-o", ".")
-        self.assertEqual(done.returncode, 2)
+        self.is_refused("play", scene, "--set", SENSOR.replace("hand.csv", "frames.csv"), "-o", ".")
         self.assertEqual((self.folder / "frames.csv").read_text(), table)
 
 

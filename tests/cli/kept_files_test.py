@@ -91,14 +91,11 @@ class Versions(CommandTest):
                              ["send", path, "--to", "dry-run:frames.bin"]]
             for command in commands:
                 with self.subTest(command=command):
-                    done = self.touchfield(*command)
-                    self.assertEqual(done.returncode, 2, done.stderr)
+                    done = self.is_refused(*command)
                     self.assertEqual(done.stderr, f"touchfield: error: {path}: format version {newest + 1} is newer than {newest}, "
                                      f"the newest that touchfield {version} reads: a newer touchfield reads it\n")
             renumber(path, 0)
-            done_below = self.touchfield(*self.reading(path))
-            self.assertEqual(done_below.returncode, 2, done_below.stderr)
-            self.assertIn("format_version = 0 must be >= 1", done_below.stderr)
+            self.is_refused(*self.reading(path), says="format_version = 0 must be >= 1")
             if path.name == "run.h5":
                 said = done.stderr.replace(str(path), "run.h5")
                 self.assertIn(f"```text\n{said}```", (SOURCE / "docs/formats.md").read_text())
@@ -158,9 +155,8 @@ class KeptFiles(CommandTest):
         self.assertEqual({row["reached_share"] for row in new}, {"nan"})  # which its records lack
         shutil.rmtree(self.folder / "kept/sweep/cases/00002")
         for more in ([], ["--retry-failed"], ["--case", "2"]):
-            done = self.touchfield("sweep", "kept/sweep.yaml", "-o", "kept/sweep", *more)
-            self.assertEqual(done.returncode, 2, done.stderr)
-            self.assertIn("kept/sweep holds a sweep of an earlier version", done.stderr)
+            self.is_refused("sweep", "kept/sweep.yaml", "-o", "kept/sweep", *more,
+                            says="kept/sweep holds a sweep of an earlier version")
         self.assertFalse((self.folder / "kept/sweep/cases/00002").exists())
 
 

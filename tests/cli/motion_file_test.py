@@ -29,13 +29,9 @@ class MotionFile(CommandTest):
     def test_damage_and_commands_that_take_runs(self):
         self.write_samples()
         whole = (self.folder / "motion.h5").read_bytes()
-        done = self.touchfield("compare", "motion.h5", "run.h5")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("not a touchfield run", done.stderr)
+        self.is_refused("compare", "motion.h5", "run.h5", says="not a touchfield run")
         (self.folder / "motion.h5").write_bytes(whole[:len(whole) // 2])
-        done = self.touchfield("info", "motion.h5")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("motion.h5", done.stderr)
+        done = self.is_refused("info", "motion.h5", says="motion.h5")
         self.assertEqual(done.stdout, "")
 
 

@@ -5,11 +5,13 @@ import unittest
 
 import numpy
 
+from meshes import write_stl
+from sphere_runs import SphereRuns
 from sphere_series import K, plane_wave, point_source
-from support import CommandTest, faces, open_run, relative_l2
+from support import faces, open_run, relative_l2
 
 
-class Sphere(CommandTest):
+class Sphere(SphereRuns):
     def test_series_is_the_reference(self):
         ends = numpy.array([1.0, 0.0, -1.0])
         numpy.testing.assert_allclose(point_source(8e-3, 0.2, ends), [
@@ -55,6 +57,12 @@ write: [h5]
             p = run["methods/fixed/pressure"][:]
         cosine = centroid[:, 0] / numpy.linalg.norm(centroid, axis=1)
         self.assertLess(relative_l2(area, p, 3 * plane_wave(radius * 1e-3, cosine)), 0.007)
+
+    def test_stl_in_single_precision_gives_the_same(self):
+        ply, stl = (self.errors(3, 5.1, "burton_miller_polished", **file)[0]["burton_miller_polished"]
+                    for file in ({}, {"write": write_stl, "ending": "stl"}))
+        self.assertLess(ply, 0.0055)
+        self.assertAlmostEqual(stl, ply, delta=1e-5)
 
 
 if __name__ == "__main__":

@@ -42,6 +42,14 @@ class CommandTest(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         return done
 
+    def is_refused(self, *arguments, says=(), code=2, env=None):
+        """The command ends with this code and says these phrases."""
+        done = self.touchfield(*arguments, env=env)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        for phrase in [says] if isinstance(says, str) else says:
+            self.assertIn(phrase, done.stderr)
+        return done
+
     def write(self, name, text):
         path = self.folder / name
         path.write_text(text)

@@ -4,7 +4,7 @@
 block before it: words as they are, numbers within 5 %, `..` for anything. `cpp` is of examples/. A board is a stand-in, of which
 four transducers are walked; two runs whose figures are not shown have no judge. Blocks after a line `<!-- not run: REASON -->` are left out and listed; what their commands are called is
 docs_test.py's. After `<!-- picture: FILE -->` the next line's image is that file of these runs; with TOUCHFIELD_PICTURES set it is
-drawn anew.
+drawn anew. Those in LONG do what other tests do for less, with figures beside it: long_tutorials_test.py runs them.
 """
 
 import os
@@ -42,7 +42,7 @@ def stands_in(line, output):
                for match in pattern.finditer(output))
 
 
-class Tutorials(CommandTest):
+class Following(CommandTest):
     def do(self, *command, **options):
         done = subprocess.run(command, cwd=self.folder, env=self.environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                               text=True, timeout=200, check=False, **options)
@@ -97,6 +97,10 @@ class Tutorials(CommandTest):
             self.assertEqual(kept.size, new.size, f"{image.name} is not of {drawn.name}")
 
 
+class Tutorials(Following):
+    pass
+
+
 class Claims(CommandTest):
     """What the pages say that `check` finds."""
 
@@ -121,8 +125,16 @@ class Claims(CommandTest):
         self.assertRegex(text, r"facing_away: .*1[67]\d degrees .*body\.place\.rotate_deg")
 
 
-for tutorial in sorted((SOURCE / "docs/tutorials").glob("*.md")):
-    setattr(Tutorials, f"test_{tutorial.stem.replace('-', '_')}", lambda self, page=tutorial: self.follow(page))
+PAGES = {page.stem: page for page in sorted((SOURCE / "docs/tutorials").glob("*.md"))}
+LONG = ("cameras", "moving-hand", "own-hand", "own-method")
+
+
+def add_tests(case, names):
+    for name in names:
+        setattr(case, f"test_{name.replace('-', '_')}", lambda self, page=PAGES[name]: self.follow(page))
+
+
+add_tests(Tutorials, [name for name in PAGES if name not in LONG])
 
 
 if __name__ == "__main__":

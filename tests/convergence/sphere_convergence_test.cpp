@@ -2,17 +2,10 @@
 #include <array>
 #include <cmath>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "tests/support/sphere_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using ::testing::AllOf;
-using ::testing::Ge;
-using ::testing::Le;
+namespace touchfield::sphere_convergence_test {
 
 struct Expected {
   Scheme scheme;
@@ -58,5 +51,4 @@ TEST(Convergence, OfBurtonMillerGoesOnWithAFinerNearRule) {
   EXPECT_THAT(order, AllOf(Ge(1.0), Le(2.3)));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::sphere_convergence_test

@@ -5,48 +5,30 @@
 #include <atomic>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <string>
 #include <sys/stat.h>
 #include <thread>
 #include <unistd.h>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "tests/support/files.h"
+#include "tests/support/testing.h"
 
-#include "sim/core/errors.h"
-#include "tests/support/error_support.h"
-
-namespace touchfield {
-namespace {
+namespace touchfield::atomic_file_test {
 
 namespace fs = std::filesystem;
-using support::message_of;
-using ::testing::HasSubstr;
 
 class AtomicFile : public ::testing::Test {
  protected:
-  AtomicFile() {
-    std::string name = (fs::temp_directory_path() / "touchfield-XXXXXX").string();
-    EXPECT_NE(::mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  ~AtomicFile() override { fs::remove_all(folder_); }
-
-  static std::string text_of(const fs::path& path) {
-    std::ifstream file(path);
-    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  }
-
-  fs::path folder_;
+  const TemporaryDirectory temporary_;
+  const fs::path folder_ = temporary_.path();
 };
 
 TEST_F(AtomicFile, ReplacesAFileAndLeavesNothingElse) {
   const fs::path path = folder_ / "a.txt";
   write_atomically(path.string(), {"one ", "two"});
   write_atomically(path.string(), {"three"});
-  EXPECT_EQ(text_of(path), "three");
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
+  EXPECT_EQ(read_bytes(path), "three");
+  EXPECT_EQ(temporary_.entries(), 1U);
 }
 
 // Somebody who may write to the folder expects the next name and leads it elsewhere.
@@ -55,8 +37,8 @@ TEST_F(AtomicFile, NoLinkThatLiesInWaitIsFollowed) {
   fs::create_symlink(folder_ / "precious", folder_ / (".a.txt.tmp-" + std::to_string(::getpid())));
   fs::create_symlink(folder_ / "precious", folder_ / "a.txt");
   write_atomically((folder_ / "a.txt").string(), {"text"});
-  EXPECT_EQ(text_of(folder_ / "precious"), "mine");
-  EXPECT_EQ(text_of(folder_ / "a.txt"), "text");
+  EXPECT_EQ(read_bytes(folder_ / "precious"), "mine");
+  EXPECT_EQ(read_bytes(folder_ / "a.txt"), "text");
   EXPECT_FALSE(fs::is_symlink(folder_ / "a.txt"));
 }
 
@@ -74,7 +56,7 @@ TEST_F(AtomicFile, AFailureLeavesNothing) {
   fs::create_directory(folder_ / "a.txt");
   const std::string path = (folder_ / "a.txt").string();
   EXPECT_THAT(message_of<IoError>([&] { write_atomically(path, {"text"}); }), HasSubstr(path));
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
+  EXPECT_EQ(temporary_.entries(), 1U);
 }
 
 TEST(Leftover, IsKnownByItsName) {
@@ -96,12 +78,11 @@ TEST_F(AtomicFile, AWriterOutlivesACleaner) {
   });
   for (int i = 0; i < 200; ++i) {
     write_atomically((folder_ / "a.txt").string(), {std::to_string(i)});
-    EXPECT_EQ(text_of(folder_ / "a.txt"), std::to_string(i));
+    EXPECT_EQ(read_bytes(folder_ / "a.txt"), std::to_string(i));
   }
   done = true;
   cleaner.join();
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
+  EXPECT_EQ(temporary_.entries(), 1U);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::atomic_file_test

@@ -2,16 +2,10 @@
 
 #include <string>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "tests/support/testing.h"
 
-#include "sim/core/errors.h"
-#include "tests/support/error_support.h"
+namespace touchfield::file_kind_test {
 
-namespace touchfield {
-namespace {
-
-using ::testing::StartsWith;
 using namespace std::string_literals;
 
 TEST(FileKind, IsNamedByItsFirstBytes) {
@@ -41,11 +35,9 @@ TEST(FileKind, IsNothingElse) {
                                    "\xEF\xBB\xBFname: a"s, std::string(80, '\0'), "PK"s, "\x1F"s}) {
     EXPECT_FALSE(foreign_kind(bytes)) << bytes;
   }
-  EXPECT_EQ(support::message_of<InputError>([] { refuse_foreign("%PDF-1.4", "a.stl"); }),
-            "a.stl: this is a PDF document");
+  EXPECT_EQ(message_of<InputError>([] { refuse_foreign("%PDF-1.4", "a.stl"); }), "a.stl: this is a PDF document");
   EXPECT_EQ(and_what_it_is("%PDF-1.4"), ": it is a PDF document");
   EXPECT_EQ(and_what_it_is("ply\n"), "");
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::file_kind_test

@@ -8,18 +8,9 @@
 #include <string>
 #include <vector>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "tests/support/testing.h"
 
-#include "sim/core/errors.h"
-#include "tests/support/error_support.h"
-
-namespace touchfield {
-namespace {
-
-using support::message_of;
-using ::testing::HasSubstr;
-using ::testing::StartsWith;
+namespace touchfield::isolated_work_test {
 
 constexpr WorkLimits kLimits = {.memory = 64 << 20, .output = 1 << 20, .seconds = 1};
 
@@ -118,5 +109,4 @@ TEST(IsolatedWork, TooMuchOutputIsAnError) {
             "the work gives more than 1 MiB");
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::isolated_work_test

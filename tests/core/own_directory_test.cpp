@@ -11,32 +11,20 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "tests/support/files.h"
+#include "tests/support/testing.h"
 
-#include "sim/core/errors.h"
-#include "tests/support/error_support.h"
-
-namespace touchfield {
-namespace {
+namespace touchfield::own_directory_test {
 
 namespace fs = std::filesystem;
-using support::message_of;
-using ::testing::AllOf;
-using ::testing::EndsWith;
-using ::testing::HasSubstr;
 
 class OwnDirectoryTest : public ::testing::Test {
  protected:
   OwnDirectoryTest() {
-    std::string name = (fs::temp_directory_path() / "touchfield-XXXXXX").string();
-    EXPECT_NE(::mkdtemp(name.data()), nullptr);
-    folder_ = name;
     fs::create_directories(folder_ / "out/images");
     fs::create_directories(folder_ / "elsewhere");
     std::ofstream(folder_ / "elsewhere/precious") << "mine";
   }
-  ~OwnDirectoryTest() override { fs::remove_all(folder_); }
 
   std::string out() const { return (folder_ / "out").string(); }
   std::string refusal(const std::string& lock_file = {}) const {
@@ -44,7 +32,8 @@ class OwnDirectoryTest : public ::testing::Test {
   }
   bool precious() const { return fs::file_size(folder_ / "elsewhere/precious") == 4; }
 
-  fs::path folder_;
+  const TemporaryDirectory temporary_;
+  const fs::path folder_ = temporary_.path();
 };
 
 TEST_F(OwnDirectoryTest, IsOfOneAtATimeAndTheOtherIsNamed) {
@@ -147,5 +136,4 @@ TEST_F(OwnDirectoryTest, LeftoversOfTheDeadGo) {
   ::close(writer);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::own_directory_test

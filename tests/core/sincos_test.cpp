@@ -5,8 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace touchfield {
-namespace {
+namespace touchfield::sincos_test {
 
 TEST(SinCos, AgreesWithLongDoubleOverItsRange) {
   std::mt19937_64 generator(1);
@@ -32,5 +31,4 @@ TEST(SinCos, QuadrantsAndTheirBorders) {
   }
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::sincos_test

@@ -4,15 +4,12 @@
 
 #include <string>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "sim/core/errors.h"
 #include "sim/core/json_text.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::utf8_test {
 
 using Json = nlohmann::ordered_json;
 
@@ -64,5 +61,4 @@ TEST(JsonText, WhatIsNoJsonIsRefused) {
   EXPECT_NO_THROW(json_from_text<Json>("\"" + std::string(1000, '[') + "\""));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::utf8_test

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cstring>
 #include <fcntl.h>
-#include <filesystem>
 #include <fstream>
 #include <string>
 #include <sys/socket.h>
@@ -14,37 +13,21 @@
 #include <thread>
 #include <unistd.h>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "tests/support/files.h"
+#include "tests/support/testing.h"
 
-#include "sim/core/errors.h"
-#include "tests/support/error_support.h"
-
-namespace touchfield {
-namespace {
-
-namespace fs = std::filesystem;
-using support::message_of;
-using ::testing::EndsWith;
-using ::testing::HasSubstr;
+namespace touchfield::whole_file_test {
 
 constexpr std::size_t kMost = 200000;
 
 class WholeFile : public ::testing::Test {
  protected:
-  WholeFile() {
-    std::string name = (fs::temp_directory_path() / "touchfield-XXXXXX").string();
-    EXPECT_NE(::mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  ~WholeFile() override { fs::remove_all(folder_); }
-
-  std::string path(const char* name) const { return (folder_ / name).string(); }
+  std::string path(const char* name) const { return folder_.file(name); }
   static std::string refusal(const std::string& path) {
     return message_of<InputError>([&] { read_whole_file(path, kMost); });
   }
 
-  fs::path folder_;
+  const TemporaryDirectory folder_;
 };
 
 TEST_F(WholeFile, AFileIsReadUpToItsBound) {
@@ -95,7 +78,7 @@ TEST_F(WholeFile, NothingWaitsForWhatNeverComes) {
 }
 
 TEST_F(WholeFile, WhatIsNoFileIsRefused) {
-  EXPECT_THAT(refusal(folder_.string()), EndsWith("a directory, must be a file"));
+  EXPECT_THAT(refusal(folder_.path()), EndsWith("a directory, must be a file"));
   for (const char* device : {"/dev/zero", "/dev/null", "/dev/full"}) {
     EXPECT_EQ(refusal(device), device + std::string(": a device, must be a file"));
   }
@@ -108,5 +91,4 @@ TEST_F(WholeFile, WhatIsNoFileIsRefused) {
   ::close(socket);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::whole_file_test

@@ -11,8 +11,7 @@
 #include "sim/body/shapes.h"
 #include "tests/support/far_field.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::evaluate_test {
 
 TransducerArray array_below() {
   ArrayLayout layout = grid_layout(4, 3, kAutd3Pitch);
@@ -23,16 +22,16 @@ TransducerArray array_below() {
 // The two ways to the same field; a box has many points whose distance is the limit itself.
 TEST(Evaluate, FarAndNearFacesAreTheWholeField) {
   const TransducerArray array = array_below();
-  const Eigen::MatrixXcd drive = support::many_drives(array.size(), 3);
+  const Eigen::MatrixXcd drive = many_drives(array.size(), 3);
   for (const auto& [mesh, absorption] :
        {std::pair(icosphere(8e-3, 6), 0.0), std::pair(box(Vector3(0.018, 0.012, 0.006), 1.5e-3).mesh, 3.0)}) {
     Medium medium = air(kRoomTemperature);
     medium.absorption = absorption;
     const Wave wave(medium, 40e3);
-    const Eigen::MatrixXcd surface = support::skin_pressures(mesh, array, wave, drive);
-    const Points points = support::points_about(mesh, 7);
+    const Eigen::MatrixXcd surface = skin_pressures(mesh, array, wave, drive);
+    const Points points = points_about(mesh, 7);
     const FieldValues expected = evaluate_field(mesh, array, wave, points, surface, drive);
-    const FarField far = support::reference_far_field(mesh, array, wave, points, surface, drive);
+    const FarField far = reference_far_field(mesh, array, wave, points, surface, drive);
     const auto some_near = std::ranges::count_if(far.near, [](int near) { return near > 0; });
     EXPECT_GT(some_near, 0);
     EXPECT_LT(some_near, points.cols());
@@ -49,7 +48,7 @@ Eigen::MatrixXcd two_pressures(const TriangleMesh& mesh, const TransducerArray& 
   std::normal_distribution<double> normal;
   Eigen::MatrixXcd p(mesh.face_count(), 2);
   p << Eigen::VectorXcd::NullaryExpr(mesh.face_count(), [&] { return Complex(normal(random), normal(random)); }),
-      support::skin_pressures(mesh, array, wave, support::many_drives(array.size(), 1));
+      skin_pressures(mesh, array, wave, many_drives(array.size(), 1));
   return p;
 }
 
@@ -62,7 +61,7 @@ BothWays both_ways(const TriangleMesh& mesh, const Wave& wave, const Points& poi
   const TransducerArray array = array_below();
   const Eigen::MatrixXcd surface = two_pressures(mesh, array, wave);
   const Eigen::MatrixXcd silent = Eigen::MatrixXcd::Zero(array.size(), 2);
-  const FarField far = support::reference_far_field(mesh, array, wave, points, surface, silent);
+  const FarField far = reference_far_field(mesh, array, wave, points, surface, silent);
   return {evaluate_field(mesh, array, wave, points, surface, silent),
           with_near_faces(mesh, wave, points, surface, far.pressure, far.winding, far.near)};
 }
@@ -75,7 +74,7 @@ TEST(Evaluate, AGridMakesTheSumsOverFaces) {
   for (const auto& [mesh, absorption] : {std::pair(icosphere(20e-3, 12), 3.0), std::pair(hand(coarse).mesh, 0.0)}) {
     Medium medium = air(kRoomTemperature);
     medium.absorption = absorption;
-    const Points about = support::points_about(mesh, 8);
+    const Points about = points_about(mesh, 8);
     const Vector3 low = mesh.vertices().rowwise().minCoeff();
     const Vector3 high = mesh.vertices().rowwise().maxCoeff();
     const Points points = about.cwiseMax(low.replicate(1, about.cols())).cwiseMin(high.replicate(1, about.cols()));
@@ -131,12 +130,11 @@ TEST(Evaluate, OfNoPointsIsNothing) {
   const TransducerArray array = array_below();
   const Wave wave(air(kRoomTemperature), 40e3);
   const TriangleMesh mesh = icosphere(8e-3, 2);
-  const Eigen::MatrixXcd drive = support::many_drives(array.size(), 2);
-  const Eigen::MatrixXcd surface = support::skin_pressures(mesh, array, wave, drive);
+  const Eigen::MatrixXcd drive = many_drives(array.size(), 2);
+  const Eigen::MatrixXcd surface = skin_pressures(mesh, array, wave, drive);
   const Points none(3, 0);
   EXPECT_EQ(evaluate_field(mesh, array, wave, none, surface, drive).pressure.rows(), 0);
   EXPECT_EQ(with_near_faces(mesh, wave, none, surface, Eigen::MatrixXcd(0, 2), {}, {}).inside.size(), 0U);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::evaluate_test

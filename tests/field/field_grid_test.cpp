@@ -1,11 +1,8 @@
 #include "sim/field/field_grid.h"
 
-#include <gtest/gtest.h>
+#include "tests/support/testing.h"
 
-#include "sim/core/errors.h"
-
-namespace touchfield {
-namespace {
+namespace touchfield::field_grid_test {
 
 TEST(FieldGrid, APlaneHasBothBordersAndOneLayer) {
   const FieldGrid grid = centred_grid("side", {0, 0, 0.2}, {0.12, 0.0, 0.24}, 1e-3);
@@ -28,5 +25,4 @@ TEST(FieldGrid, RefusesNegativeSizes) {
   EXPECT_THROW(centred_grid("g", Vector3::Zero(), {0.01, 0, 0}, 0.0), InputError);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::field_grid_test

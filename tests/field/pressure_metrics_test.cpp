@@ -8,8 +8,7 @@
 #include "sim/core/units.h"
 #include "tests/support/sphere_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::pressure_metrics_test {
 
 /// A flat strip of skin facing down (-z), x from -20 to 20 mm and y from -5 to 5 mm, squares of 0.5 mm cut in two.
 TriangleMesh strip() {
@@ -162,5 +161,4 @@ TEST(RadiationPressure, OfUniformPressureIsTheWorkedValue) {
   EXPECT_TRUE(std::isnan(without.relative_error));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::pressure_metrics_test

@@ -5,19 +5,12 @@
 #include <cmath>
 #include <numbers>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sim/core/rotation.h"
 #include "sim/field/pressure_metrics.h"
 #include "tests/support/sphere_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using ::testing::AllOf;
-using ::testing::Ge;
-using ::testing::Le;
+namespace touchfield::surface_gradient_test {
 
 /// A flat sheet of nx x ny squares of side `edge`, cut in two, its inner points moved by up to a quarter of it.
 TriangleMesh uneven_sheet(int nx, int ny, double edge) {
@@ -216,5 +209,4 @@ TEST(RadiationForce, OfASphereFromBoundaryElements) {
   EXPECT_NEAR(found.net, 1.0, 0.02);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::surface_gradient_test

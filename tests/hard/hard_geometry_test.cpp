@@ -14,8 +14,7 @@
 #include "tests/hard/hard_meshes.h"
 #include "tests/hard/hard_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::hard_geometry_test {
 
 class HardGeometry : public HardCase {};
 
@@ -150,5 +149,4 @@ TEST_P(HardGeometry, TubeClosedAtOneEnd) {
 INSTANTIATE_TEST_SUITE_P(Small, HardGeometry, testing::Values(Size::kSmall), testing::PrintToStringParamName());
 INSTANTIATE_TEST_SUITE_P(Full, HardGeometry, testing::Values(Size::kFull), testing::PrintToStringParamName());
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::hard_geometry_test

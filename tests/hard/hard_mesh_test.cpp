@@ -17,8 +17,7 @@
 #include "tests/hard/hard_meshes.h"
 #include "tests/hard/hard_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::hard_mesh_test {
 
 class HardMesh : public HardCase {};
 
@@ -147,5 +146,4 @@ TEST_P(HardMesh, SinglePrecisionOnTheWorstConditioned) {
 INSTANTIATE_TEST_SUITE_P(Small, HardMesh, testing::Values(Size::kSmall), testing::PrintToStringParamName());
 INSTANTIATE_TEST_SUITE_P(Full, HardMesh, testing::Values(Size::kFull), testing::PrintToStringParamName());
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::hard_mesh_test

@@ -17,8 +17,7 @@
 #include "tests/hard/hard_meshes.h"
 #include "tests/hard/hard_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::hard_resonance_test {
 
 using std::numbers::pi;
 
@@ -227,5 +226,4 @@ INSTANTIATE_TEST_SUITE_P(Full, HardResonance, testing::Values(Size::kFull), test
 
 INSTANTIATE_TEST_SUITE_P(Full, HardResonanceOfAHand, testing::Values(Size::kFull), testing::PrintToStringParamName());
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::hard_resonance_test

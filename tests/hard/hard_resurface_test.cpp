@@ -12,23 +12,17 @@
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "sim/body/hand.h"
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/mesh/repair/resurface.h"
 #include "sim/mesh/repair/surface_report.h"
 #include "tests/hard/hard_support.h"
 #include "tests/support/surface_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using ::testing::IsEmpty;
-using ::testing::StartsWith;
+namespace touchfield::hard_resurface_test {
 
 class HardResurface : public HardCase {};
 
@@ -209,5 +203,4 @@ TEST_P(HardResurface, RandomSoups) {
 INSTANTIATE_TEST_SUITE_P(Small, HardResurface, testing::Values(Size::kSmall), testing::PrintToStringParamName());
 INSTANTIATE_TEST_SUITE_P(Full, HardResurface, testing::Values(Size::kFull), testing::PrintToStringParamName());
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::hard_resurface_test

@@ -16,8 +16,7 @@
 #include "tests/hard/hard_meshes.h"
 #include "tests/hard/hard_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::hard_wave_test {
 
 class HardWave : public HardCase {};
 class HardWaveOfAHand : public HardCase {};  // minutes, so full only
@@ -193,5 +192,4 @@ INSTANTIATE_TEST_SUITE_P(Full, HardWave, testing::Values(Size::kFull), testing::
 
 INSTANTIATE_TEST_SUITE_P(Full, HardWaveOfAHand, testing::Values(Size::kFull), testing::PrintToStringParamName());
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::hard_wave_test

@@ -3,17 +3,11 @@
 #include <numeric>
 
 #include <Eigen/Geometry>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include "sim/core/errors.h"
 #include "sim/core/rotation.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace array_match_test {
-
-using testing::HasSubstr;
-using testing::ThrowsMessage;
+namespace touchfield::array_match_test {
 
 TransducerArray array_of(const ArrayLayout& layout) { return make_array(layout, Directivity::omni(), 1, 1); }
 
@@ -32,7 +26,7 @@ ArrayLayout reordered(const ArrayLayout& layout, const std::vector<int>& order) 
 
 void expect_refused(const ArrayLayout& run, const ArrayLayout& device, const char* says) {
   EXPECT_THAT([&] { require_match(array_of(run), device, "the board"); },
-              ThrowsMessage<InputError>(testing::AllOf(HasSubstr("the board"), HasSubstr(says))));
+              ThrowsMessage<InputError>(AllOf(HasSubstr("the board"), HasSubstr(says))));
 }
 
 TEST(ArrayMatch, AnArrayMovedAsAWholeIsTheSame) {
@@ -110,5 +104,4 @@ TEST(ArrayMatch, UnitsThatSitElsewhere) {
                  "other places");
 }
 
-}  // namespace array_match_test
-}  // namespace touchfield
+}  // namespace touchfield::array_match_test

@@ -1,10 +1,8 @@
 #include "hardware/attention.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::attention_test {
 
 constexpr double kTurn = 0.02;  // [s] planned between looks
 
@@ -36,7 +34,7 @@ TEST(Attention, EndsAtTheFirstGapThatIsTooLong) {
   EXPECT_FALSE(attention.look(100.26, kTurn)) << "0.24 s";
   EXPECT_TRUE(attention.look(102.28, kTurn)) << "2 s";
   EXPECT_EQ(attention.gaps().count, 2U);
-  EXPECT_THAT(attention.fault(), testing::HasSubstr("did not supervise the array for 2.00 s (at most 0.25 s)"));
+  EXPECT_THAT(attention.fault(), HasSubstr("did not supervise the array for 2.00 s (at most 0.25 s)"));
 }
 
 TEST(Attention, TheTimeBeforeItBeginsIsNoGap) {
@@ -64,5 +62,4 @@ TEST(Patience, DoesNotRunOutInAPause) {
   EXPECT_TRUE(patience.over(180)) << "three pauses of two steps each";
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::attention_test

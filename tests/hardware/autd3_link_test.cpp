@@ -4,18 +4,12 @@
 #include <dlfcn.h>
 #include <numbers>
 
-#include <gmock/gmock.h>
-
 #include "hardware/links/autd3_units.h"
 #include "hardware/quantise.h"
-#include "sim/core/errors.h"
 #include "tests/hardware/autd3_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
+namespace touchfield::autd3_link_test {
 
 constexpr double kTwoPi = 2 * std::numbers::pi;
 
@@ -283,12 +277,11 @@ TEST_F(Autd3Test, TwincatSaysWhyItIsNotThere) {
 TEST_F(Autd3Test, FoldersThatHoldTheLibraryServeAsWell) {
   const std::string file = Autd3Library(library_).file();
   EXPECT_EQ(Autd3Library(std::filesystem::path(file).parent_path().string()).file(), file);
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   std::filesystem::create_directories(folder.path() / "pyautd3");
   std::filesystem::create_directory_symlink(std::filesystem::path(file).parent_path(),
                                             folder.path() / "pyautd3" / "bin");
   EXPECT_EQ(Autd3Library(folder.path().string()).firmware(), Autd3Library(library_).firmware());
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::autd3_link_test

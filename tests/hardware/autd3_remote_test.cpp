@@ -4,19 +4,13 @@
 #include <thread>
 #include <unistd.h>
 
-#include <gmock/gmock.h>
-
-#include "sim/core/errors.h"
 #include "tests/hardware/autd3_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
+namespace touchfield::autd3_remote_test {
 
 TEST_F(Autd3Test, ALibraryWithoutItsRemotePartIsNamed) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   const std::filesystem::path copy = folder.path() / "libautd3capi.so";
   std::filesystem::copy_file(Autd3Library(library_).file(), copy);
   Autd3Options alone = options("remote", 1);
@@ -163,5 +157,4 @@ TEST_F(Autd3Test, ARemoteServerThatStopsMidStreamIsALostLink) {
   }
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::autd3_remote_test

@@ -11,19 +11,16 @@
 #include <string>
 #include <vector>
 
-#include <gtest/gtest.h>
-
 #include "hardware/links/autd3_link.h"
-#include "tests/support/error_support.h"
+#include "tests/support/files.h"
 #include "tests/support/random_support.h"
+#include "tests/support/testing.h"
 
 namespace touchfield {
 
 inline constexpr std::size_t kPerUnit = 249;
 // A call must be back after kLinkPatience; the rest is for a busy machine [s].
 inline constexpr double kWait = kLinkPatience + 0.2;
-
-using support::message_of;
 
 inline double seconds_of(const std::function<void()>& action) {
   const auto start = std::chrono::steady_clock::now();
@@ -40,21 +37,6 @@ inline std::vector<UnitPlacement> random_units(std::mt19937& random) {
   }
   return units;
 }
-
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "touchfield-autd3-XXXXXX").string();
-    path_ = mkdtemp(name.data());
-  }
-  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 class Autd3Test : public ::testing::Test {
  protected:

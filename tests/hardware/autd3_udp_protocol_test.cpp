@@ -5,17 +5,14 @@
 #include <sstream>
 
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "hardware/links/autd3_units.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::autd3_udp_protocol_test {
 
 using autd3_udp::Bytes;
 using autd3_udp::Command;
-using testing::ElementsAre;
 
 constexpr std::size_t kUnits = 2;
 constexpr std::size_t kTransducers = 249;
@@ -125,5 +122,4 @@ TEST(Autd3UdpProtocol, WhatIsTooShortIsNoAnswer) {
   EXPECT_FALSE(autd3_udp::unit_info_of({3, 1, 9, Bytes(21, 1)})) << "it did not understand";
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::autd3_udp_protocol_test

@@ -5,20 +5,14 @@
 #include <dlfcn.h>
 #include <fstream>
 
-#include <gmock/gmock.h>
-
-#include "sim/core/errors.h"
 #include "tests/hardware/autd3_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
+namespace touchfield::autd3_units_test {
 
 TEST(Autd3Library, NamesTheFileThatIsNoLibrary) {
-  const TemporaryFolder folder;
-  const std::string missing = (folder.path() / "libautd3capi.so").string();
+  const TemporaryDirectory folder;
+  const std::string missing = folder.file("libautd3capi.so");
   EXPECT_THAT(message_of<InputError>([] { Autd3Library(""); }), HasSubstr("no library is named"));
   EXPECT_THAT(message_of<InputError>([&] { Autd3Library{missing}; }), HasSubstr(missing));
   EXPECT_THAT(message_of<InputError>([&] { Autd3Library{folder.path().string()}; }),
@@ -98,5 +92,4 @@ TEST(Autd3Units, WhatIsNoneIsRefused) {
   EXPECT_EQ(autd3_placements(nearly).size(), 2U);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::autd3_units_test

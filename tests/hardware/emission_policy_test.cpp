@@ -2,18 +2,11 @@
 #include <limits>
 #include <string>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "hardware/emission/emission.h"
 #include "sim/acoustics/directivity.h"
-#include "sim/core/errors.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using testing::HasSubstr;
-using testing::ThrowsMessage;
+namespace touchfield::emission_policy_test {
 
 const LinkAbilities kGraded{{256, 256}, 50, {}, false};
 const LinkAbilities kOnOff{{32, 2}, 89, {}, false};
@@ -194,5 +187,4 @@ TEST(Emission, ChecksThePolicyBeforeAnythingIsSent) {
   EXPECT_THAT([&] { emit(plan); }, ThrowsMessage<InputError>(HasSubstr("transducers")));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::emission_policy_test

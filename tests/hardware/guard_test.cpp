@@ -12,22 +12,14 @@
 #include <thread>
 #include <unistd.h>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "hardware/guard/guard_process.h"
 #include "hardware/guard/guard_start.h"
 #include "hardware/guard/guarded_link.h"
 #include "hardware/guard/watchdog_process.h"
 #include "hardware/links/sonicsurface_protocol.h"
-#include "sim/core/errors.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using testing::HasSubstr;
-using testing::MatchesRegex;
-using testing::ThrowsMessage;
+namespace touchfield::guard_test {
 
 /// A pipe that any process inherits which is not kept from it.
 struct OpenPipe {
@@ -243,8 +235,7 @@ TEST(Watchdog, IsNotStartedByHand) {
   EXPECT_THAT([] { require_handed_over(1000); }, ThrowsMessage<InputError>(HasSubstr("not for use by hand")));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::guard_test
 
 int main(int argc, char** argv) {
   const std::string role = argc == 2 ? argv[1] : "";

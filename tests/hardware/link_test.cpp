@@ -1,25 +1,17 @@
 #include <numbers>
 #include <set>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "hardware/guard/guard_message.h"
 #include "hardware/link_address.h"
 #include "hardware/links/dry_run_link.h"
 #include "hardware/links/sonicsurface_protocol.h"
-#include "sim/core/errors.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::ThrowsMessage;
+namespace touchfield::link_test {
 
 void expect_refused(const std::string& text, const char* says) {
   EXPECT_THAT([&] { parse_link_address(text); },
-              ThrowsMessage<InputError>(testing::AllOf(HasSubstr("link '" + text + "'"), HasSubstr(says))));
+              ThrowsMessage<InputError>(AllOf(HasSubstr("link '" + text + "'"), HasSubstr(says))));
 }
 
 TEST(LinkAddress, DryRun) {
@@ -136,7 +128,7 @@ TEST(Sonicsurface, RateOfTheLine) {
 }
 
 TEST(Sonicsurface, ModulationOfTheTactileFirmware) {
-  EXPECT_THAT(sonicsurface::modulation_frequencies(SonicsurfaceFirmware::kPrimary), testing::IsEmpty());
+  EXPECT_THAT(sonicsurface::modulation_frequencies(SonicsurfaceFirmware::kPrimary), IsEmpty());
   const auto frequencies = sonicsurface::modulation_frequencies(SonicsurfaceFirmware::kTactile);
   ASSERT_EQ(frequencies.size(), 32U);
   EXPECT_DOUBLE_EQ(frequencies[5], 0.64e6 / 512 / 6);
@@ -210,5 +202,4 @@ TEST(GuardMessage, CutShort) {
   EXPECT_THROW(unpacked<DriveFrame>(whole), IoError);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::link_test

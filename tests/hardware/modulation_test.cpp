@@ -3,16 +3,9 @@
 #include <cmath>
 #include <numbers>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "tests/support/testing.h"
 
-#include "sim/core/errors.h"
-
-namespace touchfield {
-namespace {
-
-using testing::HasSubstr;
-using testing::ThrowsMessage;
+namespace touchfield::modulation_test {
 
 const ModulationAbility kBuffer{4000, 32768, {}};
 const ModulationAbility kNone{};
@@ -50,8 +43,8 @@ TEST(Modulation, FewestSamplesOfWholePeriods) {
 }
 
 TEST(Modulation, OtherKinds) {
-  EXPECT_THAT(modulation_samples(StaticModulation{}, kBuffer), testing::ElementsAre(255));
-  EXPECT_THAT(modulation_samples(SampledModulation{{1, 2, 3}, 4000}, kBuffer), testing::ElementsAre(1, 2, 3));
+  EXPECT_THAT(modulation_samples(StaticModulation{}, kBuffer), ElementsAre(255));
+  EXPECT_THAT(modulation_samples(SampledModulation{{1, 2, 3}, 4000}, kBuffer), ElementsAre(1, 2, 3));
 }
 
 TEST(Modulation, RefusesWhatABufferCannotHold) {
@@ -94,5 +87,4 @@ TEST(Modulation, OneThatAlwaysModulatesRefusesNotTo) {
   EXPECT_THAT([] { own_frequency({160, 1}, kOwn, "board"); }, ThrowsMessage<InputError>(HasSubstr("nearest 125 Hz")));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::modulation_test

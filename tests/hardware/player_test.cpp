@@ -4,15 +4,9 @@
 #include <utility>
 #include <vector>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "tests/support/testing.h"
 
-#include "sim/core/errors.h"
-
-namespace touchfield {
-namespace {
-
-using testing::ElementsAre;
+namespace touchfield::player_test {
 
 /// A clock that only waiting, and whoever says that he took time, moves on.
 class FakePace final : public Pace {
@@ -207,8 +201,8 @@ TEST_F(Player, RefusesWhatCannotBePlayed) {
       [&] {
         played(1, numbered, link_, {51, 1, false}, pace_);
       },
-      testing::ThrowsMessage<InputError>(testing::HasSubstr("<= 50 Hz, the limit of noting link")));
-  EXPECT_THAT(link_.numbers, testing::IsEmpty());
+      ThrowsMessage<InputError>(HasSubstr("<= 50 Hz, the limit of noting link")));
+  EXPECT_THAT(link_.numbers, IsEmpty());
 }
 
 /// A stream that has a new frame whenever it is asked, of what was seen `age` ago.
@@ -254,7 +248,7 @@ TEST_F(Stream, SendsNothingThatIsTooOld) {
   const PlayReport report = played(stream(), link_, 1, pace_);
   EXPECT_EQ(report.sent, 0U);
   EXPECT_GT(report.stale, 900U);
-  EXPECT_THAT(link_.numbers, testing::IsEmpty());
+  EXPECT_THAT(link_.numbers, IsEmpty());
   EXPECT_GE(link_.checks, 19);
   EXPECT_EQ(link_.quieted, 1);
 }
@@ -327,5 +321,4 @@ TEST(PlayStored, WhatTheDeviceCannotDo) {
   EXPECT_THROW(play_stored({numbered(1), numbered(2)}, other, {.rate = 1000, .seconds = 1}, pace, report), InputError);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::player_test

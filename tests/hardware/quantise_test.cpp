@@ -4,14 +4,10 @@
 #include <limits>
 #include <numbers>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include "sim/core/errors.h"
 #include "tests/support/random_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::quantise_test {
 
 constexpr double kPi = std::numbers::pi;
 
@@ -58,19 +54,17 @@ INSTANTIATE_TEST_SUITE_P(Devices, Levels, testing::Values(256, 32, 16, 2));
 // The last half step before a whole period is 0: one step more would be `off` on a device that has 32 steps and off.
 TEST(Quantise, WrapsToZero) {
   const Eigen::Vector3d phases(2 * kPi * (1 - 0.499 / 32), 2 * kPi * (1 - 0.501 / 32), -1e-300);
-  EXPECT_THAT(quantise(phases, ones(3), 1, {32, 2}, "device").frame.phase, testing::ElementsAre(0, 31, 0));
+  EXPECT_THAT(quantise(phases, ones(3), 1, {32, 2}, "device").frame.phase, ElementsAre(0, 31, 0));
 }
 
 // An amplitude is never louder than asked for, and full is full.
 TEST(Quantise, IntensityIsRoundedDown) {
   const Eigen::Vector4d amplitudes(1, 0.999, 0.5, 0);
   const Eigen::VectorXd phases = Eigen::VectorXd::Zero(4);
-  EXPECT_THAT(quantise(phases, amplitudes, 1, {256, 256}, "device").frame.intensity,
-              testing::ElementsAre(255, 254, 127, 0));
-  EXPECT_THAT(quantise(phases, amplitudes, 0.5, {256, 256}, "device").frame.intensity,
-              testing::ElementsAre(127, 127, 63, 0));
+  EXPECT_THAT(quantise(phases, amplitudes, 1, {256, 256}, "device").frame.intensity, ElementsAre(255, 254, 127, 0));
+  EXPECT_THAT(quantise(phases, amplitudes, 0.5, {256, 256}, "device").frame.intensity, ElementsAre(127, 127, 63, 0));
   // 0.1 * 10 is not exactly 1; the step must be all the same.
-  EXPECT_THAT(quantise(phases, ones(4), 0.1, {256, 11}, "device").frame.intensity, testing::ElementsAre(1, 1, 1, 1));
+  EXPECT_THAT(quantise(phases, ones(4), 0.1, {256, 11}, "device").frame.intensity, ElementsAre(1, 1, 1, 1));
   EXPECT_LE(level_of(quantise(phases, amplitudes, 0.37, {256, 256}, "device").frame, {256, 256}), 0.37);
 }
 
@@ -101,12 +95,12 @@ TEST(Quantise, ReportsOfSeveralPatternsTogether) {
 
 TEST(Quantise, ADeviceOfOnAndOffRefusesTheRest) {
   const Eigen::VectorXd phases = Eigen::VectorXd::Zero(2);
-  EXPECT_THAT(quantise(phases, Eigen::Vector2d(1, 0), 1, {32, 2}, "board").frame.intensity, testing::ElementsAre(1, 0));
+  EXPECT_THAT(quantise(phases, Eigen::Vector2d(1, 0), 1, {32, 2}, "board").frame.intensity, ElementsAre(1, 0));
   EXPECT_THAT(
       [&] {
         quantise(phases, Eigen::Vector2d(1, 0.5), 1, {32, 2}, "board");
       },
-      testing::ThrowsMessage<InputError>(testing::HasSubstr("board: it drives a transducer fully or not at all")));
+      ThrowsMessage<InputError>(HasSubstr("board: it drives a transducer fully or not at all")));
   EXPECT_THROW(quantise(phases, ones(2), 0.5, {32, 2}, "board"), InputError);
 }
 
@@ -129,9 +123,8 @@ TEST(Quantise, RefusesPhasesThatKnowNoTurn) {
   EXPECT_NO_THROW(quantise(Eigen::Vector2d(-kMostPhase, kMostPhase), ones(2), 1, {}, "device"));
   for (const double phase : {1e17, -1e17, 1.001e6}) {
     EXPECT_THAT([&] { quantise(Eigen::Vector2d(0, phase), ones(2), 1, {}, "device"); },
-                testing::ThrowsMessage<InputError>(testing::HasSubstr("device: the phase of transducer 1 is ")));
+                ThrowsMessage<InputError>(HasSubstr("device: the phase of transducer 1 is ")));
   }
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::quantise_test

@@ -16,13 +16,10 @@
 #include <unistd.h>
 #include <vector>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "hardware/guard/guarded_link.h"
 #include "hardware/links/sonicsurface_link.h"
 #include "hardware/links/sonicsurface_protocol.h"
-#include "sim/core/errors.h"
+#include "tests/support/testing.h"
 
 namespace {
 
@@ -64,11 +61,6 @@ extern "C" int ioctl(int fd, unsigned long request, ...) noexcept {
 
 namespace touchfield {
 namespace {
-
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Lt;
-using testing::ThrowsMessage;
 
 DriveFrame all_on() { return {std::vector<std::uint8_t>(256, 5), std::vector<std::uint8_t>(256, 1)}; }
 

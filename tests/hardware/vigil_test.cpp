@@ -5,12 +5,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <gtest/gtest.h>
+#include "tests/support/testing.h"
 
-#include "sim/core/errors.h"
-
-namespace touchfield {
-namespace {
+namespace touchfield::vigil_test {
 
 TEST(Silence, IsFoundWithin250Milliseconds) {
   Silence silence(7);
@@ -104,5 +101,4 @@ TEST(Vigil, TellsOfADebugger) {
   ASSERT_EQ(::waitpid(child, &status, 0), child);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::vigil_test

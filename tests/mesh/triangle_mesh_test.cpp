@@ -5,16 +5,10 @@
 #include <string>
 
 #include <Eigen/Geometry>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include "sim/core/errors.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using ::testing::HasSubstr;
-using ::testing::ThrowsMessage;
+namespace touchfield::triangle_mesh_test {
 
 constexpr double kRounding = 1e-14;  // relative, some tens of operations in double precision
 
@@ -101,5 +95,4 @@ TEST(TriangleMesh, RefusesWhatIsNoMesh) {
   EXPECT_THROW(TriangleMesh(in_line, tetrahedron_triangles()), InputError);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::triangle_mesh_test

@@ -2,29 +2,20 @@
 
 #include <map>
 #include <memory>
+#include <optional>
+#include <utility>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/motion/play.h"
 #include "sim/motion/sensed_motion.h"
 #include "sim/sensing/camera_folder.h"
-#include "tests/support/error_support.h"
 #include "tests/support/moving_support.h"
 #include "tests/support/scene_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::message_of;
-using ::testing::HasSubstr;
-using testing::kMovingCapsule;
-using testing::scene_from;
-using testing::TempFolder;
+namespace touchfield::fitted_sensor_test {
 
 const std::string kFingerBody =
     "name: seen\n"
@@ -45,9 +36,9 @@ const std::string kCameras =
     "  change: [{path: 'body.place.at_mm[0]', rate: 30}, {path: target.pressure_pa, rate: 100}]\n"
     "  sensor:\n"
     "    cameras:\n"
-    "      - {at_mm: [280, -50, 0], look_at_mm: [0, -50, 215]}\n"
-    "      - {at_mm: [-280, -50, 0], look_at_mm: [0, -50, 215]}\n"
-    "      - {at_mm: [0, 270, 0], look_at_mm: [0, -50, 215]}\n";
+    "      - {at_mm: [280, -50, 0], look_at_mm: [0, -50, 215], resolution: [424, 240]}\n"
+    "      - {at_mm: [-280, -50, 0], look_at_mm: [0, -50, 215], resolution: [424, 240]}\n"
+    "      - {at_mm: [0, 270, 0], look_at_mm: [0, -50, 215], resolution: [424, 240]}\n";
 
 TEST(FittedScene, IsTheHandThatIsFittedAndMovesByNothingButItsTarget) {
   const Scene scene = scene_from(kFingerBody + kCameras);
@@ -84,13 +75,24 @@ TEST(FittedScene, NamesWhatIsNoHand) {
   EXPECT_THAT(fault(two, {}), HasSubstr("the scene has 2 bodies, must have 1"));
 }
 
+/// The same images, each made once.
+HandImages remembered(HandImages images) {
+  using Made = std::map<std::pair<std::int64_t, double>, DepthFrame>;
+  images.at = [at = images.at, made = std::make_shared<Made>()](std::int64_t number, double seconds) {
+    const auto place = made->find({number, seconds});
+    return place != made->end() ? place->second
+                                : made->emplace(std::pair(number, seconds), at(number, seconds)).first->second;
+  };
+  return images;
+}
+
 /// What a test of images needs, made once: it takes some seconds.
 class Fitted : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     scene_ = std::make_unique<Scene>(scene_from(kFingerBody + kCameras));
     truth_ = std::make_unique<MovingModel>(*scene_);
-    images_ = std::make_unique<HandImages>(simulated_images(*truth_));
+    images_ = std::make_unique<HandImages>(remembered(simulated_images(*truth_)));
   }
   static void TearDownTestSuite() {
     images_.reset();
@@ -111,7 +113,7 @@ std::unique_ptr<HandImages> Fitted::images_;
 TEST_F(Fitted, TheSkinThatIsSolvedLiesOnTheTrueOne) {
   FittedSensor sensor(*scene_, *images_, truth_.get());
   sensor.start(silent_);
-  EXPECT_THAT(sensor.notes(), ::testing::ElementsAre(HasSubstr("learnt from 6 images of the second from 0 s on")));
+  EXPECT_THAT(sensor.notes(), ElementsAre(HasSubstr("learnt from 6 images of the second from 0 s on")));
   const Model& first = sensor.solved().first();
   const Eigen::MatrixXcd drives = drives_of_motion(sensor, first.fixed->scene.solve.scheme);
   std::vector<SolveRecord> records;
@@ -157,7 +159,7 @@ TEST_F(Fitted, TheShapeIsLearntWhereTheHandCameIn) {
                   2};
   FittedSensor sensor(scene_from(kFingerBody + kCameras, {"motion.seconds=1.2"}), late, truth_.get());
   sensor.start(silent_);
-  EXPECT_THAT(sensor.notes(), ::testing::ElementsAre(HasSubstr("learnt from 6 images of the second from 1 s on")));
+  EXPECT_THAT(sensor.notes(), ElementsAre(HasSubstr("learnt from 6 images of the second from 1 s on")));
   EXPECT_TRUE(sensor.sample(0, 0).lost);
 }
 
@@ -165,7 +167,7 @@ TEST_F(Fitted, NoHandIsLostAndQuiet) {
   HandImages empty{images_->cameras,
                    [](std::int64_t, double seconds) {
                      DepthFrame frame{seconds, {}};
-                     frame.images.assign(3, {640, 360, std::vector<float>(640 * 360, 0.0F)});
+                     frame.images.assign(3, {424, 240, std::vector<float>(424 * 240, 0.0F)});
                      return frame;
                    },
                    1};
@@ -176,18 +178,25 @@ TEST_F(Fitted, NoHandIsLostAndQuiet) {
   for (const MotionFrame& frame : motion.methods.front().frames) {
     EXPECT_TRUE(frame.lost && frame.quiet);
   }
-  EXPECT_THAT(motion.notes, ::testing::Contains(HasSubstr("its shape is not learnt")));
+  EXPECT_THAT(motion.notes, Contains(HasSubstr("its shape is not learnt")));
 }
 
 // A focus follows the patch that is expected. At rest what three cameras get wrong moves it, which a line through two
 // samples makes five times as large 0.1 s on.
 TEST_F(Fitted, AFilterMakesNoiseSmaller) {
   std::map<std::string, double> spread;
+  std::optional<MovingModel> truth;
+  std::optional<HandImages> images;
   for (const char* predict : {"linear", "kalman"}) {
     const Scene scene = scene_from(
-        kFingerBody + kCameras, {"motion.change=[]", "motion.seconds=0.8", "motion.frames_hz=20", "motion.array_ms=50",
+        kFingerBody + kCameras, {"motion.change=[]", "motion.seconds=0.6", "motion.frames_hz=20", "motion.array_ms=50",
                                  "solve.methods=[focus]", "motion.predict=" + std::string(predict)});
-    const Motion motion = play_motion(sensed_motion(scene), {}, silent_);
+    if (!images) {
+      images = remembered(simulated_images(truth.emplace(scene)));
+    }
+    const SensedMotion sensed{scene, std::make_unique<const MovingModel>(scene),
+                              std::make_unique<FittedSensor>(scene, *images, &*truth)};
+    const Motion motion = play_motion(sensed, {}, silent_);
     const std::vector<MotionFrame>& frames = motion.methods.front().frames;
     for (std::size_t f = frames.size() / 2; f < frames.size(); ++f) {
       const Eigen::ArrayXd turned = frames[f].solution.phases - frames[f - 1].solution.phases;
@@ -199,9 +208,9 @@ TEST_F(Fitted, AFilterMakesNoiseSmaller) {
 
 // At times that are not the sensor's, and with a beginning of its own.
 TEST_F(Fitted, RecordedImagesArePlayedWithoutScores) {
-  const TempFolder folder;
+  const TemporaryDirectory folder;
   {
-    CameraFolderWriter writer((folder.path() / "recorded").string(), images_->cameras);
+    CameraFolderWriter writer(folder.file("recorded"), images_->cameras);
     for (int k = 0; k < 5; ++k) {
       DepthFrame frame = images_->at(k, 0.045 * k);
       frame.seconds = 100 + 0.045 * k;
@@ -209,13 +218,13 @@ TEST_F(Fitted, RecordedImagesArePlayedWithoutScores) {
     }
   }
   const std::string motion_text = "motion: {seconds: 0.17, frames_hz: 20, solve_ms: 1, sensor: {recorded: {folder: '" +
-                                  (folder.path() / "recorded").string() + "'}}}\n";
+                                  folder.file("recorded") + "'}}}\n";
   const SensedMotion sensed = sensed_motion(scene_from(kFingerBody + motion_text));
   EXPECT_EQ(sensed.truth, nullptr);
   const Motion motion = play_motion(sensed, {}, silent_);
   const MotionMethod& surface = motion.methods.front();
   EXPECT_TRUE(surface.scores.empty());
-  EXPECT_THAT(motion.notes, ::testing::Contains(HasSubstr("nothing is scored")));
+  EXPECT_THAT(motion.notes, Contains(HasSubstr("nothing is scored")));
   ASSERT_EQ(surface.frames.size(), 4U);
   for (std::size_t f = 0; f < 4; ++f) {
     EXPECT_FALSE(surface.frames[f].lost);
@@ -235,5 +244,4 @@ TEST_F(Fitted, RecordedImagesArePlayedWithoutScores) {
       HasSubstr("motion.sensor.recorded: a hand is fitted, but the scene's body is not a hand; must be body.hand"));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::fitted_sensor_test

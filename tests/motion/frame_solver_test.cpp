@@ -12,11 +12,7 @@
 #include "tests/support/scene_support.h"
 #include "tests/support/solve_support.h"
 
-namespace touchfield {
-namespace {
-
-using testing::kMovingCapsule;
-using testing::scene_from;
+namespace touchfield::frame_solver_test {
 
 MotionFrame frame_at(FrameSolver& solver, const MovingModel& moving, double seconds) {
   return solver.solve(moving.at(moving.state(seconds)));
@@ -73,7 +69,7 @@ TEST(FrameSolver, CostsWhatAStillOfTheSameStepsCosts) {
     FrameSolver solver(moving, method, drives);
     const MotionFrame frame = frame_at(solver, moving, 0.0);
     Model still = moving.at(moving.state(0.0));
-    SolveSpec& solve = support::own_part(still).scene.solve;
+    SolveSpec& solve = own_part(still).scene.solve;
     solve.methods = {method};
     solve.methods.front().iterations = scene.motion->iterations;
     solve.methods.front().start.kind = StartSpec::Kind::kZero;
@@ -167,5 +163,4 @@ TEST(FrameSolver, IsQuietWhereTheTargetHoldsNoSkin) {
   EXPECT_GT(after.solution.amplitudes.maxCoeff(), 0.0);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::frame_solver_test

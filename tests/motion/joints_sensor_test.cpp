@@ -9,27 +9,17 @@
 #include <unistd.h>
 
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "sim/body/hand_skeleton.h"
-#include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/motion/live_joints_sensor.h"
 #include "sim/motion/play.h"
 #include "sim/motion/sensed_motion.h"
-#include "tests/support/error_support.h"
 #include "tests/support/joint_table_support.h"
 #include "tests/support/scene_support.h"
+#include "tests/support/testing.h"
 
 namespace touchfield::joints_sensor_test {
-
-using support::joint_table_text;
-using support::message_of;
-using ::testing::Contains;
-using ::testing::HasSubstr;
-using testing::scene_from;
-using testing::TempFolder;
 
 using Frames = std::vector<std::optional<JointPoints>>;
 
@@ -90,7 +80,7 @@ class Tracked : public ::testing::Test {
   static std::unique_ptr<Scene> scene_;
   static std::unique_ptr<KeptBodies> kept_;  // of all these scenes, meshed once
   static std::unique_ptr<MovingModel> truth_;
-  TempFolder folder_;
+  TemporaryDirectory folder_;
   Progress silent_;
 };
 std::unique_ptr<Scene> Tracked::scene_;
@@ -101,7 +91,7 @@ std::unique_ptr<MovingModel> Tracked::truth_;
 TEST_F(Tracked, TheSkinIsTheTrueOne) {
   const auto seen_by = sensor(frames());
   EXPECT_THAT(seen_by->notes(), Contains(HasSubstr("learnt from 11 frames")));
-  EXPECT_THAT(seen_by->notes(), ::testing::Not(Contains(HasSubstr("lost"))));
+  EXPECT_THAT(seen_by->notes(), Not(Contains(HasSubstr("lost"))));
   for (int k = 0; k < 6; ++k) {
     const Seen seen = seen_by->sample(k, k / 30.0);
     ASSERT_FALSE(seen.lost) << k;
@@ -154,8 +144,8 @@ TEST_F(Tracked, TheOtherHandAndAnotherUnitAreRefused) {
     return message_of<InputError>([&] { sensor(joints, overrides); });
   };
   EXPECT_THAT(fault(frames(HandSide::kLeft)),
-              ::testing::AllOf(HasSubstr("hand.csv: the joints are of a left hand ("),
-                               HasSubstr("the hand that is fitted must have side: left; or an axis of the tracker")));
+              AllOf(HasSubstr("hand.csv: the joints are of a left hand ("),
+                    HasSubstr("the hand that is fitted must have side: left; or an axis of the tracker")));
   EXPECT_FALSE(sensor(frames(HandSide::kLeft), {"motion.sensor.hand={pose: index_up, side: left}"})->sample(0, 0).lost);
   Frames large = frames();
   for (auto& joints : large) {
@@ -218,7 +208,7 @@ TEST_F(Tracked, JointsThatComeByAPortAreSeenAndTheirSilenceIsALostHand) {
   EXPECT_THAT(message_of<InputError>([&] { sensed_motion(scene, kept_.get(), nullptr, MotionClock::kWall); }),
               HasSubstr("cannot be listened to: Address already in use; choose another port"));
   {
-    const Sender tracker(port, support::joint_row_text(*frames().front()));
+    const Sender tracker(port, joint_row_text(*frames().front()));
     sensed.sensor->start(silent_);
     EXPECT_THAT(sensed.sensor->notes(), Contains(HasSubstr("the lengths of the hand's bones were learnt from")));
     const Seen seen = sensed.sensor->sample(0, 5);
@@ -232,7 +222,7 @@ TEST_F(Tracked, JointsThatComeByAPortAreSeenAndTheirSilenceIsALostHand) {
   EXPECT_FALSE(sensed.sensor->sample(1, 5.1).lost);
   std::this_thread::sleep_for(std::chrono::duration<double>(1.5 * LiveJointsSensor::kSilence));
   EXPECT_TRUE(sensed.sensor->sample(2, 5.3).lost);
-  Sender::send(port, support::joint_row_text(*frames().front()));
+  Sender::send(port, joint_row_text(*frames().front()));
   EXPECT_FALSE(sensed.sensor->sample(3, 5.4).lost);
   Sender::send(port, "1,2,3");
   EXPECT_TRUE(sensed.sensor->sample(4, 5.5).lost);
@@ -277,7 +267,7 @@ TEST_F(Tracked, TheTrackersFrameIsPlacedInTheWorld) {
 // What the tests of the command line move.
 TEST(TrackedJointsOfTheCommandLine, AreTheHands) {
   const JointPoints own = joints_of(posed_skeleton(hand_pose("index_up"), 0.180, 0.084), -1);
-  std::istringstream rows(testing::text_of(testing::source_folder() / "tests/data/index_up_joints.csv"));
+  std::istringstream rows(text_of(source_folder() / "tests/data/index_up_joints.csv"));
   Eigen::Index count = 0;
   for (std::string line; std::getline(rows, line);) {
     if (line.starts_with("#") || line.starts_with("joint,") || line.starts_with("thumb_metacarpal,")) {

@@ -9,8 +9,7 @@
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
-namespace touchfield {
-namespace {
+namespace touchfield::kalman_bank_test {
 
 constexpr double kBetweenSamples = 1 / 30.0;
 constexpr double kCameraNoise = 0.07e-3;  // of what three D415 see of a fingertip [m]
@@ -253,5 +252,4 @@ TEST(KalmanBank, OfNothingThatChangesNothingIsExpected) {
   EXPECT_EQ(bank.at(11), Eigen::Vector2d(0, 0));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::kalman_bank_test

@@ -3,18 +3,9 @@
 #include <cmath>
 #include <stdexcept>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "tests/support/testing.h"
 
-#include "sim/core/errors.h"
-#include "tests/support/error_support.h"
-
-namespace touchfield {
-namespace {
-
-using support::message_of;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
+namespace touchfield::loop_clock_test {
 
 constexpr Tick kMs = 1000;
 
@@ -274,5 +265,4 @@ TEST(LoopClock, RefusesWhatIsNoLoop) {
   EXPECT_THROW(clock.finished(-1), std::logic_error);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::loop_clock_test

@@ -1,25 +1,16 @@
 #include "sim/motion/mesh_sequence.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include "sim/core/errors.h"
-#include "tests/support/error_support.h"
 #include "tests/support/scene_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::message_of;
-using ::testing::HasSubstr;
-using testing::TempFolder;
+namespace touchfield::mesh_sequence_test {
 
 /// A tetrahedron whose tip is at a height.
 std::string tetrahedron(double height, const std::string& last_face = "f 2 3 4\n") {
   return "v 0 0 0\nv 10 0 0\nv 0 10 0\nv 1 2 " + std::to_string(height) + "\nf 1 3 2\nf 1 2 4\nf 1 4 3\n" + last_face;
 }
 
-MeshShape series(const TempFolder& folder, const std::vector<std::pair<double, std::string>>& meshes) {
+MeshShape series(const TemporaryDirectory& folder, const std::vector<std::pair<double, std::string>>& meshes) {
   MeshShape shape;
   shape.series.emplace();
   for (const auto& [time, text] : meshes) {
@@ -31,7 +22,7 @@ MeshShape series(const TempFolder& folder, const std::vector<std::pair<double, s
 }
 
 TEST(MeshSequence, IsLinearBetweenItsMeshes) {
-  const TempFolder folder;
+  const TemporaryDirectory folder;
   const MeshSequence sequence(series(folder, {{0.5, tetrahedron(10)}, {1, tetrahedron(20)}, {3, tetrahedron(8)}}));
   EXPECT_EQ(sequence.triangles().cols(), 4);
   const auto tip = [&](double seconds) { return sequence.state(seconds).col(3).z(); };
@@ -45,12 +36,12 @@ TEST(MeshSequence, IsLinearBetweenItsMeshes) {
 }
 
 TEST(MeshSequence, RefusesOtherTriangles) {
-  const TempFolder folder;
+  const TemporaryDirectory folder;
   const auto refused = [&](const std::string& second) {
     return message_of<InputError>([&] { MeshSequence(series(folder, {{0, tetrahedron(10)}, {0.04, second}})); });
   };
-  const std::string second = (folder.path() / "mesh1.obj").string() + " (time_s = 0.04): ";
-  const std::string first = " as in " + (folder.path() / "mesh0.obj").string();
+  const std::string second = folder.file("mesh1.obj") + " (time_s = 0.04): ";
+  const std::string first = " as in " + folder.file("mesh0.obj");
   EXPECT_EQ(refused(tetrahedron(10, "")), second + "3 triangles, must be 4" + first);
   EXPECT_EQ(refused(tetrahedron(10, "f 3 4 2\n")),
             second + "triangle 3 joins vertices 2, 3, 1, must be 1, 2, 3" + first);
@@ -68,7 +59,7 @@ std::string with_points(int count) {
 }
 
 TEST(MeshSequence, ReadsAFileOnce) {
-  const TempFolder folder;
+  const TemporaryDirectory folder;
   MeshShape shape = series(folder, {{0, with_points(100'000)}});
   std::vector<MeshSeries::Mesh>& meshes = shape.series->meshes;
   for (int i = 1; i < 20'000; ++i) {  // 48 GB and an hour if each were read
@@ -79,15 +70,14 @@ TEST(MeshSequence, ReadsAFileOnce) {
 }
 
 TEST(MeshSequence, ForetellsItsMemory) {
-  const TempFolder folder;
+  const TemporaryDirectory folder;
   MeshShape shape = series(folder, {{0, with_points(200'000)}});
   shape.series->times = "times.csv";
   for (int i = 1; i < 200'000; ++i) {  // 960 GB
     shape.series->meshes.push_back({"nowhere" + std::to_string(i), 0.01 * i});
   }
   EXPECT_THAT(message_of<InputError>([&] { MeshSequence{shape}; }),
-              ::testing::StartsWith("times.csv: 200000 files of 200004 vertices take 894 GiB; at most"));
+              StartsWith("times.csv: 200000 files of 200004 vertices take 894 GiB; at most"));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::mesh_sequence_test

@@ -5,8 +5,7 @@
 #include "tests/support/moving_support.h"
 #include "tests/support/scene_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::motion_prediction_test {
 
 using Prediction = MotionSpec::Prediction;
 
@@ -88,11 +87,10 @@ TEST(MotionPrediction, WhatIsSeenTwiceHasNoVelocityOfItsOwn) {
 }
 
 TEST(MotionPrediction, WhatIsOutOfItsRangeIsMovedToIt) {
-  const MovingModel moving(testing::scene_from(
-      testing::kMovingCapsule, {"motion.change=[{path: target.pressure_pa, keys: [[0, 300], [0.3, 0]]}]"}));
+  const MovingModel moving(
+      scene_from(kMovingCapsule, {"motion.change=[{path: target.pressure_pa, keys: [[0, 300], [0.3, 0]]}]"}));
   MotionState state{Eigen::VectorXd::Constant(1, -20.0)};
   EXPECT_EQ(moving.in_range(state).numbers(0), 0.0);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::motion_prediction_test

@@ -5,26 +5,16 @@
 #include <set>
 #include <string>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include "sim/core/errors.h"
 #include "sim/mesh/remesh/mean_height.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/motion/motion_prediction.h"
 #include "sim/motion/play.h"
 #include "sim/motion/sensed_motion.h"
-#include "tests/support/error_support.h"
 #include "tests/support/moving_support.h"
 #include "tests/support/scene_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::message_of;
-using ::testing::HasSubstr;
-using testing::kMovingCapsule;
-using testing::scene_from;
+namespace touchfield::motion_sensor_test {
 
 const char* const kNoise = "motion.sensor={noise: {noise_mm_rms: 0.3, correlation_mm: 4, seed: 7}}";
 
@@ -299,7 +289,7 @@ TEST(PlayMotion, WithoutATruthNothingIsScored) {
     EXPECT_EQ(method.frames.size(), 6U);
     EXPECT_TRUE(method.scores.empty());
   }
-  EXPECT_THAT(motion.notes, ::testing::Contains(HasSubstr("nothing is scored")));
+  EXPECT_THAT(motion.notes, Contains(HasSubstr("nothing is scored")));
 }
 
 TEST(SampleStore, TakesEverySampleOnceAndInOrder) {
@@ -320,5 +310,4 @@ TEST(SensorText, SaysWhatTheSolverKnows) {
             "the skin with noise of 0.3 mm rms over 4 mm, 30 samples per second, known 0 ms later");
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::motion_sensor_test

@@ -1,24 +1,15 @@
 #include <algorithm>
 #include <string>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/motion/frame_budget.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/motion/moving_model.h"
-#include "tests/support/error_support.h"
 #include "tests/support/scene_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::message_of;
-using ::testing::HasSubstr;
-using testing::scene_from;
+namespace touchfield::moving_hand_test {
 
 /// The tip of a finger that bends.
 const std::string kBendingFinger =
@@ -144,5 +135,4 @@ TEST(FrameBudget, TakesTheQuickestForNoTimeAndTheNearestForMuch) {
   EXPECT_LT(nearest.milliseconds, 60'000);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::moving_hand_test

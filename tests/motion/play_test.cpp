@@ -6,23 +6,14 @@
 #include <utility>
 #include <vector>
 
-#include <gtest/gtest.h>
-
-#include "sim/core/errors.h"
 #include "sim/motion/sensed_motion.h"
 #include "sim/solve/solve_model.h"
-#include "tests/support/error_support.h"
 #include "tests/support/moving_support.h"
 #include "tests/support/scene_support.h"
 #include "tests/support/solve_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::message_of;
-using ::testing::HasSubstr;
-using testing::kMovingCapsule;
-using testing::scene_from;
+namespace touchfield::play_test {
 
 Motion played(const std::vector<std::string>& overrides = {}, const MotionOptions& options = {}) {
   Progress silent;
@@ -54,7 +45,7 @@ TEST(PlayMotion, ALongMotionIsCheckedWhereItGoes) {
   Hearing hearing;
   MovingModel(scene_from(kMovingCapsule, swinging(10)), nullptr, &hearing);
   ASSERT_EQ(hearing.stages.size(), 1U);
-  EXPECT_THAT(hearing.stages[0].first, ::testing::MatchesRegex("check 3600 s of motion at [0-9]+ times"));
+  EXPECT_THAT(hearing.stages[0].first, MatchesRegex("check 3600 s of motion at [0-9]+ times"));
   EXPECT_EQ(hearing.stages[0].second, 1.0);
   EXPECT_LE(hearing.steps, 1001);
   EXPECT_GT(hearing.steps, 200);
@@ -107,7 +98,7 @@ TEST(PlayMotion, EveryScoreHasTheErrorOfItsOwnDisplacement) {
     fixed.name = "held";
     fixed.kind = &phase_method("fixed");
     fixed.phases.assign(held.phases.begin(), held.phases.end());
-    support::own_part(moved).scene.solve.methods = {fixed};
+    own_part(moved).scene.solve.methods = {fixed};
     EXPECT_NEAR(score.metrics.relative_error, solve_model(moved).methods.front().metrics.relative_error, 0.02)
         << score.time << " s, " << 1e3 * score.displacement.x() << " mm";
     EXPECT_NEAR(score.displacement.x(), 0.05 * score.age, 1e-9);
@@ -236,5 +227,4 @@ TEST(MovingModel, NothingOfStillsIsTakenSilently) {
               HasSubstr("sensing: applies to a still only. For a motion put the same keys into motion.sensor.noise"));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::play_test

@@ -4,19 +4,11 @@
 #include <numbers>
 #include <random>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sim/core/units.h"
-#include "tests/support/error_support.h"
 #include "tests/support/scene_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::message_of;
-using ::testing::HasSubstr;
-using testing::scene_from;
+namespace touchfield::trajectory_test {
 
 const std::string kHand =
     "name: moving\n"
@@ -264,5 +256,4 @@ TEST(Trajectory, RefusesToLeaveARange) {
   EXPECT_EQ(at_its_ends.in_range(beyond)(0), 0.3);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::trajectory_test

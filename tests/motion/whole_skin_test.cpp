@@ -6,10 +6,7 @@
 #include "tests/support/moving_support.h"
 #include "tests/support/scene_support.h"
 
-namespace touchfield {
-namespace {
-
-using testing::scene_from;
+namespace touchfield::whole_skin_test {
 
 const std::string kCutFinger =
     "name: bending\n"
@@ -53,7 +50,7 @@ TEST(WholeSkin, IsTheHandThatTheSolverSeesAPartOf) {
 }
 
 TEST(WholeSkin, IsOfBodiesWithoutJointsToo) {
-  const MovingModel moving(scene_from(testing::kMovingCapsule));
+  const MovingModel moving(scene_from(kMovingCapsule));
   const WholeSkin whole(moving.first());
   const MotionState state = moving.state(0.2);
   const Model model = moving.at(state);
@@ -62,5 +59,4 @@ TEST(WholeSkin, IsOfBodiesWithoutJointsToo) {
   EXPECT_NEAR(skin.centroids().row(0).mean(), 0.01, 1e-4);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::whole_skin_test

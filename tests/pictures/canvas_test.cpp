@@ -3,21 +3,13 @@
 #include <random>
 #include <span>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sim/core/png_file.h"
 #include "sim/pictures/picture_parts.h"
-#include "tests/support/output_support.h"
+#include "tests/support/files.h"
 #include "tests/support/picture_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::expect_colour;
-using support::Picture;
-using support::TemporaryDirectory;
-using support::write_bytes;
+namespace touchfield::canvas_test {
 
 constexpr Colour kRed = {200, 10, 20};
 constexpr Colour kWhite = {255, 255, 255};
@@ -126,5 +118,4 @@ TEST(Canvas, HasAFontOrSaysThatThereIsNone) {
   EXPECT_GT(canvas.text_width("abc", {}), 0.0) << "font '" << font << "'";
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::canvas_test

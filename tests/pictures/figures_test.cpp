@@ -2,30 +2,14 @@
 
 #include <set>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include "sim/core/errors.h"
 #include "sim/pictures/field_picture.h"
 #include "sim/pictures/picture_parts.h"
 #include "sim/pictures/skin_picture.h"
 #include "tests/support/output_support.h"
 #include "tests/support/picture_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::bare_run;
-using support::expect_colour;
-using support::full_run;
-using support::Picture;
-using support::read_bytes;
-using support::RunData;
-using support::sheet;
-using support::TemporaryDirectory;
-using ::testing::EndsWith;
-using ::testing::HasSubstr;
-using ::testing::StartsWith;
+namespace touchfield::figures_test {
 
 std::set<std::string> names_in(const std::string& directory) {
   std::set<std::string> names;
@@ -42,7 +26,7 @@ std::vector<std::string> draw_png(const std::string& directory, const RunData& r
 /// A sheet with a pressure that differs on every face, 100 to 800 Pa, so that the colours end at 800 Pa.
 RunData graded_run() {
   RunData run = bare_run(sheet(6, 4, 0.01));
-  run.methods.push_back(support::made_up_method("graded", run, 0.5));
+  run.methods.push_back(made_up_method("graded", run, 0.5));
   Eigen::VectorXcd& p = run.methods[0].pressure;
   for (Eigen::Index f = 0; f < p.size(); ++f) {
     p(f) = std::polar(100.0 + 700.0 * static_cast<double>(f) / static_cast<double>(p.size() - 1), 0.3);
@@ -53,9 +37,8 @@ RunData graded_run() {
 TEST(Figures, EveryFaceHasTheColourOfItsPressureAtItsPlace) {
   const TemporaryDirectory directory("with space \xc3\xa4");
   const RunData run = graded_run();
-  ASSERT_THAT(draw_png(directory.path(), run),
-              ::testing::ElementsAre(directory.file("setup.png"), directory.file("overview.png"),
-                                     directory.file("pressure_graded.png")));
+  ASSERT_THAT(draw_png(directory.path(), run), ElementsAre(directory.file("setup.png"), directory.file("overview.png"),
+                                                           directory.file("pressure_graded.png")));
   const Picture picture(directory.file("pressure_graded.png"));
   ASSERT_EQ(picture.width(), 1200);
   ASSERT_EQ(picture.height(), 900);
@@ -84,7 +67,7 @@ TEST(Figures, TheSkinIsSeenFromTheArraysSide) {
   Triangles triangles(3, far.face_count() + near.face_count());
   triangles << far.triangles(), (near.triangles().array() + static_cast<int>(far.vertex_count())).matrix();
   RunData both = bare_run(TriangleMesh(vertices, triangles));
-  both.methods.push_back(support::made_up_method("m", both, 0.5));
+  both.methods.push_back(made_up_method("m", both, 0.5));
   both.methods[0].pressure.head(far.face_count()).setConstant(200.0);
   both.methods[0].pressure.tail(near.face_count()).setConstant(800.0);
   const TemporaryDirectory directory;
@@ -194,7 +177,7 @@ TEST(Figures, APlaneWaveFromTheSide) {
   const TemporaryDirectory directory;
   RunData run = graded_run();
   run.array = plane_wave(Vector3(0, 0, -1), 1.0);  // from behind the sheet: +x to the right
-  run.methods[0] = support::made_up_method("wave", run, 0.5);
+  run.methods[0] = made_up_method("wave", run, 0.5);
   run.methods[0].pressure.setConstant(1e-3);
   draw_png(directory.path(), run);
   EXPECT_EQ(names_in(directory.path()),
@@ -371,5 +354,4 @@ TEST(SkinPicture, TheOutlineLeavesOutSharedSides) {
   EXPECT_EQ(sides, (std::set<std::pair<int, int>>{{0, 1}, {1, 4}, {3, 4}, {0, 3}}));  // not the diagonal 1-3
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::figures_test

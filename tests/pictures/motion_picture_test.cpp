@@ -1,27 +1,12 @@
 #include "sim/pictures/motion_picture.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include "sim/core/errors.h"
 #include "sim/pictures/picture_parts.h"
-#include "tests/support/error_support.h"
 #include "tests/support/motion_support.h"
 #include "tests/support/output_support.h"
 #include "tests/support/picture_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::has_colour;
-using support::long_motion;
-using support::message_of;
-using support::Picture;
-using support::read_bytes;
-using support::sheet;
-using support::TemporaryDirectory;
-using ::testing::HasSubstr;
-using ::testing::StartsWith;
+namespace touchfield::motion_picture_test {
 
 int pixels_within(const Picture& picture, const PixelBox& box, const Colour& colour) {
   int count = 0;
@@ -153,5 +138,4 @@ TEST(MotionStrip, WithoutATargetAllOfTheSkinIsSeen) {
   EXPECT_GT(pixels_within(Picture(directory.file("strip.png")), {64, 122, 996, 662}, skin_colour(1.0)), 50'000);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::motion_picture_test

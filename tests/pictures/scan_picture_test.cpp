@@ -3,14 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "sim/pictures/picture_parts.h"
-#include "tests/support/output_support.h"
+#include "tests/support/files.h"
 #include "tests/support/picture_support.h"
 
-namespace touchfield {
-namespace {
-
-using support::has_colour;
-using support::Picture;
+namespace touchfield::scan_picture_test {
 
 /// Pixels of the marker's colour in the plot.
 int marked(const Picture& picture, int from_x, int to_x, int from_y, int to_y) {
@@ -25,7 +21,7 @@ int marked(const Picture& picture, int from_x, int to_x, int from_y, int to_y) {
 
 // The plot is a square from (280, 160) to (920, 800) pixels; its ends are 0 and 10 here.
 TEST(ScanPicture, HasADotWhereAPointIs) {
-  const support::TemporaryDirectory directory;
+  const TemporaryDirectory directory;
   draw_scan(directory.file("scan.png"), "a run", Eigen::Vector2d(2, 10), Eigen::Vector2d(8, 10), "one", "two",
             PictureFormat::kPng);
   const Picture picture(directory.file("scan.png"));
@@ -37,11 +33,10 @@ TEST(ScanPicture, HasADotWhereAPointIs) {
 }
 
 TEST(ScanPicture, IsDrawnOfSilenceToo) {
-  const support::TemporaryDirectory directory;
+  const TemporaryDirectory directory;
   draw_scan(directory.file("scan.svg"), "a run", Eigen::VectorXd::Zero(1), Eigen::VectorXd::Zero(1), "", "",
             PictureFormat::kSvg);
   EXPECT_EQ(directory.entries(), 1U);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::scan_picture_test

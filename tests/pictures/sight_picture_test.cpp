@@ -1,17 +1,11 @@
 #include "sim/pictures/sight_picture.h"
 
-#include <gtest/gtest.h>
-
-#include "sim/core/errors.h"
 #include "sim/pictures/picture_parts.h"
-#include "tests/support/output_support.h"
+#include "tests/support/files.h"
 #include "tests/support/picture_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::has_colour;
-using support::Picture;
+namespace touchfield::sight_picture_test {
 
 constexpr Colour kHoleRed = {235, 30, 60};
 
@@ -49,7 +43,7 @@ int counted(const Picture& picture, const Colour& colour, int from_x, int to_x) 
 }
 
 TEST(SightPicture, MarksHolesInRed) {
-  const support::TemporaryDirectory directory;
+  const TemporaryDirectory directory;
   const auto reds = [&](const std::vector<CameraSight>& sights) {
     draw_sights(directory.file("sight.png"), "a scene", "its first frame", plate(), sights, PictureFormat::kPng);
     const Picture picture(directory.file("sight.png"));
@@ -65,7 +59,7 @@ TEST(SightPicture, MarksHolesInRed) {
 }
 
 TEST(SightPicture, IsDrawnOfNothingToo) {
-  const support::TemporaryDirectory directory;
+  const TemporaryDirectory directory;
   CameraSight away = sight(true);
   away.camera.axes.col(0) *= -1;
   away.camera.axes.col(2) *= -1;
@@ -74,12 +68,11 @@ TEST(SightPicture, IsDrawnOfNothingToo) {
 }
 
 TEST(SightPicture, RefusesAnImageOfAnotherSize) {
-  const support::TemporaryDirectory directory;
+  const TemporaryDirectory directory;
   CameraSight odd = sight(true);
   odd.depth.pop_back();
   EXPECT_THROW(draw_sights(directory.file("sight.png"), "", "", plate(), {odd}, PictureFormat::kPng), InputError);
   EXPECT_EQ(directory.entries(), 0U);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::sight_picture_test

@@ -1,17 +1,11 @@
 #include "sim/pictures/skin_sight.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sim/pictures/setup_picture.h"
 #include "tests/support/output_support.h"
 #include "tests/support/picture_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::expect_colour;
-using support::sheet;
+namespace touchfield::skin_sight_test {
 
 constexpr PixelBox kPanel = {10, 20, 40, 30};
 
@@ -67,7 +61,7 @@ TEST(SkinSight, EdgesBehindFacesAreLeftOut) {
 }
 
 TEST(SetupPicture, DiscsStandWhereTheTransducersAre) {
-  TransducerArray array = support::bare_run(sheet(1, 1, 0.01)).array;  // 10 mm apart
+  TransducerArray array = bare_run(sheet(1, 1, 0.01)).array;  // 10 mm apart
   array.axes.col(0) = Vector3(0, 0.6, 0.8);
   const TriangleMesh discs = transducer_discs(array);
   ASSERT_EQ(discs.vertex_count(), 16 * array.size());
@@ -81,5 +75,4 @@ TEST(SetupPicture, DiscsStandWhereTheTransducersAre) {
   EXPECT_NEAR((transducer_discs(array).vertices().col(0) - array.positions.col(0)).norm(), 5e-3, 1e-12);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::skin_sight_test

@@ -1,25 +1,12 @@
 #include <cmath>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include "sim/core/errors.h"
 #include "sim/core/version.h"
 #include "sim/pictures/study_picture.h"
-#include "tests/support/error_support.h"
-#include "tests/support/output_support.h"
+#include "tests/support/files.h"
 #include "tests/support/picture_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::has_colour;
-using support::message_of;
-using support::Picture;
-using support::read_bytes;
-using support::TemporaryDirectory;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
+namespace touchfield::study_files_test {
 
 StudyRung rung(double seconds, double error, const std::string& scheme = "chief", double edge_mm = 2.0) {
   StudyRung made;
@@ -238,5 +225,4 @@ TEST(StudyPicture, AMissingDirectoryIsAnIoError) {
               HasSubstr("missing/study.png"));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::study_files_test

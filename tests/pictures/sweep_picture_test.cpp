@@ -2,25 +2,12 @@
 
 #include <cmath>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include "sim/core/errors.h"
 #include "sim/pictures/picture_parts.h"
-#include "tests/support/error_support.h"
-#include "tests/support/output_support.h"
+#include "tests/support/files.h"
 #include "tests/support/picture_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::has_colour;
-using support::message_of;
-using support::Picture;
-using support::read_bytes;
-using support::TemporaryDirectory;
-using ::testing::HasSubstr;
-using ::testing::StartsWith;
+namespace touchfield::sweep_picture_test {
 
 SweepRecord record(int number, const std::vector<std::pair<std::string, std::string>>& inputs, double error) {
   SweepRecord made;
@@ -189,5 +176,4 @@ TEST(SweepPicture, WithoutAParameterOrAMetricThereIsNone) {
   EXPECT_EQ(directory.entries(), 0U);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::sweep_picture_test

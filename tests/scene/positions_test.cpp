@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "sim/scene/measured_points.h"
-#include "tests/support/error_support.h"
 #include "tests/support/scene_support.h"
+#include "tests/support/testing.h"
 
 namespace touchfield {
 namespace {

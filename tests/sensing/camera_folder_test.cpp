@@ -12,28 +12,14 @@
 #include <unistd.h>
 
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include "sim/core/errors.h"
 #include "sim/sensing/camera_table.h"
 #include "sim/sensing/recording_check.h"
 #include "tests/sensing/recording_support.h"
-#include "tests/support/error_support.h"
 #include "tests/support/output_support.h"
+#include "tests/support/testing.h"
 
 namespace touchfield::camera_folder_test {
-
-using support::made_up_frame;
-using support::message_of;
-using support::read_bytes;
-using support::TemporaryDirectory;
-using support::two_cameras;
-using support::write_bytes;
-using ::testing::AllOf;
-using ::testing::ElementsAre;
-using ::testing::EndsWith;
-using ::testing::HasSubstr;
 
 void expect_same(const DepthCamera& camera, const DepthCamera& other) {
   EXPECT_EQ(camera.name, other.name);
@@ -57,7 +43,7 @@ double worst_off(const DepthImage& image, const DepthImage& other) {
 
 class Recording : public ::testing::Test {
  protected:
-  Recording() { support::write_recording(path(), cameras_, 3); }
+  Recording() { write_recording(path(), cameras_, 3); }
 
   std::string path() const { return folder_.file("recorded"); }
   std::string file(const std::string& name) const { return path() + "/" + name; }
@@ -142,7 +128,7 @@ TEST_F(Recording, WhatIsWrittenSoFarCanBeRead) {
     EXPECT_EQ(CameraFolder(path).size(), static_cast<std::size_t>(i) + 1);
   }
   // As left by a process that was killed between the images of a frame.
-  write_depth_png(path + "/left/000003.png", support::made_up_image(cameras_[0], 3), 1e-4);
+  write_depth_png(path + "/left/000003.png", made_up_image(cameras_[0], 3), 1e-4);
   write_bytes(path + "/right/.000003.png.tmp-0123456789abcdef", "half");
   EXPECT_EQ(CameraFolder(path).size(), 3U);
 }
@@ -154,7 +140,7 @@ TEST_F(Recording, AWriterThatIsKilledLeavesWhatCanBeRead) {
     ASSERT_GE(writer, 0);
     if (writer == 0) {
       try {
-        support::write_recording(path, cameras_, 10'000);
+        write_recording(path, cameras_, 10'000);
       } catch (const std::exception&) {
       }
       ::_exit(1);
@@ -305,8 +291,8 @@ TEST_F(Recording, TimesAreThoseOfAnyClockThatCountsSeconds) {
   };
   const CameraFolder since_1970 = timed(1763900000.25, 0.03125);
   EXPECT_EQ(since_1970.seconds(2), 1763900000.3125);
-  EXPECT_THAT(since_1970.warnings(), ::testing::IsEmpty());
-  EXPECT_THAT(timed(-7, 0.5).warnings(), ::testing::IsEmpty());
+  EXPECT_THAT(since_1970.warnings(), IsEmpty());
+  EXPECT_THAT(timed(-7, 0.5).warnings(), IsEmpty());
   // In milliseconds, microseconds and by numbers of frames; by hours.
   for (const double period : {33.333, 33333.0, 1.0}) {
     EXPECT_THAT(timed(0, period).warnings(), ElementsAre(HasSubstr("too far to follow a hand"))) << period;
@@ -324,7 +310,7 @@ TEST_F(Recording, WhatIsHardlyMeantIsWarnedOf) {
     change(cameras);
     return recording_warnings(cameras, {0.0, 0.033, 0.067});
   };
-  EXPECT_THAT(warnings([](auto&) {}), ::testing::IsEmpty());
+  EXPECT_THAT(warnings([](auto&) {}), IsEmpty());
   EXPECT_THAT(warnings([](auto& cameras) { cameras[1].view.eye = cameras[0].view.eye + Vector3(0.9e-3, 0, 0); }),
               ElementsAre(HasSubstr("left and right stand 0.9 mm apart")));
   const auto in_metres = [](auto& cameras) {
@@ -342,7 +328,7 @@ TEST_F(Recording, WhatIsHardlyMeantIsWarnedOf) {
                 cameras.pop_back();
                 cameras[0].view.eye.setZero();
               }),
-              ::testing::IsEmpty());
+              IsEmpty());
   EXPECT_THAT(warnings([](auto& cameras) { cameras[0].view.centre *= 2; }),
               ElementsAre(HasSubstr("the axis of left is at (24.24, 15.08) in an image of 24 x 16")));
   EXPECT_THAT(warnings([](auto& cameras) { cameras[0].view.focal.y() *= 1.5; }),
@@ -351,11 +337,11 @@ TEST_F(Recording, WhatIsHardlyMeantIsWarnedOf) {
 
 TEST_F(Recording, AllCamerasTogetherHaveABoundOfPixels) {
   for (DepthCamera& camera : cameras_) {
-    camera = support::small_camera(camera.name, 4096, 4096);
+    camera = small_camera(camera.name, 4096, 4096);
   }
   const std::string text = cameras_text(cameras_);
   EXPECT_EQ(read_cameras_text(text, "cameras.yaml").size(), 2U);
-  cameras_.push_back(support::small_camera("third"));
+  cameras_.push_back(small_camera("third"));
   EXPECT_THAT(
       message_of<InputError>([&] { read_cameras_text(cameras_text(cameras_), "cameras.yaml"); }),
       HasSubstr("cameras.yaml: the images of all cameras have 33554816 pixels together, must be at most 33554432"));
@@ -372,11 +358,11 @@ class Hearing : public Progress {
 
 TEST_F(Recording, AFileOfManyRowsIsCheckedOnce) {
   // As many parts as an image may have: what takes longest to check.
-  std::string bytes = support::png_begin(24, 16, 16, 0);
+  std::string bytes = png_begin(24, 16, 16, 0);
   for (int part = 0; part < 600; ++part) {
-    bytes += support::png_chunk("IDAT", "");
+    bytes += png_chunk("IDAT", "");
   }
-  write_bytes(file("parts.png"), bytes + support::png_chunk("IEND", ""));
+  write_bytes(file("parts.png"), bytes + png_chunk("IEND", ""));
   std::string table = "time_s,left,right\n";
   for (int row = 0; row < 10'000; ++row) {
     table += fmt::format("{},parts.png,\n", row / 30.0);
@@ -389,9 +375,9 @@ TEST_F(Recording, AFileOfManyRowsIsCheckedOnce) {
   EXPECT_EQ(hearing.begun, "check the images of 10000 frames;");
   EXPECT_EQ(hearing.reached, 1.0);
   for (int part = 0; part < 200; ++part) {
-    bytes += support::png_chunk("IDAT", "");
+    bytes += png_chunk("IDAT", "");
   }
-  write_bytes(file("parts.png"), bytes + support::png_chunk("IEND", ""));
+  write_bytes(file("parts.png"), bytes + png_chunk("IEND", ""));
   EXPECT_THAT(refusal(), AllOf(HasSubstr("times.csv:2: left: "), HasSubstr("chunks, must be an ordinary PNG image"),
                                EndsWith("10000 of 10000 images are faulty, these are the first 10")));
 }
@@ -400,7 +386,7 @@ TEST_F(Recording, ImagesAreCheckedBeforeAnyIsUnpacked) {
   EXPECT_THAT(refusal_with("times.csv", "left/000001.png", "right/000001.png"),
               HasSubstr("right/000001.png: 32 x 20 pixels, must be 24 x 16 as its camera has"));
   const std::string bytes = read_bytes(file("left/000002.png"));
-  write_bytes(file("left/000002.png"), support::png_begin(24, 16, 8, 0));
+  write_bytes(file("left/000002.png"), png_begin(24, 16, 8, 0));
   EXPECT_THAT(refusal(), AllOf(HasSubstr("times.csv:4: left: "), EndsWith("8 bits a pixel, must be 16-bit grey")));
   write_bytes(file("left/000002.png"), bytes.substr(0, bytes.size() - 20));
   EXPECT_THAT(refusal(), EndsWith("left/000002.png: cut off"));
@@ -417,7 +403,7 @@ TEST_F(Recording, DamageWithinAnImageIsFoundAsItIsRead) {
 
 TEST_F(Recording, ManyFaultyImagesAreCounted) {
   const std::string path = folder_.file("many");
-  support::write_recording(path, cameras_, 30);
+  write_recording(path, cameras_, 30);
   std::filesystem::remove_all(path + "/right");
   const std::string said = message_of<InputError>([&] { CameraFolder{path}; });
   EXPECT_EQ(std::ranges::count(said, '\n'), 10);
@@ -436,7 +422,7 @@ TEST(RecordedInPython, IsRead) {
   if (std::system("/usr/bin/python3 -c 'import numpy, PIL' 2> /dev/null") != 0) {
     GTEST_SKIP() << "no python3 with NumPy and Pillow";
   }
-  ASSERT_EQ(std::system(("cd " + folder.path() + " && /usr/bin/python3 record.py").c_str()), 0);
+  ASSERT_EQ(std::system(("cd " + folder.path().string() + " && /usr/bin/python3 record.py").c_str()), 0);
   const CameraFolder recording(folder.file("recorded"));
   ASSERT_EQ(recording.size(), 30U);
   EXPECT_NEAR(recording.seconds(29), 29 / 30.0, 1e-12);

@@ -4,17 +4,13 @@
 #include <filesystem>
 #include <random>
 
-#include <gtest/gtest.h>
-
-#include "sim/core/errors.h"
 #include "tests/sensing/recording_support.h"
-#include "tests/support/output_support.h"
+#include "tests/support/files.h"
+#include "tests/support/testing.h"
 
 namespace touchfield::damaged_recording_test {
 
 namespace fs = std::filesystem;
-using support::read_bytes;
-using support::write_bytes;
 
 using Random = std::mt19937;
 
@@ -65,7 +61,7 @@ void other_header(Random& random, std::string& bytes) {
   const std::array<std::uint32_t, 6> sizes{0, 1, 24, 4096, 0x7FFFFFFF, 0xFFFFFFFF};
   const std::array<char, 5> bits{1, 8, 16, 32, 0};
   const bool same_size = random() % 2 == 0;
-  const std::string begin = support::png_begin(
+  const std::string begin = png_begin(
       same_size ? 24 : sizes[below(random, sizes.size())], same_size ? 16 : sizes[below(random, sizes.size())],
       bits[below(random, bits.size())], static_cast<char>(random() % 8), static_cast<char>(random() % 2));
   bytes.replace(0, std::min(bytes.size(), begin.size()), begin);
@@ -77,9 +73,8 @@ void other_pixels(Random& random, std::string& bytes) {
   for (char& byte : rows) {
     byte = static_cast<char>(random());
   }
-  bytes = support::png_begin(24, 16, 16, 0) +
-          support::png_chunk("IDAT", random() % 2 == 0 ? rows : support::zlib_packed(rows)) +
-          support::png_chunk("IEND", "");
+  bytes = png_begin(24, 16, 16, 0) + png_chunk("IDAT", random() % 2 == 0 ? rows : zlib_packed(rows)) +
+          png_chunk("IEND", "");
 }
 
 /// A new file: one that is cut to nothing and written again is brought to the disk each time.
@@ -92,7 +87,7 @@ void write_anew(const std::string& file, const std::string& bytes) {
 class Damaged {
  public:
   Damaged() {
-    support::write_recording(folder_.path(), support::two_cameras(), 3);
+    write_recording(folder_.path(), two_cameras(), 3);
     for (const auto& entry : fs::recursive_directory_iterator(folder_.path())) {
       if (entry.is_regular_file()) {
         files_.push_back(entry.path());
@@ -151,7 +146,7 @@ class Damaged {
     }
   }
 
-  support::TemporaryDirectory folder_;
+  TemporaryDirectory folder_;
   std::vector<std::string> files_;
   std::vector<std::string> good_;
 };

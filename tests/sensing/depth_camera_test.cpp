@@ -3,8 +3,7 @@
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
-namespace touchfield {
-namespace {
+namespace touchfield::depth_camera_test {
 
 DepthCamera camera_with(const std::array<double, 5>& distortion) {
   DepthCamera camera;
@@ -53,5 +52,4 @@ TEST(ImagePoint, IsNotFoldedBackByItsLens) {
   EXPECT_FALSE(image_point(camera, world(camera, {2.1, 0}, 0.3)));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::depth_camera_test

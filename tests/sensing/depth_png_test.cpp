@@ -4,22 +4,11 @@
 #include <limits>
 #include <random>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include "sim/core/errors.h"
 #include "tests/sensing/recording_support.h"
-#include "tests/support/error_support.h"
 #include "tests/support/output_support.h"
+#include "tests/support/testing.h"
 
 namespace touchfield::depth_png_test {
-
-using support::message_of;
-using support::png_begin;
-using support::png_chunk;
-using support::TemporaryDirectory;
-using ::testing::EndsWith;
-using ::testing::HasSubstr;
 
 constexpr int kWidth = 24;
 constexpr int kHeight = 16;
@@ -29,19 +18,19 @@ constexpr double kUnit = 1e-4;
 class DepthPng : public ::testing::Test {
  protected:
   std::string good() const {
-    write_depth_png(path_, support::made_up_image(support::small_camera("left"), 1), kUnit);
-    return support::read_bytes(path_);
+    write_depth_png(path_, made_up_image(small_camera("left"), 1), kUnit);
+    return read_bytes(path_);
   }
   /// What both the check of the header and the reader say of a file.
   std::string refusal(const std::string& bytes) const {
-    support::write_bytes(path_, bytes);
+    write_bytes(path_, bytes);
     std::string checked = message_of<InputError>([&] { check_depth_png(path_, kWidth, kHeight); });
     EXPECT_EQ(message_of<InputError>([&] { read(); }), checked);
     return checked;
   }
   /// What only unpacking tells.
   std::string damage(const std::string& bytes) const {
-    support::write_bytes(path_, bytes);
+    write_bytes(path_, bytes);
     check_depth_png(path_, kWidth, kHeight);
     return message_of<InputError>([&] { read(); });
   }
@@ -52,7 +41,7 @@ class DepthPng : public ::testing::Test {
 };
 
 TEST_F(DepthPng, KeepsDepthsToHalfAUnit) {
-  const DepthImage image = support::made_up_image(support::small_camera("left"), 1);
+  const DepthImage image = made_up_image(small_camera("left"), 1);
   for (const double unit : {1e-5, 1e-4, 1e-3}) {
     write_depth_png(path_, image, unit);
     const DepthImage back = read_depth_png(path_, unit, kWidth, kHeight);
@@ -71,7 +60,7 @@ TEST_F(DepthPng, KeepsDepthsToHalfAUnit) {
 TEST_F(DepthPng, WhatItHoldsIsWrittenAgainTheSame) {
   const std::string bytes = good();
   write_depth_png(path_, read(), kUnit);
-  EXPECT_EQ(support::read_bytes(path_), bytes);
+  EXPECT_EQ(read_bytes(path_), bytes);
 }
 
 TEST_F(DepthPng, EveryNumberOfAPixelIsKept) {
@@ -139,7 +128,7 @@ TEST_F(DepthPng, MissingFilesAreNamed) {
 TEST_F(DepthPng, ACutFileIsRefusedWhereverItIsCut) {
   const std::string bytes = good();
   for (std::size_t length = 8; length < bytes.size(); ++length) {
-    support::write_bytes(path_, bytes.substr(0, length));
+    write_bytes(path_, bytes.substr(0, length));
     EXPECT_THAT(message_of<InputError>([&] { check_depth_png(path_, kWidth, kHeight); }), EndsWith("left.png: cut off"))
         << length;
     EXPECT_THAT(message_of<InputError>([&] { read(); }), EndsWith("cut off")) << length;
@@ -151,7 +140,7 @@ TEST_F(DepthPng, ABitThatIsChangedIsFoundWhereverItIs) {
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     std::string changed = bytes;
     changed[i] = static_cast<char>(changed[i] ^ (1 << i % 8));
-    support::write_bytes(path_, changed);
+    write_bytes(path_, changed);
     EXPECT_THROW(read(), InputError) << i;
   }
 }
@@ -164,9 +153,9 @@ TEST_F(DepthPng, RowsThatAreMissingAreFound) {
   }
   const std::string begin = png_begin(kWidth, kHeight, 16, 0);
   const std::string end = png_chunk("IEND", "");
-  EXPECT_THAT(damage(begin + png_chunk("IDAT", support::zlib_packed(rows)) + end), HasSubstr("left.png: damaged: "));
+  EXPECT_THAT(damage(begin + png_chunk("IDAT", zlib_packed(rows)) + end), HasSubstr("left.png: damaged: "));
   EXPECT_THAT(damage(begin + end), HasSubstr("left.png: damaged: "));
-  support::write_bytes(path_, begin + png_chunk("IDAT", support::zlib_packed(rows + row)) + end);
+  write_bytes(path_, begin + png_chunk("IDAT", zlib_packed(rows + row)) + end);
   EXPECT_EQ(read().depth, std::vector<float>(kPixels, 0.0F));
 }
 
@@ -182,26 +171,26 @@ TEST_F(DepthPng, WhatFollowsOrIsNoDepthIsIgnored) {
   const DepthImage image = read();
   const std::size_t header = png_begin(kWidth, kHeight, 16, 0).size();
   const std::string others =
-      png_chunk("gAMA", support::big_endian_bytes(22000)) + png_chunk("tEXt", std::string("Title\0depth", 11)) +
+      png_chunk("gAMA", big_endian_bytes(22000)) + png_chunk("tEXt", std::string("Title\0depth", 11)) +
       png_chunk("sBIT", "\x08") +
-      png_chunk("zTXt", std::string("bomb\0\0", 6) + support::zlib_packed(std::string(std::size_t{16} << 20U, 'a')));
-  support::write_bytes(path_, bytes.substr(0, header) + others + bytes.substr(header) + "trailing junk");
+      png_chunk("zTXt", std::string("bomb\0\0", 6) + zlib_packed(std::string(std::size_t{16} << 20U, 'a')));
+  write_bytes(path_, bytes.substr(0, header) + others + bytes.substr(header) + "trailing junk");
   check_depth_png(path_, kWidth, kHeight);
   EXPECT_EQ(read().depth, image.depth);
 }
 
 TEST_F(DepthPng, RowsBeyondTheLastAreNotKeptAndNotEndless) {
   const auto with = [&](const std::string& rows) {
-    return png_begin(kWidth, kHeight, 16, 0) + png_chunk("IDAT", support::zlib_packed(rows)) + png_chunk("IEND", "");
+    return png_begin(kWidth, kHeight, 16, 0) + png_chunk("IDAT", zlib_packed(rows)) + png_chunk("IEND", "");
   };
-  support::write_bytes(path_, with(std::string(std::size_t{32} << 20U, '\0')));
+  write_bytes(path_, with(std::string(std::size_t{32} << 20U, '\0')));
   EXPECT_EQ(read().depth, std::vector<float>(kPixels, 0.0F));
   std::string rows(2 * kPixels + kHeight, '\0');
   std::mt19937 random(1);
   for (int i = 0; i < 600'000; ++i) {
     rows += static_cast<char>(random());
   }
-  support::write_bytes(path_, with(rows));
+  write_bytes(path_, with(rows));
   EXPECT_EQ(read().depth, std::vector<float>(kPixels, 0.0F));
 }
 

@@ -4,21 +4,13 @@
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include "sim/core/errors.h"
 #include "sim/core/units.h"
-#include "tests/support/error_support.h"
 #include "tests/support/joint_table_support.h"
 #include "tests/support/scene_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::message_of;
-using ::testing::HasSubstr;
-using testing::TempFolder;
+namespace touchfield::joint_table_test {
 
 bool is_palm(const std::string& joint) { return joint == "palm" || joint.ends_with("_metacarpal"); }
 
@@ -46,20 +38,20 @@ class JointTable : public ::testing::Test {
  protected:
   JointRecording read(const std::string& text, const RigidMotion& pose = {}) {
     std::ofstream(folder_.path() / "hand.csv") << text;
-    return read_joints((folder_.path() / "hand.csv").string(), pose);
+    return read_joints(folder_.file("hand.csv"), pose);
   }
   std::string fault(const std::string& text) {
     return message_of<InputError>([&] { read(text); });
   }
 
  private:
-  TempFolder folder_;
+  TemporaryDirectory folder_;
 };
 
 // The wrist is OpenXR's joint 1, the thumb's proximal 3, the index finger's proximal 7, the last 25.
 TEST_F(JointTable, TakesTheJointsThatASkeletonHasInEachUnit) {
   const JointRecording metres = read(header("") + row(5, 1) + row(5.5, 2));
-  EXPECT_THAT(metres.seconds, ::testing::ElementsAre(5, 5.5));
+  EXPECT_THAT(metres.seconds, ElementsAre(5, 5.5));
   const JointPoints& joints = *metres.joints[1];
   EXPECT_EQ(Vector3(joints.col(0)), Vector3(2, 0.2, 0.4));
   EXPECT_EQ(joints(0, 1), 6);
@@ -120,24 +112,23 @@ TEST_F(JointTable, NamesWhatIsWrong) {
 
 TEST(JointRow, IsThatOfATableWithoutHeader) {
   const JointPoints joints = JointPoints::Random();
-  const auto read = joints_of_row(support::joint_row_text(joints) + "\r\n");
+  const auto read = joints_of_row(joint_row_text(joints) + "\r\n");
   ASSERT_TRUE(read);
   EXPECT_TRUE(read->isApprox(joints, 1e-8));
   RigidMotion pose;
   pose.shift = Vector3(1, 2, 3);
-  EXPECT_TRUE(joints_of_row(support::joint_row_text(joints), pose)->isApprox(joints.colwise() + pose.shift, 1e-8));
-  EXPECT_FALSE(joints_of_row(support::joint_row_text(JointPoints::Zero())));
+  EXPECT_TRUE(joints_of_row(joint_row_text(joints), pose)->isApprox(joints.colwise() + pose.shift, 1e-8));
+  EXPECT_FALSE(joints_of_row(joint_row_text(JointPoints::Zero())));
   EXPECT_FALSE(joints_of_row("7" + std::string(78, ',')));
 }
 
 TEST(JointRow, NamesWhatIsWrong) {
   const auto fault = [](const std::string& row) { return message_of<InputError>([&] { joints_of_row(row); }); };
-  const std::string good = support::joint_row_text(JointPoints::Random());
+  const std::string good = joint_row_text(JointPoints::Random());
   EXPECT_THAT(fault(good + ",1"), HasSubstr("80 values, must be 79: time_s, then x, y and z of each joint [m]"));
   EXPECT_THAT(fault(good.substr(0, good.rfind(','))), HasSubstr("78 values, must be 79"));
   EXPECT_THAT(fault(""), HasSubstr("1 values, must be 79"));
   EXPECT_THAT(fault("here" + good.substr(1)), HasSubstr("value 1 is 'here', must be a number"));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::joint_table_test

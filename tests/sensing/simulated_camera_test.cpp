@@ -3,14 +3,12 @@
 #include <cmath>
 
 #include <Eigen/Geometry>
-#include <gtest/gtest.h>
 
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
 #include "sim/core/units.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::simulated_camera_test {
 
 CameraSpec camera_at(const Vector3& at, const Vector3& look_at) {
   CameraSpec spec;
@@ -110,5 +108,4 @@ TEST(SimulatedCameras, KnowTheirModels) {
   EXPECT_THROW(SimulatedCameras({spec}, 1), InputError);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::simulated_camera_test

@@ -6,13 +6,12 @@
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
-#include <omp.h>
 
 #include "sim/body/shapes.h"
 #include "sim/sensing/simulated_camera.h"
+#include "tests/support/threads_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::stereo_noise_test {
 
 /// At the origin, looking along +z, x to the right of its image.
 CameraSpec upward(int width = 640, int height = 360) {
@@ -295,12 +294,8 @@ TEST(StereoNoise, AShareOfAnEdgesPixelsFlies) {
 TEST(StereoNoise, DependsOnItsKeyAlone) {
   const StereoCamera camera = stereo_camera(upward());
   const TriangleMesh small = transformed(icosphere(0.03, 20), Eigen::Matrix3d::Identity(), Vector3(0.01, 0, 0.3));
-  const int threads = omp_get_max_threads();
-  omp_set_num_threads(1);
-  const DepthImage one = image_of(camera, small, {}, noise_key(1, 2, 3));
-  omp_set_num_threads(4);
-  EXPECT_EQ(image_of(camera, small, {}, noise_key(1, 2, 3)).depth, one.depth);
-  omp_set_num_threads(threads);
+  const DepthImage one = with_threads(1, [&] { return image_of(camera, small, {}, noise_key(1, 2, 3)); });
+  EXPECT_EQ(with_threads(4, [&] { return image_of(camera, small, {}, noise_key(1, 2, 3)); }).depth, one.depth);
   for (const std::uint64_t key : {noise_key(2, 2, 3), noise_key(1, 3, 3), noise_key(1, 2, 4)}) {
     EXPECT_NE(image_of(camera, small, {}, key).depth, one.depth);
   }
@@ -341,5 +336,4 @@ TEST(StereoNoise, OfNothingIsNothing) {
   EXPECT_EQ(std::count(image.depth.begin(), image.depth.end(), 0.0F), 640 * 360);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::stereo_noise_test

@@ -11,10 +11,8 @@
 #include "sim/solve/solve_model.h"
 #include "tests/support/solve_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::array_truth_test {
 
-using support::small_model;
 using RunData = touchfield::Run;
 
 constexpr int kChannels = 64;
@@ -195,5 +193,4 @@ TEST(ArrayTruth, AnotherMeshJudgesItToo) {
   }
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::array_truth_test

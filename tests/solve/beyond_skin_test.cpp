@@ -2,22 +2,14 @@
 
 #include <cmath>
 
-#include <gmock/gmock.h>
-
-#include "sim/core/errors.h"
 #include "sim/core/progress.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/solve/methods.h"
 #include "sim/solve/solve_model.h"
 #include "tests/support/solve_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::small_model;
-using testing::Each;
-using testing::ElementsAre;
-using testing::HasSubstr;
+namespace touchfield::beyond_skin_test {
 
 const std::vector<std::string> kLong = {"body.capsule.length_mm=60", "body.place.at_mm=[0, 20, 50]"};
 
@@ -76,7 +68,7 @@ TEST(BeyondSkin, OtherBodiesLieBeyondAsAWhole) {
   EXPECT_NEAR(model.beyond.areas.sum() / sphere, 1.0, 0.03);
   EXPECT_NEAR((model.beyond.centres().colwise() - Vector3(70e-3, 0, 60e-3)).colwise().norm().mean(), 8e-3, 0.3e-3);
   const JudgeMesh judge = build_judge_mesh(model);
-  EXPECT_THAT(judge.owner, testing::Contains(1));
+  EXPECT_THAT(judge.owner, Contains(1));
   // It has to be there where it is pressed on, or where nothing may lie beyond.
   EXPECT_THROW(
       small_model({two, "body=null",
@@ -160,5 +152,4 @@ TEST(BeyondSkin, PatchesAreSeenAsTheSkinIs) {
   EXPECT_LT((shift - truth.beyond.normals() * along.asDiagonal()).cwiseAbs().maxCoeff(), 1e-12);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::beyond_skin_test

@@ -1,24 +1,17 @@
 #include "sim/solve/model.h"
 
-#include <gmock/gmock.h>
-
-#include "sim/core/errors.h"
-#include "tests/support/error_support.h"
 #include "tests/support/solve_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::small_model;
-using testing::HasSubstr;
+namespace touchfield::model_test {
 
 std::string refusal(const std::vector<std::string>& changes) {
-  return support::message_of<InputError>([&] { small_model(changes); });
+  return message_of<InputError>([&] { small_model(changes); });
 }
 
 TEST(Model, OwnsItsScene) {
   const Model model = [] {
-    const Scene scene = support::small_scene({"name=gone"});
+    const Scene scene = small_scene({"name=gone"});
     return build_model(scene);
   }();
   EXPECT_EQ(model.fixed->scene.name, "gone");
@@ -45,8 +38,8 @@ TEST(Model, WhatDoesNotGoTogetherIsRefused) {
 }
 
 TEST(Model, ChannelsAreCountedBeforeTheyAreMade) {
-  EXPECT_EQ(channel_count(support::small_scene().array), small_model().fixed->array.size());
-  EXPECT_EQ(channel_count(support::small_scene({"array={sonicsurface: {}}"}).array), 256);
+  EXPECT_EQ(channel_count(small_scene().array), small_model().fixed->array.size());
+  EXPECT_EQ(channel_count(small_scene({"array={sonicsurface: {}}"}).array), 256);
 }
 
 TEST(Model, TheJudgeKeepsTheWholeBodyUpToANumberOfFaces) {
@@ -110,5 +103,4 @@ TEST(Model, TheJudgeHasItsOwnMeshWhereTheSceneSaysSo) {
   EXPECT_NE(noisy.body.mesh.vertices(), noisy.truth->vertices());
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::model_test

@@ -17,8 +17,7 @@
 #include "solvers/phase/dual_factor.h"
 #include "solvers/phase/skin_jacobian.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::ownership_test {
 
 using Mesh = TriangleMesh;
 using Splits = std::optional<int>;
@@ -106,5 +105,4 @@ constexpr bool kHolds = requires(const Input& input, Entry&& entry) {
 };
 static_assert(kHolds<schema::Entry&> && !kHolds<schema::Entry>);
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::ownership_test

@@ -3,15 +3,12 @@
 #include <algorithm>
 #include <functional>
 
-#include <gtest/gtest.h>
-
-#include "sim/core/errors.h"
 #include "sim/solve/solve_model.h"
 #include "tests/support/far_field.h"
 #include "tests/support/solve_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::run_field_test {
 
 /// A card that computes no more than a field, by what a test gives it.
 class FieldCard : public Gpu {
@@ -33,9 +30,9 @@ class FieldCard : public Gpu {
 
 /// A run with enough points about its body for the card to be asked.
 struct Case {
-  Model model = support::small_model({"body.edge_mm=1.2"});
+  Model model = small_model({"body.edge_mm=1.2"});
   Run run = solve_model(model);
-  Points points = support::points_about(run.mesh, 22);
+  Points points = points_about(run.mesh, 22);
 };
 
 const Case& solved() {
@@ -52,7 +49,7 @@ TEST(RunField, TakesTheFarPartFromTheCard) {
     const Eigen::Map<const Eigen::MatrixXcd> surface(field.surface, run.mesh.face_count(), field.columns);
     const Eigen::Map<const Eigen::MatrixXcd> drives(field.drives, run.array.size(), field.columns);
     const Eigen::Map<const Points> at(field.points, 3, field.count);
-    const FarField far = support::reference_far_field(run.mesh, run.array, model.fixed->wave, at, surface, drives);
+    const FarField far = reference_far_field(run.mesh, run.array, model.fixed->wave, at, surface, drives);
     std::ranges::copy(far.pressure.reshaped(), field.pressure);
     std::ranges::copy(far.winding, field.winding);
     std::ranges::copy(far.near, field.near);
@@ -84,5 +81,4 @@ TEST(RunField, TellsWantOfMemoryFromFailure) {
   EXPECT_THROW(run_field(run, model.fixed->wave, points, &broken), DeviceError);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::run_field_test

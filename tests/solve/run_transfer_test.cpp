@@ -1,5 +1,3 @@
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "sim/core/progress.h"
 #include "sim/solve/solve_model.h"
@@ -8,20 +6,19 @@
 #include "solvers/phase/skin_problem.h"
 #include "tests/support/output_support.h"
 #include "tests/support/solve_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::run_transfer_test {
 
 using Eigen::MatrixXcd;
 using Eigen::VectorXcd;
-using support::RunData;
 
 /// The run of the small scene, as run.h5 gives it back.
 RunData reread(const std::vector<std::string>& changes) {
   Progress progress;
-  const support::TemporaryDirectory directory;
+  const TemporaryDirectory directory;
   const RunData run = solve_model(
-      support::small_model(changes), {}, [](const RunData&) {}, progress);
+      small_model(changes), {}, [](const RunData&) {}, progress);
   write_run_file(directory.file("run.h5"), run);
   return read_run_file(directory.file("run.h5"));
 }
@@ -68,7 +65,7 @@ TEST(RunTransfer, GivesBackTheRunsOwnCostsAndPressures) {
 TEST(RunTransfer, HoldsTheIncidentPressures) {
   const RunData run = reread({"array.directivity=omni", "write=[transfer]"});
   const RunTransfer& transfer = run.transfers.front();
-  const Wave wave = support::small_model().fixed->wave;
+  const Wave wave = small_model().fixed->wave;
   for (const Eigen::Index n : {0, 27, 63}) {
     for (Eigen::Index j = 0; j < run.target->size(); ++j) {
       const Eigen::Index face = run.target->faces[static_cast<std::size_t>(j)];
@@ -110,8 +107,7 @@ TEST(RunTransfer, IsOfTheScenesSchemeAndOfThoseOfMethodsOnTheSkin) {
     EXPECT_EQ(transfer.problem.quiet.rows(), 0);
     EXPECT_EQ(transfer.problem.target_count(), run.target->size());
   }
-  EXPECT_THAT(schemes, testing::UnorderedElementsAre(run.methods.front().scheme, "paper_corrected"));
+  EXPECT_THAT(schemes, UnorderedElementsAre(run.methods.front().scheme, "paper_corrected"));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::run_transfer_test

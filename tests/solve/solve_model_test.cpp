@@ -1,18 +1,10 @@
 #include "sim/solve/solve_model.h"
 
-#include <gmock/gmock.h>
-
-#include "sim/core/errors.h"
 #include "sim/core/progress.h"
-#include "tests/support/error_support.h"
 #include "tests/support/solve_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::small_model;
-using testing::ElementsAre;
-using testing::HasSubstr;
+namespace touchfield::solve_model_test {
 
 touchfield::Run solved(const Model& model) { return solve_model(model); }
 
@@ -41,8 +33,7 @@ TEST(SolveModel, WhatTheObserverThrowsEndsIt) {
     ++shown;
     throw IoError("the disk is full");
   };
-  EXPECT_EQ(support::message_of<IoError>([&] { solve_model(small_model(), {}, full_disk, progress); }),
-            "the disk is full");
+  EXPECT_EQ(message_of<IoError>([&] { solve_model(small_model(), {}, full_disk, progress); }), "the disk is full");
   EXPECT_EQ(shown, 1);
 }
 
@@ -59,7 +50,7 @@ TEST(SolveModel, ScatteringIsWhatTheMethodsDifferIn) {
 // As a program does that brings phases of its own.
 TEST(SolveModel, PhasesThatAreGivenToTheModelMustFitTheChannels) {
   Model model = small_model({"target=null", "solve.methods=[{fixed: {phases_rad: 0}}]"});
-  MethodSpec& given = support::own_part(model).scene.solve.methods.front();
+  MethodSpec& given = own_part(model).scene.solve.methods.front();
   given.phases.assign(static_cast<std::size_t>(model.fixed->array.size()), 0.0);
   EXPECT_EQ(solved(model).methods.front().solution.phases.size(), model.fixed->array.size());
   given.phases.pop_back();
@@ -109,5 +100,4 @@ TEST(SolveModel, TheCertificateIsBelowWhatAnyMethodReaches) {
   }
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::solve_model_test

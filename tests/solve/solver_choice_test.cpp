@@ -1,13 +1,10 @@
 #include "sim/solve/solver_choice.h"
 
-#include <gmock/gmock.h>
-
-#include "sim/core/errors.h"
 #include "sim/gpu/gpu_library.h"
 #include "tests/support/solve_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::solver_choice_test {
 
 constexpr double kGibibyte = 1024.0 * 1024.0 * 1024.0;
 
@@ -141,20 +138,19 @@ TEST(DeviceChoice, TextIsReadAndWritten) {
 }
 
 TEST(LargestBlock, MethodsThatNeedEveryChannelCountInTheirOwnScheme) {
-  const Scene plain = support::small_scene();
+  const Scene plain = small_scene();
   EXPECT_EQ(largest_block(plain, plain.solve.scheme, 64), 1);
   EXPECT_EQ(largest_block(plain, plain.solve.scheme, 64, true), 6);  // two a method
-  const Scene surface = support::small_scene({"solve.methods=[surface, {paper: {scheme: paper}}]"});
+  const Scene surface = small_scene({"solve.methods=[surface, {paper: {scheme: paper}}]"});
   EXPECT_EQ(largest_block(surface, surface.solve.scheme, 64), 64);
   EXPECT_EQ(largest_block(surface, surface.solve.scheme, 1496), 400);
   EXPECT_EQ(largest_block(surface, Scheme::kPaper, 1496), 1);
-  const Scene certified = support::small_scene({"solve.certificate=true"});
+  const Scene certified = small_scene({"solve.certificate=true"});
   EXPECT_EQ(largest_block(certified, certified.solve.scheme, 64), 64);
-  const Scene written = support::small_scene({"write=[transfer]"});
+  const Scene written = small_scene({"write=[transfer]"});
   EXPECT_EQ(largest_block(written, written.solve.scheme, 64), 64);
 }
 
 TEST(AvailableMemory, IsThatOfAComputer) { EXPECT_GT(available_memory(), 1e6); }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::solver_choice_test

@@ -5,13 +5,9 @@
 #include <stdexcept>
 #include <thread>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using ::testing::HasSubstr;
+namespace touchfield::speed_test {
 
 TEST(Speed, IsOperationsOverSeconds) {
   const Speed speed = speed_of([] { std::this_thread::sleep_for(std::chrono::milliseconds(20)); }, 1e6);
@@ -48,5 +44,4 @@ TEST(Speed, OfAnotherSizeIsAnotherMeasurement) {
   EXPECT_EQ(&measured_speed(kTimedRows), &measured_speed(20 * kTimedRows));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::speed_test

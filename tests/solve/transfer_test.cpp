@@ -1,17 +1,14 @@
 #include "sim/solve/transfer.h"
 
-#include <gtest/gtest.h>
-
 #include "sim/bem/scattering_system.h"
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
 #include "sim/core/rotation.h"
 #include "sim/solve/kept_models.h"
 #include "solvers/linear/low_rank.h"
 #include "solvers/phase/surface.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::transfer_test {
 
 Wave audible_wave() { return Wave(air(293.15), 40e3); }
 
@@ -103,5 +100,4 @@ TEST(KeptModels, AMovedBodyIsRecognisedAndAnotherIsNot) {
   EXPECT_NE(kept.get("solve", mesh, wave, Scheme::kPaper, tighter, 1), fourth);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::transfer_test

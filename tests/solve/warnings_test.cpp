@@ -3,25 +3,14 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 
 #include "sim/core/progress.h"
 #include "sim/solve/solve_model.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/solve_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::small_model;
-using testing::AllOf;
-using testing::Contains;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::MatchesRegex;
-using testing::SizeIs;
-using testing::StartsWith;
+namespace touchfield::warnings_test {
 
 touchfield::Run unsolved(const Model& model) {
   Progress progress;
@@ -79,7 +68,7 @@ TEST(ModelRemarks, CoarseFacesInOnePlaceAreNamed) {
 TEST(ModelRemarks, CrossingFacesAreNamedWhateverTheyComeFrom) {
   Model model = small_model();
   model.body.mesh = together(model.body.mesh, shifted(model.body.mesh, Vector3(8e-3, 0, 0)));
-  FixedModel& fixed = support::own_part(model);
+  FixedModel& fixed = own_part(model);
   fixed.skin.assign(static_cast<std::size_t>(model.body.mesh.face_count()), 1);
   fixed.owner.assign(fixed.skin.size(), 0);
   EXPECT_THAT(model_remarks(model).warnings,
@@ -242,5 +231,4 @@ TEST(ResultRemarks, AQuietTargetIsInTheShadow) {
   EXPECT_THAT(result_remarks(run).warnings, Contains(StartsWith("deep_shadow: ")));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::warnings_test

@@ -1,23 +1,11 @@
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include "sim/core/errors.h"
 #include "sim/store/hdf5_content.h"
 #include "sim/store/run_compare.h"
 #include "sim/store/run_file.h"
-#include "tests/support/error_support.h"
 #include "tests/support/output_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::full_run;
-using support::message_of;
-using support::RunData;
-using support::TemporaryDirectory;
-using ::testing::ContainsRegex;
-using ::testing::HasSubstr;
-using ::testing::Not;
+namespace touchfield::array_truth_file_test {
 
 ChannelResponse some_response(Eigen::Index channels, double first) {
   return {Eigen::VectorXd::LinSpaced(channels, first, 1.0), Eigen::VectorXd::LinSpaced(channels, -1.0, 1.0)};
@@ -95,5 +83,4 @@ TEST(RunText, SaysHowChannelsDifferFromTheirDesign) {
   EXPECT_THAT(text, ContainsRegex("\ntrue phase levels +16\n"));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::array_truth_file_test

@@ -6,21 +6,12 @@
 #include <filesystem>
 #include <functional>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <hdf5.h>
 
-#include "sim/core/errors.h"
-#include "tests/support/error_support.h"
-#include "tests/support/output_support.h"
+#include "tests/support/files.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::message_of;
-using support::TemporaryDirectory;
-using ::testing::AllOf;
-using ::testing::HasSubstr;
+namespace touchfield::hdf5_content_test {
 
 constexpr auto kUserDefined = static_cast<H5L_type_t>(H5L_TYPE_UD_MIN + 1);  // the least is that of external links
 constexpr std::array<double, 4> kValues = {1, 2, 3, 4};
@@ -176,8 +167,7 @@ TEST_F(Hdf5Content, AFileThatUnfoldsWithoutEndIsRefused) {
     }
   });
   EXPECT_THAT(message_of<InputError>([&] { hdf5::read_content(path_); }),
-              AllOf(HasSubstr(path_), ::testing::AnyOf(HasSubstr("gives more than"), HasSubstr("takes more than"))));
+              AllOf(HasSubstr(path_), AnyOf(HasSubstr("gives more than"), HasSubstr("takes more than"))));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::hdf5_content_test

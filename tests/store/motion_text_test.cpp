@@ -2,24 +2,12 @@
 
 #include <sstream>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sim/store/motion_summary.h"
+#include "tests/support/files.h"
 #include "tests/support/motion_support.h"
-#include "tests/support/output_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::full_motion;
-using support::read_bytes;
-using support::TemporaryDirectory;
-using ::testing::AllOf;
-using ::testing::ContainsRegex;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::Not;
+namespace touchfield::motion_text_test {
 
 /// Lines of a CSV file without quotes, split at commas.
 std::vector<std::vector<std::string>> cells_of(const std::string& path) {
@@ -160,5 +148,4 @@ TEST(DescribeMotion, SaysWhatThereIs) {
                                              HasSubstr("no method has started")));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::motion_text_test

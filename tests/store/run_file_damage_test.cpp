@@ -1,49 +1,37 @@
 // What run.h5 must not be read from: no runs, newer ones, cut and changed files, forged contents.
 
 #include <functional>
-#include <random>
 #include <string>
 #include <tuple>
 
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include "sim/core/errors.h"
 #include "sim/store/checksum.h"
 #include "sim/store/hdf5_content.h"
 #include "sim/store/hdf5_file.h"
 #include "sim/store/run_file.h"
-#include "tests/support/error_support.h"
 #include "tests/support/output_support.h"
+#include "tests/support/result_file_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::run_file_damage_test {
 
-using support::full_run;
-using support::message_of;
-using support::read_bytes;
-using support::RunData;
-using support::TemporaryDirectory;
-using support::write_bytes;
-using ::testing::AllOf;
-using ::testing::HasSubstr;
+class DamagedRunFile : public ResultFile {};
+class Hdf5File : public ResultFile {};
 
-TEST(DamagedRunFile, FilesThatAreNoRunsAreInputErrors) {
-  const TemporaryDirectory directory;
-  const std::string path = directory.file("x.h5");
-  const auto read = [&] { read_run_file(path); };
-  EXPECT_THAT(message_of<InputError>(read), AllOf(HasSubstr(path), HasSubstr("No such file")));
-  EXPECT_THAT(message_of<InputError>([&] { read_run_file(directory.path()); }), HasSubstr("is not a file"));
-  write_bytes(path, "");
+TEST_F(DamagedRunFile, FilesThatAreNoRunsAreInputErrors) {
+  const auto read = [&] { read_run_file(path_); };
+  EXPECT_THAT(message_of<InputError>(read), AllOf(HasSubstr(path_), HasSubstr("No such file")));
+  EXPECT_THAT(message_of<InputError>([&] { read_run_file(directory_.path()); }), HasSubstr("is not a file"));
+  write_bytes(path_, "");
   EXPECT_THAT(message_of<InputError>(read), HasSubstr("not an HDF5 file"));
-  write_bytes(path, std::string(5000, 'x'));
+  write_bytes(path_, std::string(5000, 'x'));
   EXPECT_THAT(message_of<InputError>(read), HasSubstr("not an HDF5 file"));
   const auto write_other = [&](auto&& fill) {
-    const hdf5::MemoryFile file(path);
+    const hdf5::MemoryFile file(path_);
     fill(file.root());
     const std::string bytes = file.bytes();
-    write_bytes(path, bytes + checksum_line(bytes));
+    write_bytes(path_, bytes + checksum_line(bytes));
   };
   write_other([](const hdf5::Group& root) { root.set_attribute("title", "something else"); });
   EXPECT_THAT(message_of<InputError>(read), HasSubstr("not a touchfield run"));
@@ -54,69 +42,21 @@ TEST(DamagedRunFile, FilesThatAreNoRunsAreInputErrors) {
   EXPECT_THAT(message_of<InputError>(read), HasSubstr("newer"));
 }
 
-TEST(DamagedRunFile, AFileThatIsCutIsNeverRead) {
-  const TemporaryDirectory directory;
-  const std::string whole = directory.file("whole.h5");
-  const std::string cut = directory.file("cut.h5");
-  write_run_file(whole, full_run());
-  const std::string bytes = read_bytes(whole);
-  const std::size_t step = bytes.size() / 300 + 1;
-  for (std::size_t size = 0; size < bytes.size(); size += size + 100 < bytes.size() ? step : 1) {
-    write_bytes(cut, bytes.substr(0, size));
-    EXPECT_THROW(read_run_file(cut), Error) << size << " of " << bytes.size();
-  }
-  write_bytes(cut, bytes + "more");
-  EXPECT_THROW(read_run_file(cut), Error);
-}
-
-TEST(DamagedRunFile, AChangedByteIsNeverRead) {
-  const TemporaryDirectory directory;
-  const std::string path = directory.file("run.h5");
-  write_run_file(path, full_run());
-  const std::string bytes = read_bytes(path);
-  std::mt19937 random(1);
-  for (int trial = 0; trial < 500; ++trial) {
-    std::string damaged = bytes;
-    const std::size_t at = random() % bytes.size();
-    damaged[at] = static_cast<char>(static_cast<unsigned char>(damaged[at]) ^ (1U << (random() % 8)));
-    write_bytes(path, damaged);
-    EXPECT_THROW(read_run_file(path), Error) << "byte " << at;
-  }
-}
-
-// Damage that somebody has made to pass the checksum: libhdf5 1.10.8 crashes on some of it.
-TEST(DamagedRunFile, AForgedByteEndsInAnErrorOrInARun) {
-  const TemporaryDirectory directory;
-  const std::string path = directory.file("run.h5");
-  write_run_file(path, full_run());
-  const std::string whole = read_bytes(path);
-  const std::string bytes = whole.substr(0, whole.size() - kChecksumLength);
-  std::mt19937 random(2);
-  int refused = 0;
-  for (int trial = 0; trial < 200; ++trial) {
-    std::string forged = bytes;
-    for (std::size_t change = 1 + random() % 4; change > 0; --change) {
-      forged[random() % forged.size()] = static_cast<char>(random() % 256);
-    }
-    write_bytes(path, forged + checksum_line(forged));
-    try {
-      read_run_file(path);
-    } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr(path)) << "trial " << trial;
-      ++refused;
-    }
-  }
-  EXPECT_GT(refused, 0);
+TEST_F(DamagedRunFile, IsRefusedOrItsErrorsAre) {
+  const auto read = [&] { read_run_file(path_); };
+  write_run_file(path_, full_run());
+  expect_damage_is_seen(path_, read, 300, 500);
+  write_run_file(path_, full_run());
+  expect_forgery_is_survived(path_, read, 200);
 }
 
 // Without the line HDF5 would have to be trusted with whatever the file holds.
-TEST(DamagedRunFile, AFileWithoutItsChecksumLineIsRefused) {
-  const TemporaryDirectory directory;
-  const std::string path = directory.file("run.h5");
-  write_run_file(path, full_run());
-  const std::string bytes = read_bytes(path);
-  write_bytes(path, bytes.substr(0, bytes.size() - kChecksumLength));
-  EXPECT_THAT(message_of<InputError>([&] { read_run_file(path); }), AllOf(HasSubstr(path), HasSubstr("checksum line")));
+TEST_F(DamagedRunFile, AFileWithoutItsChecksumLineIsRefused) {
+  write_run_file(path_, full_run());
+  const std::string bytes = read_bytes(path_);
+  write_bytes(path_, bytes.substr(0, bytes.size() - kChecksumLength));
+  EXPECT_THAT(message_of<InputError>([&] { read_run_file(path_); }),
+              AllOf(HasSubstr(path_), HasSubstr("checksum line")));
 }
 
 TEST(Checksum, IsTheCrc32OfEverythingBeforeTheLine) {
@@ -126,11 +66,9 @@ TEST(Checksum, IsTheCrc32OfEverythingBeforeTheLine) {
 }
 
 // Sizes and indices that only a forged file has: the checksum fits, the parts do not.
-TEST(DamagedRunFile, SizesThatContradictEachOtherAreErrors) {
-  const TemporaryDirectory directory;
-  const std::string path = directory.file("run.h5");
+TEST_F(DamagedRunFile, SizesThatContradictEachOtherAreErrors) {
   const auto forge = [&](auto&& fill) {
-    const hdf5::MemoryFile file(path);
+    const hdf5::MemoryFile file(path_);
     {
       const hdf5::Group root = file.root();
       root.set_attribute("format", "touchfield-run");
@@ -141,8 +79,8 @@ TEST(DamagedRunFile, SizesThatContradictEachOtherAreErrors) {
       fill(root);
     }
     const std::string bytes = file.bytes();
-    write_bytes(path, bytes + checksum_line(bytes));
-    return message_of<InputError>([&] { read_run_file(path); });
+    write_bytes(path_, bytes + checksum_line(bytes));
+    return message_of<InputError>([&] { read_run_file(path_); });
   };
   const std::array<double, 9> corners = {0, 0, 0, 1, 0, 0, 0, 1, 0};
   EXPECT_THAT(forge([](const hdf5::Group&) {}), HasSubstr("no group mesh"));
@@ -174,28 +112,7 @@ RunData read_forged(const std::string& path, int version, const std::function<vo
   const hdf5::MemoryFile file(path);
   {
     const hdf5::Group root = file.root();
-    root.set_attribute("format", "touchfield-run");
-    root.set_attribute("format_version", version);
-    root.set_attribute("name", "forged");
-    root.set_attribute("complete", 1);
-    root.write_text("scene", scene);
-    if (version >= 4) {
-      root.set_attribute("solved_skin", "whole");
-      root.set_attribute("judged_skin", "part");
-    }
-    const std::array<double, 9> corners = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-    const std::array<int, 3> triangle = {0, 1, 2};
-    const hdf5::Group mesh = root.create("mesh");
-    mesh.write("vertices", corners.data(), {3, 3}, "m");
-    mesh.write("triangles", triangle.data(), {1, 3}, "1");
-    const hdf5::Group array = root.create("array");
-    array.set_attribute("kind", "transducers");
-    array.set_attribute("directivity", "omni");
-    array.write("position", corners.data(), {1, 3}, "m");
-    array.write("axis", corners.data() + 3, {1, 3}, "1");
-    array.write("amplitude", corners.data(), {1}, "Pa m");
-    array.write("device", triangle.data(), {1}, "1");
-    array.write("channel", triangle.data(), {1}, "1");
+    forge_beginning(root, "touchfield-run", version, scene, version >= 4);
     fill(root);
   }
   const std::string bytes = file.bytes();
@@ -204,9 +121,8 @@ RunData read_forged(const std::string& path, int version, const std::function<vo
 }
 
 // Version 1 knew one judge, the solving model, and kept no solves.
-TEST(DamagedRunFile, AFileOfTheFirstVersionIsRead) {
-  const TemporaryDirectory directory;
-  const RunData run = read_forged(directory.file("run.h5"), 1, [](const hdf5::Group& root) {
+TEST_F(DamagedRunFile, AFileOfTheFirstVersionIsRead) {
+  const RunData run = read_forged(path_, 1, [](const hdf5::Group& root) {
     const std::array<double, 1> one = {0.5};
     const std::array<Complex, 1> pressure = {Complex(1, 2)};
     const hdf5::Group method = root.create("methods").create("focus");
@@ -231,11 +147,10 @@ TEST(DamagedRunFile, AFileOfTheFirstVersionIsRead) {
 }
 
 // Until version 2 the two words for a hand's side meant each other's hand; nothing else of a scene changes.
-TEST(DamagedRunFile, HandsKeepTheSideThatTheyHad) {
-  const TemporaryDirectory directory;
+TEST_F(DamagedRunFile, HandsKeepTheSideThatTheyHad) {
   const auto read = [&](int version, const std::string& scene) {
     return read_forged(
-               directory.file("run.h5"), version, [](const hdf5::Group&) {}, scene)
+               path_, version, [](const hdf5::Group&) {}, scene)
         .scene;
   };
   const auto two_hands = [](const char* one, const char* other) {
@@ -252,14 +167,13 @@ TEST(DamagedRunFile, HandsKeepTheSideThatTheyHad) {
   // Written again it is a file of today.
   RunData run = full_run();
   run.scene = read(2, scene);
-  write_run_file(directory.file("again.h5"), run);
-  EXPECT_EQ(read_run_file(directory.file("again.h5")).scene, run.scene);
+  write_run_file(directory_.file("again.h5"), run);
+  EXPECT_EQ(read_run_file(directory_.file("again.h5")).scene, run.scene);
 }
 
 // Until version 3 skin beyond keep_within was not there, and a note told of it where there was a judge.
-TEST(DamagedRunFile, AnOlderFileIsOfThePartThatItKept) {
+TEST_F(DamagedRunFile, AnOlderFileIsOfThePartThatItKept) {
   using ThreeTexts = std::tuple<std::string, std::string, std::string>;
-  const TemporaryDirectory directory;
   const auto read = [&](int version, const std::string& scene, const std::string& judge, const std::string& note) {
     const auto fill = [&](const hdf5::Group& root) {
       if (judge != "none") {
@@ -269,7 +183,7 @@ TEST(DamagedRunFile, AnOlderFileIsOfThePartThatItKept) {
       }
       root.write_texts("notes", {"near_field: a truncated: b", note});
     };
-    const RunData run = read_forged(directory.file("run.h5"), version, fill, scene);
+    const RunData run = read_forged(path_, version, fill, scene);
     return ThreeTexts(to_string(run.solved_skin), to_string(run.judged_skin), run.scene);
   };
   const std::string kept = "bodies:\n  - name: a\n    keep_within_mm: 50\n  - name: b\n";
@@ -283,10 +197,9 @@ TEST(DamagedRunFile, AnOlderFileIsOfThePartThatItKept) {
   EXPECT_EQ(read(4, kept, "same", "truncated: c"), ThreeTexts("whole", "part", kept));
 }
 
-TEST(DamagedRunFile, JudgesAndSolvesThatMakeNoSenseAreErrors) {
-  const TemporaryDirectory directory;
+TEST_F(DamagedRunFile, JudgesAndSolvesThatMakeNoSenseAreErrors) {
   const auto message = [&](const std::function<void(const hdf5::Group&)>& fill) {
-    return message_of<InputError>([&] { read_forged(directory.file("run.h5"), kRunFormatVersion, fill); });
+    return message_of<InputError>([&] { read_forged(path_, kRunFormatVersion, fill); });
   };
   EXPECT_THAT(message([](const hdf5::Group& root) { root.create("judge").set_attribute("judge", "nobody"); }),
               HasSubstr("unknown judge 'nobody'"));
@@ -314,20 +227,19 @@ TEST(DamagedRunFile, JudgesAndSolvesThatMakeNoSenseAreErrors) {
       group.write("seconds", &number, {1}, "s");
     };
   };
-  EXPECT_EQ(read_forged(directory.file("run.h5"), kRunFormatVersion, solves(7, 1, 1)).solves[0].steps, 7);
+  EXPECT_EQ(read_forged(path_, kRunFormatVersion, solves(7, 1, 1)).solves[0].steps, 7);
   EXPECT_THAT(message(solves(1LL << 40, 1, 1)), HasSubstr("steps[0] = 1099511627776 is out of range"));
   EXPECT_THAT(message(solves(7, 2, 1)), HasSubstr("converged[0] = 2 is out of range"));
   EXPECT_THAT(message(solves(7, 1, 2)), HasSubstr("stage has 2 texts, must have 1"));
 }
 
-TEST(DamagedRunFile, ATransferMatrixThatMakesNoSenseIsAnError) {
-  const TemporaryDirectory directory;
+TEST_F(DamagedRunFile, ATransferMatrixThatMakesNoSenseIsAnError) {
   const std::array<double, 2> numbers = {1, 1};
   const std::array<Complex, 2> rows = {1, 1};
   const std::array<std::int64_t, 1> face = {0};
   const auto forge = [&](bool with_target, const hdf5::Shape& shape) {
     return message_of<InputError>([&] {
-      read_forged(directory.file("run.h5"), 2, [&](const hdf5::Group& root) {
+      read_forged(path_, 2, [&](const hdf5::Group& root) {
         if (with_target) {
           const hdf5::Group target = root.create("target");
           target.write("face", face.data(), {1}, "1");
@@ -351,30 +263,25 @@ TEST(DamagedRunFile, ATransferMatrixThatMakesNoSenseIsAnError) {
   EXPECT_THAT(forge(true, {2, 1}), HasSubstr("a column of target has 2 values, must have 1"));
 }
 
-TEST(Hdf5File, ASizeThatTheFileDoesNotHoldIsRefused) {
-  const TemporaryDirectory directory;
-  const std::string path = directory.file("x.h5");
-  const hdf5::MemoryFile file(path);
+TEST_F(Hdf5File, ASizeThatTheFileDoesNotHoldIsRefused) {
+  const hdf5::MemoryFile file(path_);
   const std::vector<double> zeros(1 << 16, 0.0);  // chunked; zeros pack at about 1,000 to 1
   file.root().write("zeros", zeros.data(), {zeros.size()}, "1");
-  write_bytes(path, file.bytes());
-  const hdf5::Content content = hdf5::read_content(path);
+  write_bytes(path_, file.bytes());
+  const hdf5::Content content = hdf5::read_content(path_);
   EXPECT_EQ(content.shape("zeros"), (hdf5::Shape{zeros.size()}));
   std::vector<double> out(3);
   EXPECT_THAT(message_of<InputError>([&] { content.read("zeros", {3}, out.data()); }),
               AllOf(HasSubstr("zeros"), HasSubstr("[65536]"), HasSubstr("[3]")));
 }
 
-TEST(Hdf5File, ErrorsNameThePlaceAndTheLibrarysReason) {
-  const TemporaryDirectory directory;
-  const std::string path = directory.file("x.h5");
-  const hdf5::MemoryFile file(path);
+TEST_F(Hdf5File, ErrorsNameThePlaceAndTheLibrarysReason) {
+  const hdf5::MemoryFile file(path_);
   ::testing::internal::CaptureStderr();
   file.root().create("twice");
   EXPECT_THAT(message_of<IoError>([&] { file.root().create("twice"); }),
-              AllOf(HasSubstr(path + ": /twice"), HasSubstr("already exists")));
+              AllOf(HasSubstr(path_ + ": /twice"), HasSubstr("already exists")));
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::run_file_damage_test

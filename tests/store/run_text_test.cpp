@@ -1,25 +1,11 @@
 #include <sstream>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sim/store/run_file.h"
 #include "sim/store/text_table.h"
 #include "tests/support/output_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::bare_run;
-using support::full_run;
-using support::read_bytes;
-using support::RunData;
-using support::sheet;
-using support::TemporaryDirectory;
-using ::testing::AllOf;
-using ::testing::ContainsRegex;
-using ::testing::HasSubstr;
-using ::testing::Not;
+namespace touchfield::run_text_test {
 
 TEST(Describe, SaysWhatThereIs) {
   const std::string text = describe_run(full_run());
@@ -45,7 +31,7 @@ TEST(Describe, ARunWithoutTargetOrMethods) {
 }
 
 TEST(Describe, AJudgeThatIsTheSolvingModel) {
-  EXPECT_THAT(describe_run(support::self_judged_run()), ContainsRegex("judge +same\n"));
+  EXPECT_THAT(describe_run(self_judged_run()), ContainsRegex("judge +same\n"));
 }
 
 TEST(Describe, ARunOfAPartSaysSoAboveItsTable) {
@@ -53,7 +39,7 @@ TEST(Describe, ARunOfAPartSaysSoAboveItsTable) {
   EXPECT_THAT(methods_table(run), Not(HasSubstr("part only")));
   run.judged_skin = SkinExtent::kPart;
   const std::string label = "part only: figures are of the skin within keep_within_mm of the target\n";
-  EXPECT_THAT(methods_table(run), ::testing::StartsWith(label));
+  EXPECT_THAT(methods_table(run), StartsWith(label));
   EXPECT_THAT(describe_run(run), HasSubstr('\n' + label));
 }
 
@@ -90,9 +76,9 @@ TEST(MetricsCsv, OneLineAMethodAndQuotesWhereTheyAreNeeded) {
     expected += std::string(",") + field.name;
   }
   EXPECT_EQ(header, expected + ",status");
-  EXPECT_THAT(first, AllOf(::testing::StartsWith("surface,paper,\"chief, 3 \"\"points\"\"\",whole,0.35,nan,"),
-                           ::testing::EndsWith(",stalled")));
-  EXPECT_THAT(second, ::testing::StartsWith("paper-2,paper,chief,whole,nan,nan,"));
+  EXPECT_THAT(first,
+              AllOf(StartsWith("surface,paper,\"chief, 3 \"\"points\"\"\",whole,0.35,nan,"), EndsWith(",stalled")));
+  EXPECT_THAT(second, StartsWith("paper-2,paper,chief,whole,nan,nan,"));
 }
 
 TEST(TextTable, NumbersAreGroupedByThousands) {
@@ -104,5 +90,4 @@ TEST(TextTable, NumbersAreGroupedByThousands) {
   EXPECT_EQ(grouped(-1234), "-1,234");
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::run_text_test

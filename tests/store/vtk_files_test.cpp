@@ -2,8 +2,6 @@
 
 #include <functional>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
 #include <vtkIdList.h>
@@ -20,22 +18,11 @@
 #include <vtkXMLMultiBlockDataReader.h>
 #include <vtkXMLPolyDataReader.h>
 
-#include "sim/core/errors.h"
 #include "tests/support/motion_support.h"
 #include "tests/support/output_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::bare_run;
-using support::full_run;
-using support::read_bytes;
-using support::RunData;
-using support::sheet;
-using support::TemporaryDirectory;
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::Not;
+namespace touchfield::vtk_files_test {
 
 template <class Reader>
 vtkNew<Reader> read_vtk(const std::string& path) {
@@ -161,7 +148,7 @@ TEST(JudgeVtp, HoldsTheJudgesMeshTargetAndPressures) {
   const TemporaryDirectory directory;
   const std::string path = directory.file("judge.vtp");
   RunData run = full_run();
-  run.methods.push_back(support::made_up_method("not_judged", run, 1.5));
+  run.methods.push_back(made_up_method("not_judged", run, 1.5));
   write_judge_vtp(path, run);
   expect_inline_binary(path);
   const auto reader = read_vtk<vtkXMLPolyDataReader>(path);
@@ -181,7 +168,7 @@ TEST(JudgeVtp, HoldsTheJudgesMeshTargetAndPressures) {
 
 TEST(JudgeVtp, IsRefusedWhereTheJudgeHasNoModelOfItsOwn) {
   const TemporaryDirectory directory;
-  EXPECT_THROW(write_judge_vtp(directory.file("judge.vtp"), support::self_judged_run()), InputError);
+  EXPECT_THROW(write_judge_vtp(directory.file("judge.vtp"), self_judged_run()), InputError);
   EXPECT_EQ(directory.entries(), 0U);
 }
 
@@ -291,7 +278,7 @@ TEST(VtkFiles, PartsThatDoNotFitAreRefused) {
 TEST(ArrayVtp, OfAMotionHasNoPhases) {
   const TemporaryDirectory directory;
   const std::string path = directory.file("array.vtp");
-  const Motion motion = support::full_motion();
+  const Motion motion = full_motion();
   write_array_vtp(path, motion);
   const auto reader = read_vtk<vtkXMLPolyDataReader>(path);
   expect_points(reader->GetOutput(), motion.array.positions);
@@ -301,11 +288,11 @@ TEST(ArrayVtp, OfAMotionHasNoPhases) {
 
 TEST(MotionSeries, ListsItsStepsAndTheirTimes) {
   const TemporaryDirectory directory;
-  const Motion motion = support::full_motion();
+  const Motion motion = full_motion();
   std::vector<SeriesStep> steps;
   for (const double time : {0.0, 1.0 / 61, 0.25}) {
     MotionInstant instant{.time = time, .mesh = sheet(6, 4, 0.01), .target = full_run().target};
-    instant.pressure = {{"surface", support::made_up_pressure(48, time)}, {"a", support::made_up_pressure(48, 2.0)}};
+    instant.pressure = {{"surface", made_up_pressure(48, time)}, {"a", made_up_pressure(48, 2.0)}};
     add_to_series(directory.path(), motion, instant, steps);
   }
   ASSERT_EQ(steps.size(), 3U);
@@ -323,8 +310,8 @@ TEST(MotionSeries, ListsItsStepsAndTheirTimes) {
     EXPECT_EQ(step->GetAttribute("file"), expected.file);
     const auto reader = read_vtk<vtkXMLPolyDataReader>(directory.file(expected.file));
     vtkCellData* data = reader->GetOutput()->GetCellData();
-    expect_pressure(data, "surface", support::made_up_pressure(48, expected.time));
-    expect_pressure(data, "a", support::made_up_pressure(48, 2.0));
+    expect_pressure(data, "surface", made_up_pressure(48, expected.time));
+    expect_pressure(data, "a", made_up_pressure(48, 2.0));
     EXPECT_NE(data->GetArray("target_pa"), nullptr);
   }
 }
@@ -343,12 +330,11 @@ TEST(MotionSeries, NamesThatMeanSomethingInXmlStayWhole) {
 TEST(MotionSeries, AnInstantThatDoesNotFitItselfIsRefused) {
   const TemporaryDirectory directory;
   MotionInstant instant{.time = 0, .mesh = sheet(6, 4, 0.01)};
-  instant.pressure = {{"surface", support::made_up_pressure(47, 1.0)}};
+  instant.pressure = {{"surface", made_up_pressure(47, 1.0)}};
   std::vector<SeriesStep> steps;
-  EXPECT_THROW(add_to_series(directory.path(), support::full_motion(), instant, steps), InputError);
+  EXPECT_THROW(add_to_series(directory.path(), full_motion(), instant, steps), InputError);
   EXPECT_TRUE(steps.empty());
   EXPECT_EQ(directory.entries(), 0U);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::vtk_files_test

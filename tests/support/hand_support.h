@@ -5,7 +5,7 @@
 #include "sim/body/hand_skeleton.h"
 #include "sim/core/types.h"
 
-namespace touchfield::support {
+namespace touchfield::inline support {
 
 inline Points mirrored(Points points) {
   points.row(0) *= -1.0;
@@ -26,4 +26,4 @@ inline HandSkeleton right_hand(HandSkeleton left) {
   return left;
 }
 
-}  // namespace touchfield::support
+}  // namespace touchfield::inline support

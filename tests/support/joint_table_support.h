@@ -7,7 +7,7 @@
 
 #include "sim/sensing/joint_table.h"
 
-namespace touchfield::support {
+namespace touchfield::inline support {
 
 /// A table of tracked joints [m], a frame each period; a frame without joints is an empty row.
 inline std::string joint_table_text(const std::vector<std::optional<JointPoints>>& frames, double period,
@@ -41,4 +41,4 @@ inline std::string joint_row_text(const JointPoints& joints) {
   return text;
 }
 
-}  // namespace touchfield::support
+}  // namespace touchfield::inline support

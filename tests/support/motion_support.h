@@ -6,7 +6,7 @@
 #include "tests/support/output_support.h"
 
 /// Motions that nobody computed.
-namespace touchfield::support {
+namespace touchfield::inline support {
 
 inline MotionFrame made_up_frame(int number, Eigen::Index channels, double seed) {
   MotionFrame frame;
@@ -108,4 +108,4 @@ inline Motion long_motion(const std::vector<std::string>& names) {
   return motion;
 }
 
-}  // namespace touchfield::support
+}  // namespace touchfield::inline support

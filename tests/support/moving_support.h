@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace touchfield::testing {
+namespace touchfield::inline testing {
 
 /// A capsule 80 mm above a small array, which moves across it at 50 mm/s for 0.3 s.
 inline const std::string kMovingCapsule =
@@ -17,4 +17,4 @@ inline const std::string kMovingCapsule =
     "judge: same\n"
     "motion: {seconds: 0.3, solve_ms: 20, change: [{path: 'body.place.at_mm[0]', rate: 50}]}\n";
 
-}  // namespace touchfield::testing
+}  // namespace touchfield::inline testing

@@ -1,64 +1,18 @@
 #pragma once
 
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <limits>
-#include <stdexcept>
 #include <string>
-#include <unistd.h>
 
 #include "sim/core/rotation.h"
 #include "sim/store/run_data.h"
+#include "tests/support/files.h"
 
-/// What the tests of the output layer share: a directory of their own and small runs.
-namespace touchfield::support {
+/// What the tests of the output layer share: small runs.
+namespace touchfield::inline support {
 
 /// Inside a TEST the name Run is GoogleTest's own.
 using RunData = Run;
-
-/// A directory that is gone with its owner.
-class TemporaryDirectory {
- public:
-  explicit TemporaryDirectory(const std::string& suffix = "") {
-    std::string name = (std::filesystem::temp_directory_path() / "touchfield-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) {
-      throw std::runtime_error("cannot make a temporary directory");
-    }
-    root_ = name;
-    path_ = suffix.empty() ? root_ : root_ / suffix;
-    std::filesystem::create_directories(path_);
-  }
-  TemporaryDirectory(const TemporaryDirectory&) = delete;
-  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
-  ~TemporaryDirectory() {
-    std::error_code ignored;
-    std::filesystem::remove_all(root_, ignored);
-  }
-
-  std::string path() const { return path_.string(); }
-  std::string file(const std::string& name) const { return (path_ / name).string(); }
-  /// Everything in it, hidden files too.
-  std::size_t entries() const {
-    return static_cast<std::size_t>(
-        std::distance(std::filesystem::directory_iterator(path_), std::filesystem::directory_iterator()));
-  }
-
- private:
-  std::filesystem::path root_;
-  std::filesystem::path path_;
-};
-
-inline std::string read_bytes(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
-inline void write_bytes(const std::string& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary) << bytes;
-}
 
 /// A flat sheet in z = 0.2 m of columns x rows squares of the given side, two faces a square, normals towards -z.
 inline TriangleMesh sheet(int columns, int rows, double side) {
@@ -223,4 +177,4 @@ inline Run self_judged_run() {
   return run;
 }
 
-}  // namespace touchfield::support
+}  // namespace touchfield::inline support

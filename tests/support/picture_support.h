@@ -12,7 +12,7 @@
 #include "sim/pictures/colour_map.h"
 
 /// What the tests of pictures share.
-namespace touchfield::support {
+namespace touchfield::inline support {
 
 // A pixel in the middle of a face that is seen head-on has the face's own colour up to rounding.
 constexpr int kColourTolerance = 2;
@@ -59,4 +59,4 @@ inline void expect_colour(const Colour& found, const Colour& expected) {
   }
 }
 
-}  // namespace touchfield::support
+}  // namespace touchfield::inline support

@@ -1,17 +1,20 @@
 #pragma once
 
 #include <cstring>
+#include <optional>
+#include <tuple>
+#include <vector>
 
-#include <gtest/gtest.h>
-
+#include "sim/store/motion_data.h"
 #include "sim/store/run_data.h"
+#include "tests/support/testing.h"
 
 /// Comparisons of what result files hold.
-namespace touchfield::support {
+namespace touchfield::inline support {
 
 /// Equal to the last bit, NaN included.
 template <class A, class B>
-inline void expect_same_bits(const A& a, const B& b) {
+void expect_same_bits(const A& a, const B& b) {
   ASSERT_EQ(a.size(), b.size());
   if (a.size() > 0) {
     EXPECT_EQ(std::memcmp(a.data(), b.data(), sizeof(*a.data()) * static_cast<std::size_t>(a.size())), 0);
@@ -20,12 +23,22 @@ inline void expect_same_bits(const A& a, const B& b) {
 
 inline void expect_same_bits(double a, double b) { EXPECT_EQ(std::memcmp(&a, &b, sizeof(a)), 0) << a << " and " << b; }
 
+/// Each value to the last bit.
+template <class T, class... Value>
+void expect_same_values(const T& a, const T& b, Value T::*... values) {
+  (expect_same_bits(a.*values, b.*values), ...);
+}
+
+/// Each part by ==.
+template <class T, class... Part>
+void expect_equal_parts(const T& a, const T& b, Part T::*... parts) {
+  EXPECT_EQ(std::tie(a.*parts...), std::tie(b.*parts...));
+}
+
 inline void expect_same(const PhaseSolution& a, const PhaseSolution& b) {
-  EXPECT_EQ(a.status, b.status);
-  EXPECT_EQ(a.iterations, b.iterations);
-  EXPECT_EQ(a.cost_history, b.cost_history);
-  expect_same_bits(a.phases, b.phases);
-  expect_same_bits(a.amplitudes, b.amplitudes);
+  using P = PhaseSolution;
+  expect_equal_parts(a, b, &P::status, &P::iterations, &P::cost_history);
+  expect_same_values(a, b, &P::phases, &P::amplitudes);
 }
 
 inline void expect_same(const Metrics& a, const Metrics& b) {
@@ -36,29 +49,17 @@ inline void expect_same(const Metrics& a, const Metrics& b) {
 }
 
 inline void expect_same(const TransducerArray& a, const TransducerArray& b) {
+  using A = TransducerArray;
   EXPECT_EQ(a.kind, b.kind);
   EXPECT_EQ(a.directivity.kind(), b.directivity.kind());
-  expect_same_bits(a.positions, b.positions);
-  expect_same_bits(a.axes, b.axes);
-  expect_same_bits(a.amplitudes, b.amplitudes);
-  expect_same_bits(a.device, b.device);
-  expect_same_bits(a.channel, b.channel);
+  expect_same_values(a, b, &A::positions, &A::axes, &A::amplitudes, &A::device, &A::channel);
 }
 
 inline void expect_same(const Provenance& a, const Provenance& b) {
-  EXPECT_EQ(a.version, b.version);
-  EXPECT_EQ(a.revision, b.revision);
-  EXPECT_EQ(a.compiler, b.compiler);
-  EXPECT_EQ(a.flags, b.flags);
-  EXPECT_EQ(a.machine, b.machine);
-  EXPECT_EQ(a.blas_core, b.blas_core);
-  EXPECT_EQ(a.instruction_level, b.instruction_level);
-  EXPECT_EQ(a.threads, b.threads);
-  EXPECT_EQ(a.seeds, b.seeds);
-  EXPECT_EQ(a.command_line, b.command_line);
-  EXPECT_EQ(a.start, b.start);
-  EXPECT_EQ(a.end, b.end);
-  EXPECT_EQ(a.scene_hash, b.scene_hash);
+  using P = Provenance;
+  expect_equal_parts(a, b, &P::version, &P::revision, &P::compiler, &P::flags, &P::machine, &P::blas_core,
+                     &P::instruction_level, &P::card, &P::threads, &P::seeds, &P::command_line, &P::start, &P::end,
+                     &P::scene_hash);
 }
 
 inline void expect_same(const TriangleMesh& a, const TriangleMesh& b) {
@@ -67,4 +68,122 @@ inline void expect_same(const TriangleMesh& a, const TriangleMesh& b) {
   expect_same_bits(a.areas(), b.areas());
 }
 
-}  // namespace touchfield::support
+inline void expect_same(const Target& a, const Target& b) {
+  expect_equal_parts(a, b, &Target::faces, &Target::box);
+  expect_same_bits(a.amplitudes, b.amplitudes);
+  ASSERT_EQ(a.boxes.size(), b.boxes.size());
+  for (std::size_t i = 0; i < a.boxes.size(); ++i) {
+    expect_equal_parts(a.boxes[i], b.boxes[i], &TargetBox::centre, &TargetBox::size, &TargetBox::rotation);
+  }
+}
+
+inline void expect_same(const MethodResult& a, const MethodResult& b) {
+  using M = MethodResult;
+  expect_equal_parts(a, b, &M::name, &M::method, &M::scheme, &M::seconds);
+  expect_same(a.solution, b.solution);
+  expect_same_values(a, b, &M::pressure, &M::judge_pressure, &M::shock_distance_share);
+  expect_same(a.metrics, b.metrics);
+}
+
+inline void expect_same(const FieldResult& a, const FieldResult& b) {
+  EXPECT_EQ(a.inside, b.inside);
+  EXPECT_EQ(a.grid.name, b.grid.name);
+  EXPECT_EQ(a.grid.count, b.grid.count);
+  EXPECT_EQ(a.grid.origin, b.grid.origin);
+  EXPECT_EQ(a.grid.spacing, b.grid.spacing);
+  ASSERT_EQ(a.pressure.size(), b.pressure.size());
+  for (std::size_t i = 0; i < a.pressure.size(); ++i) {
+    EXPECT_EQ(a.pressure[i].first, b.pressure[i].first);
+    expect_same_bits(a.pressure[i].second, b.pressure[i].second);
+  }
+}
+
+inline void expect_same(const SolveRecord& a, const SolveRecord& b) {
+  using S = SolveRecord;
+  expect_equal_parts(a, b, &S::stage, &S::scheme, &S::solver, &S::precision, &S::unknowns, &S::right_hand_sides,
+                     &S::steps, &S::refinements, &S::converged);
+  expect_same_values(a, b, &S::residual, &S::seconds);
+}
+
+inline void expect_same(const RunTransfer& a, const RunTransfer& b) {
+  using R = RunTransfer;
+  using P = SkinProblem;
+  expect_equal_parts(a.problem, b.problem, &P::target, &P::amplitudes, &P::weights, &P::quiet);
+  expect_equal_parts(a, b, &R::scheme, &R::incident);
+  expect_same_values(a, b, &R::quiet_weight, &R::channels_left_out, &R::quiet_left_out);
+}
+
+inline void expect_same(const MotionFrame& a, const MotionFrame& b) {
+  using F = MotionFrame;
+  expect_equal_parts(a, b, &F::quiet, &F::lost, &F::seconds);
+  expect_same_values(a, b, &F::sampled, &F::started, &F::late, &F::shown, &F::pose_time, &F::target_off);
+  expect_same_bits(a.off.skin, b.off.skin);
+  expect_same_bits(a.off.patch, b.off.patch);
+  expect_same(a.solution, b.solution);
+}
+
+inline void expect_same(const MotionScore& a, const MotionScore& b) {
+  EXPECT_EQ(a.frame, b.frame);
+  expect_same_values(a, b, &MotionScore::time, &MotionScore::age, &MotionScore::displacement);
+  expect_same(a.metrics, b.metrics);
+}
+
+template <class T>
+void expect_same(const std::vector<T>& a, const std::vector<T>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    SCOPED_TRACE(i);
+    expect_same(a[i], b[i]);
+  }
+}
+
+template <class T>
+void expect_same(const std::optional<T>& a, const std::optional<T>& b) {
+  ASSERT_EQ(a.has_value(), b.has_value());
+  if (a) {
+    expect_same(*a, *b);
+  }
+}
+
+inline void expect_same(const JudgeModel& a, const JudgeModel& b) {
+  EXPECT_EQ(a.scheme, b.scheme);
+  expect_same(a.mesh, b.mesh);
+  expect_same(a.target, b.target);
+}
+
+inline void expect_same(const MotionMethod& a, const MotionMethod& b) {
+  using M = MotionMethod;
+  SCOPED_TRACE(a.name);
+  expect_equal_parts(a, b, &M::name, &M::method, &M::scheme, &M::dropped);
+  expect_same(a.frames, b.frames);
+  expect_same(a.scores, b.scores);
+}
+
+inline void expect_same(const Run& a, const Run& b) {
+  expect_equal_parts(a, b, &Run::name, &Run::scene, &Run::judge, &Run::complete, &Run::seconds, &Run::alarms,
+                     &Run::warnings, &Run::notes, &Run::solved_skin, &Run::judged_skin);
+  expect_same(a.provenance, b.provenance);
+  expect_same(a.mesh, b.mesh);
+  expect_same(a.array, b.array);
+  expect_same(a.target, b.target);
+  expect_same(a.judge_model, b.judge_model);
+  expect_same_bits(a.alarm, b.alarm);
+  expect_same(a.solves, b.solves);
+  expect_same(a.transfers, b.transfers);
+  expect_same(a.methods, b.methods);
+  expect_same(a.fields, b.fields);
+}
+
+inline void expect_same(const Motion& a, const Motion& b) {
+  using M = Motion;
+  expect_equal_parts(a, b, &M::name, &M::scene, &M::complete, &M::timings, &M::warnings, &M::notes, &M::solved_skin,
+                     &M::judged_skin);
+  expect_same_bits(a.seconds, b.seconds);
+  expect_same(a.provenance, b.provenance);
+  expect_same(a.array, b.array);
+  expect_same(a.mesh, b.mesh);
+  expect_same(a.judge, b.judge);
+  expect_same(a.methods, b.methods);
+}
+
+}  // namespace touchfield::inline support

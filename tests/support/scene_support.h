@@ -1,51 +1,19 @@
 #pragma once
 
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "sim/core/errors.h"
 #include "sim/scene/scene_reader.h"
+#include "tests/support/files.h"
 
-namespace touchfield::testing {
+namespace touchfield::inline testing {
 
-/// A folder of its own for a test, gone afterwards.
-class TempFolder {
- public:
-  TempFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "touchfield-scene-XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no temporary folder");
-    path_ = pattern;
-  }
-  TempFolder(const TempFolder&) = delete;
-  TempFolder& operator=(const TempFolder&) = delete;
-  ~TempFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
+using TempFolder = TemporaryDirectory;
 
-  const std::filesystem::path& path() const { return path_; }
-
-  std::string write(const std::string& name, const std::string& text) const {
-    const auto file = path_ / name;
-    std::ofstream(file, std::ios::binary) << text;
-    return file.string();
-  }
-
- private:
-  std::filesystem::path path_;
-};
-
-inline std::string text_of(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
+inline std::string text_of(const std::string& file) { return read_bytes(file); }
 
 inline std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
@@ -78,4 +46,4 @@ inline const std::string kSmallScene =
     "body: {sphere: {radius_mm: 8}, edge_mm: 2}\n"
     "solve: {methods: [{fixed: {phases_rad: 0}}]}\n";
 
-}  // namespace touchfield::testing
+}  // namespace touchfield::inline testing

@@ -3,6 +3,9 @@
 #include <complex>
 #include <cstdint>
 #include <random>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "solvers/phase/skin_problem.h"
 
@@ -45,6 +48,37 @@ inline SkinProblem random_problem(Eigen::Index faces, Eigen::Index rank, Eigen::
     problem.weights(j) = uniform(0.5, 2.0);
   }
   return problem;
+}
+
+/// Problems at the ends of what there is, each with its name; `most` channels at the most.
+inline std::vector<std::pair<std::string, SkinProblem>> extreme_problems(Eigen::Index most) {
+  const auto usual = [] { return random_problem(6, 4, 20, 0.3, 310); };
+  const auto changed = [&](auto change) {
+    SkinProblem problem = usual();
+    change(problem);
+    return problem;
+  };
+  return {{"more faces than channels", random_problem(40, 0, 6, 0.3, 311)},
+          {"more quiet rows than channels", random_problem(2, 30, 6, 0.3, 312)},
+          {"one face", random_problem(1, 3, 12, 0.3, 313)},
+          {"one channel", random_problem(5, 3, 1, 0.3, 314)},
+          {"one of each", random_problem(1, 0, 1, 0.3, 315)},
+          {"many channels", random_problem(3, 2, most, 0.3, 316)},
+          {"no quiet rows", random_problem(6, 0, 20, 0.3, 317)},
+          {"one face in deep shadow", changed([](SkinProblem& p) { p.target.row(2) *= 1e-6; })},
+          {"all faces in deep shadow", changed([](SkinProblem& p) { p.target *= 1e-6; })},
+          {"nothing wanted on a face", changed([](SkinProblem& p) { p.amplitudes(1) = 0.0; })},
+          {"a million pascals", changed([](SkinProblem& p) { p.amplitudes.setConstant(1e6); })},
+          {"coincident transducers", changed([](SkinProblem& p) {
+             p.target.rightCols(10) = p.target.leftCols(10).eval();
+             p.quiet.rightCols(10) = p.quiet.leftCols(10).eval();
+           })},
+          {"rank one", changed([](SkinProblem& p) {
+             for (Eigen::Index j = 1; j < 6; ++j) {
+               p.target.row(j) = std::complex<double>(0.1 * static_cast<double>(j), 0.3) * p.target.row(0);
+             }
+             p.quiet.setZero();
+           })}};
 }
 
 /// Drives with amplitudes 0.2..1.

@@ -5,8 +5,7 @@
 #include "sim/acoustics/incident_field.h"
 #include "sim/body/shapes.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::quiet_skin_test {
 
 using Eigen::VectorXd;
 
@@ -56,5 +55,4 @@ TEST_F(QuietSkinTest, SkinBeyondCountsByItsIncidentPressure) {
   EXPECT_EQ(QuietSkin().beyond_gram(FaceWeights::kArea, wave_, 1.0).size(), 0);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::quiet_skin_test

@@ -9,8 +9,7 @@
 #include "solvers/linear/low_rank.h"
 #include "solvers/phase/skin_field.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::skin_reduction_test {
 
 using Eigen::Index;
 using Eigen::MatrixXcd;
@@ -150,5 +149,4 @@ TEST(SkinReduction, RefusesSizesThatDoNotFit) {
       std::invalid_argument);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::skin_reduction_test

@@ -1,19 +1,13 @@
 #include "sim/target/target.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
 #include "sim/core/rotation.h"
 #include "sim/core/units.h"
 #include "sim/target/gram.h"
 #include "tests/support/mesh_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using testing::HasSubstr;
+namespace touchfield::target_test {
 
 TriangleMesh ball() { return icosphere(10e-3, 8); }
 
@@ -163,5 +157,4 @@ TEST(OppositeSides, AreNoneOfACapNorOfPadsThatFaceEachOther) {
   EXPECT_EQ(opposite_sides(pads, held(pads, {{{15e-3, 0, 0}, {16e-3, 10e-3, 10e-3}}})).share, 0.0);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::target_test

@@ -3,26 +3,18 @@
 #include <cmath>
 #include <random>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
 #include "sim/core/rigid_motion.h"
 #include "sim/core/rotation.h"
 #include "sim/core/units.h"
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/tracking/hand_points.h"
-#include "tests/support/error_support.h"
 #include "tests/support/random_support.h"
 #include "tests/support/sight_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::message_of;
-using ::testing::HasSubstr;
+namespace touchfield::deformation_fit_test {
 
 constexpr DeformationPriors kRigidOnly{.rigid = 1, .rest = 0, .before = 0};
 
@@ -255,5 +247,4 @@ TEST(DeformationFit, NamesWhatDoesNotMatch) {
   EXPECT_THAT(message_of<InputError>([&] { fit.fit(targets, {}, {}, 1, motions); }), HasSubstr("7 normals"));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::deformation_fit_test

@@ -3,21 +3,13 @@
 #include <random>
 #include <set>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sim/body/hand.h"
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
 #include "sim/core/rigid_motion.h"
-#include "tests/support/error_support.h"
 #include "tests/support/random_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::message_of;
-using ::testing::HasSubstr;
+namespace touchfield::deformation_graph_test {
 
 const Body& flat_hand() {
   static const Body kHand = hand({.pose = "flat", .edge = 5e-3});
@@ -161,5 +153,4 @@ TEST(DeformationGraph, NameWhatIsWrong) {
   EXPECT_THAT(message_of<InputError>([&] { graph.motions(Points::Zero(3, 4), {}); }), HasSubstr("4 vertices"));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::deformation_graph_test

@@ -1,20 +1,12 @@
 #include "sim/tracking/hand_points.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sim/body/hand.h"
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
-#include "tests/support/error_support.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/sight_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::message_of;
-using ::testing::HasSubstr;
+namespace touchfield::hand_points_test {
 
 const Vector3 kMiddle(0, 0, 0.25);
 
@@ -135,5 +127,4 @@ TEST(HandPoints, NameWhatIsWrong) {
   EXPECT_THAT(message_of<InputError>([&] { PointReader(cameras, {.most = 0}); }), HasSubstr("most 0"));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::hand_points_test

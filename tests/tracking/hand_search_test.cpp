@@ -3,22 +3,14 @@
 #include <algorithm>
 #include <random>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sim/body/hand.h"
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
 #include "sim/mesh/query/face_tree.h"
-#include "tests/support/error_support.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/sight_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::message_of;
-using ::testing::HasSubstr;
+namespace touchfield::hand_search_test {
 
 const Vector3 kOver(0, 0, 0.25);  // the middle of what the cameras look at
 const Vector3 kPalm(0, 0.06, 0);  // about the middle of a hand in its own frame
@@ -129,5 +121,4 @@ TEST(SkinGrid, KnowsWhatIsNearest) {
   }
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::hand_search_test

@@ -7,8 +7,7 @@
 #include "tests/support/hand_support.h"
 #include "tests/support/moving_hand_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::hand_template_test {
 
 constexpr double kTemplateEdge = 5e-3;
 
@@ -53,7 +52,7 @@ TEST(HandTemplate, IsItselfWithoutProportionsInItsOwnPose) {
 TEST(HandTemplate, ItsVerticesLieOnTheHandItself) {
   const HandTemplate& hand = flat_template();
   const SoftBody flesh = hand_flesh(posed_skeleton(hand.pose(), hand.hand().length, hand.hand().breadth));
-  const Points vertices = support::mirrored(hand.mesh().vertices());  // the flesh is a left hand's
+  const Points vertices = mirrored(hand.mesh().vertices());  // the flesh is a left hand's
   Eigen::Index off = 0;
   for (const auto& x : vertices.colwise()) {
     off += std::abs(flesh.distance(x)) > 1e-6 ? 1 : 0;
@@ -105,7 +104,7 @@ TEST(HandTemplate, LengthAndBreadthAreThoseOfTheBuiltInHand) {
   by(kBreadthRatio) = std::log(0.92);
   const SoftBody flesh = hand_flesh(posed_skeleton(hand.pose(), other.length, other.breadth));
   const auto rms_of = [&](const Points& right) {
-    const Points points = support::mirrored(right);
+    const Points points = mirrored(right);
     double squares = 0;
     for (const auto& x : points.colwise()) {
       squares += std::pow(flesh.distance(x), 2);
@@ -140,5 +139,4 @@ TEST(HandTemplate, TheLeftHandIsTheMirrorImage) {
   EXPECT_LT((right_points - left_points).cwiseAbs().maxCoeff(), 1e-9);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::hand_template_test

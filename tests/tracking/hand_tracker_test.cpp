@@ -4,15 +4,13 @@
 #include <random>
 
 #include <fmt/format.h>
-#include <gtest/gtest.h>
 
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
 #include "sim/tracking/skin_distance.h"
 #include "tests/support/moving_hand_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::hand_tracker_test {
 
 constexpr double kFrameTime = 1.0 / 30;
 
@@ -77,9 +75,23 @@ struct Sight {
   HandTracker tracker;
 };
 
-TEST(HandTracker, SeesAHandOfAnotherSizeExactly) {
+/// Cameras of which a hand was learnt, and the fit to the next frame.
+struct Learnt {
+  explicit Learnt(const StereoEffects& effects = {})
+      : learnt(sight.learn(moving_hand(), effects)), fit(sight.tracker.track(sight.at(moving_hand(), 26, effects))) {}
   Sight sight;
-  ASSERT_TRUE(sight.learn(moving_hand(), exact()));
+  bool learnt;
+  HandFit fit;
+};
+
+const Learnt& learnt_exactly() {
+  static const Learnt learnt(exact());
+  return learnt;
+}
+
+TEST(HandTracker, SeesAHandOfAnotherSizeExactly) {
+  const auto& [sight, learnt_it, fit] = learnt_exactly();
+  ASSERT_TRUE(learnt_it);
   const HandSkeleton& learnt = sight.tracker.shape().skeleton;
   const HandSkeleton truth = posed_skeleton(hand_pose("index_up"), 0.181, 0.082);
   const auto finger = [](const HandSkeleton& hand) {
@@ -87,7 +99,6 @@ TEST(HandTracker, SeesAHandOfAnotherSizeExactly) {
   };
   EXPECT_NEAR(finger(learnt), finger(truth), 0.03 * finger(truth));
   EXPECT_NEAR(learnt.breadth, 0.082, 0.04 * 0.082);
-  const HandFit fit = sight.tracker.track(sight.at(moving_hand(), 26, exact()));
   ASSERT_FALSE(fit.lost);
   const SkinError error = sight.error(fit, moving_hand(), 26);
   EXPECT_LT(error.seen.rms, 0.2e-3);  // with the end at the wrist, which nothing is matched with
@@ -101,7 +112,7 @@ TEST(HandTracker, FollowsAMovingHandThatCamerasSeeWithNoise) {
     const MovingHand hand = odd ? MovingHand(smaller_hand(), 3e-3, beyond_the_template(), 2e-3) : moving_hand();
     Sight sight;
     ASSERT_TRUE(sight.learn(hand));
-    for (int frame = 26; frame < 36; ++frame) {
+    for (int frame = 26; frame < 31; ++frame) {
       const HandFit fit = sight.tracker.track(sight.at(hand, frame));
       ASSERT_FALSE(fit.lost) << frame;
       if (frame % 5 == 0) {
@@ -158,7 +169,7 @@ TEST(HandTracker, OneCameraFromTheSideDoesNotLoseTheHand) {
   Sight sight(1);
   ASSERT_TRUE(sight.learn(hand));
   int lost = 0;
-  for (int frame = 26; frame < 56; ++frame) {
+  for (int frame = 26; frame < 41; ++frame) {
     lost += sight.tracker.track(sight.at(hand, frame)).lost ? 1 : 0;
   }
   EXPECT_EQ(lost, 0);
@@ -212,11 +223,9 @@ TEST_P(OtherHands, AreFoundAndFollowed) {
 }
 
 INSTANTIATE_TEST_SUITE_P(HandTracker, OtherHands,
-                         testing::Values(OtherHand{"index_up", HandSide::kLeft}, OtherHand{"flat", HandSide::kRight},
-                                         OtherHand{"grasp", HandSide::kRight},
+                         testing::Values(OtherHand{"index_up", HandSide::kLeft}, OtherHand{"grasp", HandSide::kRight},
                                          OtherHand{"flat", HandSide::kRight, 0.157},
-                                         OtherHand{"flat", HandSide::kRight, 0.213},
-                                         OtherHand{"index_up", HandSide::kRight, 0.157}),
+                                         OtherHand{"flat", HandSide::kRight, 0.213}),
                          [](const auto& of) {
                            return fmt::format("{}_{}_{:.0f}mm", of.param.side == HandSide::kLeft ? "left" : "right",
                                               of.param.pose, of.param.length / kMillimetre);
@@ -278,9 +287,8 @@ TEST(HandTracker, SeesAHandThroughHoles) {
 }
 
 TEST(HandTracker, SaysWhichFacesWereSeen) {
-  Sight sight;
-  ASSERT_TRUE(sight.learn(moving_hand(), exact()));
-  const HandFit fit = sight.tracker.track(sight.at(moving_hand(), 26, exact()));
+  const auto& [sight, learnt_it, fit] = learnt_exactly();
+  ASSERT_TRUE(learnt_it);
   const Eigen::VectorXd confidence = sight.tracker.confidence(fit);
   Points skin;
   sight.tracker.skin(fit, skin);
@@ -304,13 +312,14 @@ TEST(HandTracker, SaysWhichFacesWereSeen) {
 }
 
 TEST(HandTracker, IsLostWhenTheHandLeavesAndFindsItAgain) {
-  Sight sight;
-  ASSERT_TRUE(sight.learn(moving_hand()));
+  Learnt same;
+  ASSERT_TRUE(same.learnt);
+  Sight& sight = same.sight;
   DepthFrame nothing = sight.at(moving_hand(), 26);
   for (DepthImage& image : nothing.images) {
     std::ranges::fill(image.depth, 0.0F);
   }
-  const HandFit followed = sight.tracker.track(sight.at(moving_hand(), 26));
+  const HandFit& followed = same.fit;
   EXPECT_FALSE(followed.lost);
   EXPECT_EQ(lost_text(followed), "");
   for (const int confirmed : followed.confirmed) {  // by each camera
@@ -330,6 +339,10 @@ TEST(HandTracker, IsLostWhenTheHandLeavesAndFindsItAgain) {
   fit = sight.tracker.track(sight.at(moving_hand(), frame));
   ASSERT_FALSE(fit.lost);
   EXPECT_LT(sight.error(fit, moving_hand(), frame).seen.rms, 0.6e-3);
+
+  const Learnt other;  // the same frames give the same fit
+  EXPECT_EQ(other.fit.pose(), followed.pose());
+  EXPECT_EQ(other.fit.deformation, followed.deformation);
 }
 
 TEST(HandTracker, LearnsFromFramesOneByOne) {
@@ -366,7 +379,7 @@ TEST(HandTracker, TakesNothingElseForAHand) {
       transformed(capsule(0.03, 0.2, 5e-3).mesh, Eigen::Matrix3d::Identity(), Vector3(0, -0.05, 0.2));
   for (const TriangleMesh& thing : {ball, stick}) {
     sight.tracker.forget();
-    for (int frame = 0; frame < 10; ++frame) {
+    for (int frame = 0; frame < 5; ++frame) {
       EXPECT_TRUE(
           sight.tracker.track(sight.cameras.sees(thing, frame * kFrameTime, static_cast<std::uint64_t>(frame))).lost)
           << frame;
@@ -384,18 +397,6 @@ TEST(HandTracker, APebbleIsNothingAsLargeAsAHand) {
   EXPECT_EQ(lost_text(fit), "nothing as large as a hand");
 }
 
-TEST(HandTracker, TheSameFramesGiveTheSameFit) {
-  const auto fitted = [] {
-    Sight sight;
-    sight.learn(moving_hand());
-    return sight.tracker.track(sight.at(moving_hand(), 26));
-  };
-  const HandFit one = fitted();
-  const HandFit other = fitted();
-  EXPECT_EQ(one.pose(), other.pose());
-  EXPECT_EQ(one.deformation, other.deformation);
-}
-
 TEST(HandTracker, RefusesFramesOfOtherCameras) {
   Sight sight;
   DepthFrame frame = sight.at(moving_hand(), 0);
@@ -403,5 +404,4 @@ TEST(HandTracker, RefusesFramesOfOtherCameras) {
   EXPECT_THROW(sight.tracker.track(frame), InputError);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::hand_tracker_test

@@ -10,8 +10,7 @@
 #include "sim/core/rotation.h"
 #include "sim/core/units.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::joint_fit_test {
 
 /// A hand of its own size in random poses and places.
 struct RandomHand {
@@ -137,5 +136,4 @@ TEST(JointFit, ADigitOfItsOwnLengthAndThicknessKeepsTheirRatio) {
               1e-9);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::joint_fit_test

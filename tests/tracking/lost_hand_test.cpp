@@ -7,8 +7,7 @@
 #include "sim/tracking/skin_distance.h"
 #include "tests/support/moving_hand_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::lost_hand_test {
 
 TriangleMesh beside_each_other(const TriangleMesh& one, const TriangleMesh& other) {
   Points vertices(3, one.vertex_count() + other.vertex_count());
@@ -113,5 +112,4 @@ INSTANTIATE_TEST_SUITE_P(Full, ComingHand,
                          testing::Values(Coming{1000, Beside::kNothing}, Coming{500, Beside::kBall},
                                          Coming{500, Beside::kSleeve}));
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::lost_hand_test

@@ -6,8 +6,7 @@
 
 #include "tests/support/moving_hand_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::pose_fit_test {
 
 const HandTemplate& fitted_hand(HandSide side = HandSide::kRight) {
   const auto made = [](HandSide of) {
@@ -165,5 +164,4 @@ TEST(PoseFit, WithoutPointsItStaysWhereItIs) {
   EXPECT_EQ(result.explained, 0);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::pose_fit_test

@@ -5,8 +5,7 @@
 #include "sim/body/shapes.h"
 #include "sim/sensing/simulated_camera.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::seen_distance_test {
 
 /// Three cameras round a sphere in the origin.
 SimulatedCameras round_the_origin() {
@@ -53,5 +52,4 @@ TEST(SeenDistance, LeavesOutWhatIsFarOffOrUnseen) {
   EXPECT_EQ(seen_distance(cameras.told(), frame, larger).cameras.maxCoeff(), 0);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::seen_distance_test

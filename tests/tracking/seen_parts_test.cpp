@@ -6,8 +6,7 @@
 
 #include "tests/support/random_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::seen_parts_test {
 
 /// Points in boxes of these middles and sizes, mixed, their normals up.
 HandPoints points_in(const std::vector<std::pair<Vector3, Vector3>>& boxes, int each) {
@@ -76,5 +75,4 @@ TEST(SeenParts, HandsAreTheWholeOrItsEnds) {
   EXPECT_GT(std::abs(axes(2, 2)), 0.99);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::seen_parts_test

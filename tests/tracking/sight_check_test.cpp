@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace touchfield {
-namespace {
+namespace touchfield::sight_check_test {
 
 constexpr double kBaseline = 55e-3;
 
@@ -43,5 +42,4 @@ TEST(SightCheck, AHoleCountsUnlessTheSecondEyeDidNotSeeThere) {
   EXPECT_DOUBLE_EQ(check.evidence(), 1.0 / 4);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::sight_check_test

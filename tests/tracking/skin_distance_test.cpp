@@ -2,16 +2,12 @@
 
 #include <numbers>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/sight_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::skin_distance_test {
 
 constexpr double kRadius = 30e-3;
 
@@ -116,5 +112,4 @@ TEST(SkinDistance, LeavesOutWhatNothingFaces) {
   EXPECT_THROW(skin_distance(ball(), distances, {}), InputError);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::skin_distance_test

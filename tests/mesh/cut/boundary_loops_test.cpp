@@ -4,23 +4,12 @@
 #include <array>
 #include <vector>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/subset.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::SizeIs;
-using ::testing::ThrowsMessage;
-using ::testing::UnorderedElementsAre;
+namespace touchfield::boundary_loops_test {
 
 Triangles as_triangles(const std::vector<std::array<int, 3>>& faces) { return as_columns(faces); }
 
@@ -71,5 +60,4 @@ TEST(BoundaryLoops, RefusesWhatIsNotOriented) {
   EXPECT_THAT([] { boundary_loops(as_triangles({{0, 1, 1}}), 2); }, ThrowsMessage<InputError>(HasSubstr("twice")));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::boundary_loops_test

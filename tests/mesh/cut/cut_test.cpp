@@ -9,25 +9,19 @@
 #include <vector>
 
 #include <Eigen/Geometry>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "sim/body/hand.h"
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/remesh/surface_remesh.h"
 #include "tests/support/mesh_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::cut_test {
 
 using std::numbers::pi;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::ThrowsMessage;
 
 constexpr double kDegree = pi / 180;
 constexpr double kRounding = 1e-12;  // [m], of coordinates below 0.3 m through projections
@@ -268,5 +262,4 @@ TEST(KeptWithin, RefusesBallsWithoutSkin) {
       ThrowsMessage<InputError>(HasSubstr("the nearest skin")));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::cut_test

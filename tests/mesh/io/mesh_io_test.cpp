@@ -15,8 +15,6 @@
 #include <sys/stat.h>
 #include <vector>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <vtkCellArray.h>
 #include <vtkDoubleArray.h>
 #include <vtkFloatArray.h>
@@ -27,41 +25,21 @@
 #include <vtkXMLPolyDataWriter.h>
 
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
 #include "sim/mesh/io/byte_string.h"
 #include "sim/mesh/query/inspect.h"
+#include "tests/support/files.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::mesh_io_test {
 
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::ThrowsMessage;
 namespace fs = std::filesystem;
 
 constexpr double kMm = 1e-3;
 
 class MeshIo : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "touchfield_mesh_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-
-  std::string write(const std::string& name, const std::string& content) const {
-    std::ofstream(path(name), std::ios::binary) << content;
-    return path(name);
-  }
-
-  static std::string content(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
+  std::string path(const std::string& name) const { return folder_.file(name); }
+  std::string write(const std::string& name, const std::string& content) const { return folder_.write(name, content); }
 
   /// Reading a file of this content must be refused by a message that names the file and says this.
   void expect_refused(const std::string& name, const std::string& content, const std::string& says) const {
@@ -70,7 +48,7 @@ class MeshIo : public ::testing::Test {
         << content.substr(0, 300);
   }
 
-  fs::path folder_;
+  const TemporaryDirectory folder_;
 };
 
 // Four faces of a tetrahedron with legs of 1 (see its volume: 1/6), normals outwards.
@@ -301,7 +279,7 @@ TEST_F(MeshIo, JoinsThePiecesOfVtp) {
   const FileSurface surface = read_surface(write("two.vtp", with(both, "0 0 1e0\n", "0 0 1e0\n")));
   ASSERT_EQ(surface.triangles.size(), 8u);
   EXPECT_EQ(surface.points.size(), 8u);
-  EXPECT_THAT(surface.triangles[4], ::testing::ElementsAre(4, 6, 5));
+  EXPECT_THAT(surface.triangles[4], ElementsAre(4, 6, 5));
   EXPECT_EQ(surface.points[6], Vector3(5, 6, 5));
 }
 
@@ -456,16 +434,16 @@ TEST_F(MeshIo, NotesBytesBehindTheLastFace) {
   write_mesh(path("a.ply"), mesh, kMm);
   for (const char* name : {"a.stl", "a.ply"}) {
     const FileSurface surface =
-        read_surface(write(std::string("b") + name, content(path(name)) + std::string(92, 'x')));
+        read_surface(write(std::string("b") + name, read_bytes(path(name)) + std::string(92, 'x')));
     EXPECT_EQ(surface.triangles.size(), 20u);
-    EXPECT_THAT(surface.notes, ::testing::ElementsAre("92 bytes behind the last face are ignored"));
+    EXPECT_THAT(surface.notes, ElementsAre("92 bytes behind the last face are ignored"));
     EXPECT_THAT(read_surface(path(name)).notes, IsEmpty());
   }
-  const std::string stl = content(path("a.stl"));
-  EXPECT_THAT(read_surface(write("zero.stl", stl + std::string(100, '\0'))).notes, ::testing::SizeIs(1));
+  const std::string stl = read_bytes(path("a.stl"));
+  EXPECT_THAT(read_surface(write("zero.stl", stl + std::string(100, '\0'))).notes, SizeIs(1));
   expect_refused("more.stl", stl + stl.substr(84, 100), "announces 20 faces, but there are 2 more behind them");
   const std::string ply = std::string(kPlyHeader) + kPlyBody;
-  EXPECT_THAT(read_surface(write("t.ply", ply + "1 2 3\n \n")).notes, ::testing::SizeIs(1));
+  EXPECT_THAT(read_surface(write("t.ply", ply + "1 2 3\n \n")).notes, SizeIs(1));
   EXPECT_THAT(read_surface(write("t.ply", ply + "\n \n")).notes, IsEmpty());
 }
 
@@ -521,12 +499,12 @@ TEST_F(MeshIo, WritesWhatItReads) {
     EXPECT_LT((back.centroids() - mesh.centroids()).cwiseAbs().maxCoeff(), tolerance) << name;
     EXPECT_THAT(inspect(back).faults, IsEmpty()) << name;
   }
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 5) << "something is left behind";
+  EXPECT_EQ(folder_.entries(), 5U) << "something is left behind";
 }
 
 TEST_F(MeshIo, BinaryStlHasItsPublishedLayout) {
   write_mesh(path("s.stl"), icosphere(0.01, 2), kMm);
-  const std::string bytes = content(path("s.stl"));
+  const std::string bytes = read_bytes(path("s.stl"));
   ASSERT_EQ(bytes.size(), 84u + 50u * 80u);
   float corner = 0;
   std::memcpy(&corner, bytes.data() + 84 + 12, sizeof corner);
@@ -562,7 +540,7 @@ TEST_F(MeshIo, RefusesBrokenStl) {
     expect_refused("t.stl", ascii_stl().substr(0, cut), "");
   }
   write_mesh(path("s.stl"), icosphere(0.01, 2), kMm);
-  const std::string binary = content(path("s.stl"));
+  const std::string binary = read_bytes(path("s.stl"));
   expect_refused("t.stl", binary.substr(0, 2000), "announces 80 faces, which take 4084 bytes, but it has 2000");
   expect_refused("t.stl", binary.substr(0, 60), "not an STL file");
   expect_refused("t.stl", with(binary, "binary STL", "solid  STL").substr(0, 2000), "announces 80 faces");
@@ -712,9 +690,7 @@ TEST_F(MeshIo, ReadsSurfacesAsTheyAre) {
   const std::string file = write("q.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 0 0\nv 7 7 7\nf 1 2 3 4\nf 1 2 2\n");
   const FileSurface surface = read_surface(file);
   EXPECT_EQ(surface.points.size(), 5u);
-  EXPECT_THAT(surface.triangles,
-              ::testing::ElementsAre(::testing::ElementsAre(0, 1, 2), ::testing::ElementsAre(0, 2, 3),
-                                     ::testing::ElementsAre(0, 1, 1)));
+  EXPECT_THAT(surface.triangles, ElementsAre(ElementsAre(0, 1, 2), ElementsAre(0, 2, 3), ElementsAre(0, 1, 1)));
   EXPECT_THAT([&] { read_mesh(file, kMm); }, ThrowsMessage<InputError>(HasSubstr("3 degenerate faces")));
 }
 
@@ -724,8 +700,8 @@ TEST_F(MeshIo, SurvivesDamage) {
   const auto at_random = [&](std::size_t below) { return static_cast<std::size_t>(random() >> 20U) % below; };
   write_mesh(path("s.stl"), icosphere(0.01, 1), kMm);
   write_mesh(path("s.ply"), icosphere(0.01, 1), kMm);
-  std::vector<std::pair<std::string, std::string>> files = {{"d.stl", content(path("s.stl"))},
-                                                            {"d.ply", content(path("s.ply"))},
+  std::vector<std::pair<std::string, std::string>> files = {{"d.stl", read_bytes(path("s.stl"))},
+                                                            {"d.ply", read_bytes(path("s.ply"))},
                                                             {"d.obj", kObj},
                                                             {"d.stl", ascii_stl()},
                                                             {"d.ply", std::string(kPlyHeader) + kPlyBody},
@@ -770,8 +746,7 @@ TEST_F(MeshIo, LeavesNothingWhereItCannotWrite) {
   fs::create_directory(path("taken.stl"));
   write("taken.stl/inside", "x");
   EXPECT_THROW(write_mesh(path("taken.stl"), mesh, kMm), IoError);
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1);
+  EXPECT_EQ(folder_.entries(), 1U);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::mesh_io_test

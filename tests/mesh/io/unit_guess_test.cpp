@@ -5,18 +5,11 @@
 #include <optional>
 #include <string>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sim/body/hand.h"
-#include "sim/core/errors.h"
 #include "tests/support/surface_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
+namespace touchfield::unit_guess_test {
 
 std::string unit_of(double size) { return guess_unit(size).unit.name; }
 
@@ -130,5 +123,4 @@ TEST(UnitDoubt, AStatedUnitIsTakenAtItsWordIfItMakesABody) {
   EXPECT_THROW(unit_doubt(193, "inch"), InputError);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::unit_guess_test

@@ -8,22 +8,16 @@
 #include <vector>
 
 #include <Eigen/Geometry>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "sim/body/hand.h"
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/triangle_pair.h"
-#include "tests/support/error_support.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/random_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using ::testing::HasSubstr;
+namespace touchfield::clearance_test {
 
 using Index = Eigen::Index;
 
@@ -375,15 +369,13 @@ TEST(PlateCollision, LeavesBowlsAndLinesAlone) {
 
 TEST(PlateCollision, RefusesWhatDoesNotFit) {
   const TriangleMesh body = block(0.01, 0.01, 0.01);
-  EXPECT_THAT(
-      support::message_of<InputError>([&] { plate_collision(body, grid(3, 3, 0.01), Eigen::VectorXi::Zero(8), 0); }),
-      HasSubstr("8 numbers for 9 positions"));
+  EXPECT_THAT(message_of<InputError>([&] { plate_collision(body, grid(3, 3, 0.01), Eigen::VectorXi::Zero(8), 0); }),
+              HasSubstr("8 numbers for 9 positions"));
   for (const double clearance : {-1e-3, std::nan("")}) {
-    EXPECT_THAT(support::message_of<InputError>(
-                    [&] { plate_collision(body, grid(3, 3, 0.01), Eigen::VectorXi::Zero(9), clearance); }),
-                HasSubstr("must be >= 0"));
+    EXPECT_THAT(
+        message_of<InputError>([&] { plate_collision(body, grid(3, 3, 0.01), Eigen::VectorXi::Zero(9), clearance); }),
+        HasSubstr("must be >= 0"));
   }
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::clearance_test

@@ -13,8 +13,7 @@
 #include "sim/body/shapes.h"
 #include "tests/support/mesh_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::face_tree_test {
 
 constexpr double kWinding = 0.06;  // accuracy of winding numbers, as the header says
 
@@ -185,5 +184,4 @@ TEST(FaceTree, TakesOneTriangle) {
   EXPECT_GT(tree.winding_number({0.2, 0.2, -1e-3}), 0.0);                // behind the face is inside
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::face_tree_test

@@ -7,23 +7,13 @@
 #include <string>
 #include <vector>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
 #include "sim/mesh/repair/surface_report.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/surface_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using ::testing::AllOf;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::ThrowsMessage;
+namespace touchfield::inspect_test {
 
 TriangleMesh with_triangles(const TriangleMesh& mesh, const Triangles& triangles) {
   return {mesh.vertices(), triangles};
@@ -308,5 +298,4 @@ TEST(InspectSurface, NothingThereIsAFault) {
   EXPECT_THAT(inspect_surface(surface, 1.0).skin.faults, ElementsAre("no face has an area"));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::inspect_test

@@ -6,22 +6,16 @@
 #include <numbers>
 
 #include <Eigen/Geometry>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "sim/body/hand.h"
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
 #include "sim/mesh/query/face_tree.h"
 #include "tests/support/mesh_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::interior_points_test {
 
 using std::numbers::pi;
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::ThrowsMessage;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kSeparation = 0.8;  // spacings, as the header says
@@ -277,5 +271,4 @@ TEST(InteriorSources, RefuseAThinBody) {
   EXPECT_THROW(interior_sources(mesh, {0, kNan, 0.03}, 0.02, 8, 1), InputError);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::interior_points_test

@@ -10,8 +10,7 @@
 #include "sim/body/shapes.h"
 #include "tests/support/mesh_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::mesh_risks_test {
 
 using std::numbers::pi;
 
@@ -129,5 +128,4 @@ TEST(MeshRisks, TakeOneTriangle) {
   EXPECT_TRUE(std::isinf(risks.gap) && std::isinf(risks.thickness));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::mesh_risks_test

@@ -9,21 +9,15 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <omp.h>
 
 #include "sim/body/hand.h"
 #include "sim/body/shapes.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/random_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using ::testing::ElementsAre;
-using ::testing::IsEmpty;
-using ::testing::Pair;
+namespace touchfield::self_intersections_test {
 
 using Index = Eigen::Index;
 using Pairs = std::vector<std::pair<Index, Index>>;
@@ -337,10 +331,8 @@ TEST(SelfIntersections, AreToldInALine) {
   EXPECT_EQ(self_intersections_text(ball, self_intersections(ball), 1000), "");
   const TriangleMesh two = together(ball, shifted(ball, Vector3(12e-3, 0, 0)));
   EXPECT_THAT(self_intersections_text(two, self_intersections(two), 1000),
-              testing::MatchesRegex("[0-9]+ pairs of faces intersect, the first near \\(.*\\) mm"));
-  EXPECT_THAT(self_intersections_text(two, self_intersections(two, 2), 2),
-              testing::StartsWith("2 pairs or more of faces"));
+              MatchesRegex("[0-9]+ pairs of faces intersect, the first near \\(.*\\) mm"));
+  EXPECT_THAT(self_intersections_text(two, self_intersections(two, 2), 2), StartsWith("2 pairs or more of faces"));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::self_intersections_test

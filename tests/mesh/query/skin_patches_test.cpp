@@ -6,8 +6,7 @@
 
 #include "sim/body/shapes.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::skin_patches_test {
 
 using Eigen::Index;
 
@@ -71,5 +70,4 @@ TEST(SkinPatches, AsManyAsAskedForAreSpreadOverAll) {
   EXPECT_EQ(spread(pieces, 1.0, 0).size(), 1);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::skin_patches_test

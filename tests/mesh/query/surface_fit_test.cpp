@@ -4,21 +4,12 @@
 #include <complex>
 
 #include <Eigen/Geometry>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
 #include "tests/support/mesh_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using ::testing::AllOf;
-using ::testing::Ge;
-using ::testing::HasSubstr;
-using ::testing::Le;
-using ::testing::ThrowsMessage;
+namespace touchfield::surface_fit_test {
 
 constexpr double kRadius = 0.03;
 
@@ -114,5 +105,4 @@ TEST(SurfaceFit, RefusesWhatDoesNotFit) {
               ThrowsMessage<InputError>(HasSubstr("within 60 degrees of the normal of point 0")));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::surface_fit_test

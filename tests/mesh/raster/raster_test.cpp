@@ -4,18 +4,11 @@
 #include <random>
 
 #include <Eigen/Geometry>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <omp.h>
 
-#include "sim/core/errors.h"
-#include "tests/support/error_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using support::message_of;
-using ::testing::HasSubstr;
+namespace touchfield::raster_test {
 
 Camera pinhole(int width, int height, double focal, double near = 0.01) {
   Camera camera;
@@ -203,7 +196,7 @@ TEST(Raster, CrookedLatticesAndNeedlesAreCoveredOnce) {
     const double size = 2.0;
     return Vector3(size * (i + (rim ? 0 : jitter(generator))), size * (j + (rim ? 0 : jitter(generator))), 1);
   });
-  EXPECT_THAT(coverage(camera, crooked), ::testing::Each(1));
+  EXPECT_THAT(coverage(camera, crooked), Each(1));
 
   // A fan of 400 needles around the middle of a pixel, out to far beyond the image.
   constexpr int kNeedles = 400;
@@ -214,7 +207,7 @@ TEST(Raster, CrookedLatticesAndNeedlesAreCoveredOnce) {
     fan.vertices.col(i) << 16.5 + 1e6 * std::cos(angle), 16.5 + 1e6 * std::sin(angle), 1;
     fan.triangles.col(i) << kNeedles, i, (i + 1) % kNeedles;
   }
-  EXPECT_THAT(coverage(camera, fan), ::testing::Each(1));
+  EXPECT_THAT(coverage(camera, fan), Each(1));
 }
 
 // A floor 0.2 m below the eye that begins behind it: seen where Z = 0.2 / y is at least `near`, and up to its end.
@@ -267,8 +260,8 @@ TEST(Raster, TheNearestFaceIsSeenFromEitherSideAndInAnyOrder) {
       triangles = triangles.colwise().reverse().eval();
     }
     const Raster raster = rasterise(camera, vertices, triangles);
-    EXPECT_THAT(raster.face, ::testing::Each(1));
-    EXPECT_THAT(raster.depth, ::testing::Each(::testing::DoubleNear(1.0, 1e-14)));
+    EXPECT_THAT(raster.face, Each(1));
+    EXPECT_THAT(raster.depth, Each(::testing::DoubleNear(1.0, 1e-14)));
   }
 }
 
@@ -297,8 +290,8 @@ TEST(Raster, FacesWithoutAreaAndEmptyMeshesAreNotSeen) {
   const Camera camera = sheet_camera(4, 4);
   Points vertices(3, 3);
   vertices << 0, 2, 4, 0, 2, 4, 1, 1, 1;
-  EXPECT_THAT(rasterise(camera, vertices, Eigen::Vector3i(0, 1, 2)).face, ::testing::Each(Raster::kNothing));
-  EXPECT_THAT(rasterise(camera, vertices, Triangles(3, 0)).face, ::testing::Each(Raster::kNothing));
+  EXPECT_THAT(rasterise(camera, vertices, Eigen::Vector3i(0, 1, 2)).face, Each(Raster::kNothing));
+  EXPECT_THAT(rasterise(camera, vertices, Triangles(3, 0)).face, Each(Raster::kNothing));
 }
 
 TEST(Raster, SaysWhatIsWrong) {
@@ -321,5 +314,4 @@ TEST(Raster, SaysWhatIsWrong) {
   EXPECT_THAT(said([](Camera&) {}), HasSubstr("not finite"));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::raster_test

@@ -8,19 +8,15 @@
 #include <vector>
 
 #include <Eigen/Geometry>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "sim/body/shapes.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/remesh/splinters.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace creases_test {
+namespace touchfield::creases_test {
 
 using std::numbers::pi;
-using ::testing::ElementsAre;
-using ::testing::IsEmpty;
 
 constexpr double kDegree = pi / 180.0;
 
@@ -177,5 +173,4 @@ TEST(Splinters, AreNotThinParts) {
   EXPECT_THAT(inspect(same).faults, IsEmpty());
 }
 
-}  // namespace creases_test
-}  // namespace touchfield
+}  // namespace touchfield::creases_test

@@ -6,16 +6,9 @@
 #include <random>
 #include <vector>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "tests/support/testing.h"
 
-#include "sim/core/errors.h"
-
-namespace touchfield {
-namespace edge_sizing_test {
-
-using ::testing::HasSubstr;
-using ::testing::ThrowsMessage;
+namespace touchfield::edge_sizing_test {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -121,5 +114,4 @@ TEST(EdgeSizing, RefusesWhatIsNoLength) {
   EXPECT_NO_THROW(EdgeSizing(1e-3, {}, 0.6));
 }
 
-}  // namespace edge_sizing_test
-}  // namespace touchfield
+}  // namespace touchfield::edge_sizing_test

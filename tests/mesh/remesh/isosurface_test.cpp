@@ -9,8 +9,7 @@
 
 #include "sim/mesh/query/inspect.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::isosurface_test {
 
 constexpr double kRadius = 7.3;
 
@@ -49,5 +48,4 @@ TEST(Isosurface, OfSidesAloneHasItsVerticesHalfway) {
   }
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::isosurface_test

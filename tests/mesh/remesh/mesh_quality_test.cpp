@@ -3,15 +3,11 @@
 #include <cmath>
 #include <numbers>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
 #include "tests/support/mesh_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace mesh_quality_test {
+namespace touchfield::mesh_quality_test {
 
 using std::numbers::pi;
 
@@ -184,5 +180,4 @@ TEST(WantedFaces, FindAZoneWithinAFaceAndStopAtTheMost) {
   EXPECT_EQ(wanted_faces(icosphere(1e27, 3), graded, 1000), 1000);
 }
 
-}  // namespace mesh_quality_test
-}  // namespace touchfield
+}  // namespace touchfield::mesh_quality_test

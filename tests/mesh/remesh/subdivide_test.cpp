@@ -1,17 +1,12 @@
 #include "sim/mesh/remesh/subdivide.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sim/body/hand.h"
 #include "sim/body/shapes.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/topology.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using ::testing::IsEmpty;
+namespace touchfield::subdivide_test {
 
 constexpr double kRounding = 1e-15;  // [m] of bodies below a metre
 
@@ -80,5 +75,4 @@ TEST(SplitFaces, TwiceSplitsInSixteen) {
   EXPECT_TRUE(twice.areas().isApproxToConstant(0.25));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::subdivide_test

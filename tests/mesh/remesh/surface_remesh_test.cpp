@@ -10,14 +10,10 @@
 #include <vector>
 
 #include <Eigen/Geometry>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <omp.h>
 
 #include "sim/body/hand.h"
 #include "sim/body/shapes.h"
 #include "sim/body/skin_mesh.h"
-#include "sim/core/errors.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
@@ -27,14 +23,12 @@
 #include "sim/mesh/topology.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/surface_support.h"
+#include "tests/support/testing.h"
+#include "tests/support/threads_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::surface_remesh_test {
 
 using std::numbers::pi;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::ThrowsMessage;
 
 constexpr double kMm = 1e-3;
 constexpr double kDegree = pi / 180.0;
@@ -400,12 +394,8 @@ TEST(SurfaceRemesh, MeshesAnewAHandOfAFewTriangles) {
 
 TEST(SurfaceRemesh, DoesNotDependOnTheNumberOfThreads) {
   const TriangleMesh original = together(cylinder(7 * kMm, 30 * kMm, 30), shifted(icosphere(8 * kMm, 4), {0.05, 0, 0}));
-  const int threads = omp_get_max_threads();
-  omp_set_num_threads(1);
-  const TriangleMesh one = remeshed_surface(original, EdgeSizing(2 * kMm));
-  omp_set_num_threads(5);
-  const TriangleMesh other = remeshed_surface(original, EdgeSizing(2 * kMm));
-  omp_set_num_threads(threads);
+  const TriangleMesh one = with_threads(1, [&] { return remeshed_surface(original, EdgeSizing(2 * kMm)); });
+  const TriangleMesh other = with_threads(5, [&] { return remeshed_surface(original, EdgeSizing(2 * kMm)); });
   ASSERT_EQ(one.vertex_count(), other.vertex_count());
   EXPECT_TRUE(one.vertices() == other.vertices());
   EXPECT_TRUE(one.triangles() == other.triangles());
@@ -448,5 +438,4 @@ TEST(SurfaceRemesh, RefusesWhatItCannotMesh) {
   EXPECT_THROW(remeshed_surface(cylinder(0.35 * kMm, 60 * kMm, 24), sizing), NumericalError);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::surface_remesh_test

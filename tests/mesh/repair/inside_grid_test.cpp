@@ -5,18 +5,14 @@
 #include <vector>
 
 #include <Eigen/Geometry>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "sim/body/shapes.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "tests/support/mesh_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using ::testing::IsEmpty;
+namespace touchfield::inside_grid_test {
 
 TriangleMesh surface_of(const InsideGrid& grid) {
   Isosurface surface = grid.surface();
@@ -106,5 +102,4 @@ TEST(InsideGrid, CountsItsNodesBeforehand) {
   EXPECT_NEAR(node_count(Vector3::Constant(10e-3), 1e-3), 16.0 * 16.0 * 16.0, 1e-9);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::inside_grid_test

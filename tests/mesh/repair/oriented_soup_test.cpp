@@ -8,21 +8,13 @@
 #include <vector>
 
 #include <Eigen/Geometry>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "sim/body/hand.h"
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
-#include "tests/support/error_support.h"
 #include "tests/support/surface_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using ::testing::Contains;
-using ::testing::ElementsAre;
-using ::testing::IsEmpty;
+namespace touchfield::oriented_soup_test {
 
 /// The mesh cut into patches with points of their own, every second one turned on the whole.
 FileSurface cut_and_turned(const TriangleMesh& mesh, const std::vector<std::size_t>& patch_of, std::size_t patches) {
@@ -125,9 +117,7 @@ TEST(OrientedSoup, PatchesOfAHandLookOutwards) {
 TEST(OrientedSoup, RefusesFacesWithoutArea) {
   FileSurface surface = file_of(cube());
   surface.triangles = {{0, 1, 1}};
-  EXPECT_EQ(support::message_of<InputError>([&] { oriented_soup(surface, 1.0, "skin.stl"); }),
-            "skin.stl: no face has an area");
+  EXPECT_EQ(message_of<InputError>([&] { oriented_soup(surface, 1.0, "skin.stl"); }), "skin.stl: no face has an area");
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::oriented_soup_test

@@ -9,25 +9,15 @@
 #include <vector>
 
 #include <Eigen/Geometry>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/repair/repair_steps.h"
 #include "sim/mesh/repair/surface_report.h"
-#include "tests/support/error_support.h"
 #include "tests/support/surface_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using ::testing::AllOf;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::StartsWith;
+namespace touchfield::repair_test {
 
 constexpr double kRounding = 1e-14;
 
@@ -38,7 +28,7 @@ Repaired repair(const FileSurface& surface, const RepairOptions& options = {}) {
 }
 
 std::string refusal(const FileSurface& surface, const RepairOptions& options = {}) {
-  const std::string message = support::message_of<InputError>([&] { repaired(surface, 1.0, options, "skin.stl"); });
+  const std::string message = message_of<InputError>([&] { repaired(surface, 1.0, options, "skin.stl"); });
   EXPECT_THAT(message, StartsWith("skin.stl: "));
   return message;
 }
@@ -173,12 +163,11 @@ TEST(ClosedMesh, HasNoFacesWithoutArea) {
 
 TEST(ClosedMesh, RefusesWhatIsNotClosedAndSaysWhatToTry) {
   const auto said = [](const FileSurface& surface) {
-    return support::message_of<InputError>([&] { closed_mesh(surface, 1.0, "skin.stl"); });
+    return message_of<InputError>([&] { closed_mesh(surface, 1.0, "skin.stl"); });
   };
   const std::string remedy = "; try touchfield mesh skin.stl --repair -o fixed.obj";
-  EXPECT_THAT(said(without_face(file_of(cube()), 3)),
-              AllOf(HasSubstr("3 boundary edges"), ::testing::EndsWith(remedy)));
-  EXPECT_THAT(said(turned(file_of(cube()))), AllOf(HasSubstr("inside out"), ::testing::EndsWith(remedy)));
+  EXPECT_THAT(said(without_face(file_of(cube()), 3)), AllOf(HasSubstr("3 boundary edges"), EndsWith(remedy)));
+  EXPECT_THAT(said(turned(file_of(cube()))), AllOf(HasSubstr("inside out"), EndsWith(remedy)));
   FileSurface flat;
   flat.points = {{0, 0, 0}, {1, 0, 0}};
   flat.triangles = {{0, 1, 1}};
@@ -360,5 +349,4 @@ TEST(Repair, AnyFacesGiveAMeshOrAnError) {
   EXPECT_GT(replaced, 30);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::repair_test

@@ -7,28 +7,17 @@
 #include <string>
 
 #include <Eigen/Geometry>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "sim/body/hand.h"
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/remesh/mesh_quality.h"
 #include "sim/mesh/repair/surface_report.h"
-#include "tests/support/error_support.h"
 #include "tests/support/surface_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using ::testing::AllOf;
-using ::testing::Contains;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::Not;
-using ::testing::StartsWith;
+namespace touchfield::resurface_test {
 
 Resurfaced resurface(const FileSurface& surface, double edge) {
   Resurfaced result = resurfaced(surface, 1.0, edge, "skin.stl", "--resurface");
@@ -38,7 +27,7 @@ Resurfaced resurface(const FileSurface& surface, double edge) {
 
 std::string refusal(const FileSurface& surface, double edge) {
   const std::string message =
-      support::message_of<InputError>([&] { resurfaced(surface, 1.0, edge, "skin.stl", "--resurface"); });
+      message_of<InputError>([&] { resurfaced(surface, 1.0, edge, "skin.stl", "--resurface"); });
   EXPECT_THAT(message, StartsWith("skin.stl: "));
   return message;
 }
@@ -255,5 +244,4 @@ TEST(Resurface, DoesNotDependOnTheOrderOfFaces) {
   EXPECT_NEAR(one.mesh.signed_volume(), other.mesh.signed_volume(), 1e-3 * one.mesh.signed_volume());
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::resurface_test

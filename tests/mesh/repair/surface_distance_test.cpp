@@ -7,8 +7,7 @@
 #include "sim/body/shapes.h"
 #include "tests/support/mesh_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::surface_distance_test {
 
 bool always(const Vector3& /*x*/, const Vector3& /*normal*/) { return true; }
 
@@ -45,5 +44,4 @@ TEST(SurfaceDistance, OfNothingCountedIsNothing) {
   EXPECT_EQ(distance.farthest, 0.0);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::surface_distance_test

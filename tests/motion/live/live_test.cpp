@@ -5,19 +5,15 @@
 #include <cmath>
 #include <set>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "apps/commands/live_stream.h"
 #include "hardware/player.h"
-#include "sim/core/errors.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/motion/sensed_motion.h"
 #include "tests/support/moving_support.h"
 #include "tests/support/scene_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::live_test {
 
 constexpr double kForEver = 1e9;
 constexpr double kBegin = 100;    // of no meaning
@@ -324,7 +320,7 @@ TEST_F(Live, IsQuietWhileSamplesComeTooLate) {
   ASSERT_TRUE(ended(*loop_, time_));
   EXPECT_EQ(played.sent, 0U);
   EXPECT_GE(played.stale, 15U);
-  EXPECT_THAT(link_.frames(), ::testing::IsEmpty());
+  EXPECT_THAT(link_.frames(), IsEmpty());
 }
 
 // The solver goes on with what was seen last, for as long as that may be felt.
@@ -366,7 +362,7 @@ TEST_F(Live, ComesBackAfterASlowFrame) {
   EXPECT_EQ(played.silences, 1U);
   EXPECT_EQ(played.stale, 1U) << "the slow one itself";
   EXPECT_EQ(loop_->report().dropped, 7);  // of the slots from 0.25 to 0.6, all but the last
-  EXPECT_THAT(link_.frames(), ::testing::Not(::testing::Contains(3)));
+  EXPECT_THAT(link_.frames(), Not(Contains(3)));
   EXPECT_THAT(link_.frames(), ::testing::IsSupersetOf({2, 4, 5}));
   EXPECT_TRUE(link_.on_at(0.99));
 }
@@ -494,9 +490,8 @@ TEST_F(LiveOnTheWallClock, GoesThroughItsMotion) {
 
 class LiveScene : public LiveOnTheWallClock {
  protected:
-  const MovingModel moving_{testing::scene_from(
-      testing::kMovingCapsule,
-      {"array.grid.count=[6, 5]", "solve.methods=[surface]", "motion.predict=linear", "motion.stale_ms=10000"})};
+  const MovingModel moving_{scene_from(kMovingCapsule, {"array.grid.count=[6, 5]", "solve.methods=[surface]",
+                                                        "motion.predict=linear", "motion.stale_ms=10000"})};
   /// How far the costs of two frames are apart, relatively; single precision rounds differently by how memory lies, and
   /// phases that matter little follow that.
   static double apart(const MotionFrame& a, const MotionFrame& b) {
@@ -535,7 +530,7 @@ TEST_F(LiveScene, GoesThroughItsMotion) {
 
 // The fit's model of the hand is carried on in one thread while phases are found on it in the other.
 TEST_F(LiveOnTheWallClock, AHandIsFittedBesideTheSolver) {
-  const Scene scene = testing::scene_from(
+  const Scene scene = scene_from(
       "name: seen\n"
       "array: {grid: {count: [6, 5], pitch_mm: 10.16}}\n"
       "body: {hand: {pose: index_up}, place: {landmark: index_pad, at_mm: [0, 0, 200]}, edge_mm: 6, keep_within_mm: "
@@ -561,5 +556,4 @@ TEST_F(LiveOnTheWallClock, AHandIsFittedBesideTheSolver) {
   EXPECT_FALSE(loop.report().frames.front().lost);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::live_test

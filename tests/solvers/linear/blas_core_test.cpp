@@ -4,8 +4,7 @@
 
 #include "solvers/linear/instruction_level.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::blas_core_test {
 
 // What OpenBLAS 0.3.21 does on a processor that is newer than itself.
 TEST(BlasCore, APrescottGivesWayToTheProcessorsInstructionSets) {
@@ -62,5 +61,4 @@ TEST(BlasCore, IsNamed) {
   EXPECT_EQ(blas_threading(), "OpenMP");
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::blas_core_test

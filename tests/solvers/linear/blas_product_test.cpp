@@ -5,8 +5,7 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
-namespace touchfield {
-namespace {
+namespace touchfield::blas_product_test {
 
 Eigen::MatrixXcd random_matrix(Eigen::Index rows, Eigen::Index columns, unsigned seed) {
   std::srand(seed);
@@ -49,5 +48,4 @@ TEST(HermitianProduct, DoesNotDependOnTheThreadCountToTheLastBit) {
   omp_set_num_threads(threads);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::blas_product_test

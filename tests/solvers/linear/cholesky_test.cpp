@@ -8,8 +8,7 @@
 #include <Eigen/Core>
 #include <gtest/gtest.h>
 
-namespace touchfield {
-namespace {
+namespace touchfield::cholesky_test {
 
 template <typename Scalar>
 using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
@@ -70,5 +69,4 @@ TEST(CholeskySolve, SolvesInEachPrecision) {
   EXPECT_LT((right.cast<double>() - expected).norm(), 1e-4 * expected.norm());
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::cholesky_test

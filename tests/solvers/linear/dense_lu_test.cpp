@@ -6,8 +6,7 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-namespace touchfield {
-namespace dense_lu_test {
+namespace touchfield::dense_lu_test {
 
 Eigen::MatrixXcd random_matrix(Eigen::Index rows, Eigen::Index columns, unsigned seed) {
   std::srand(seed);  // Eigen's Random draws from rand()
@@ -104,5 +103,4 @@ TEST(DenseLu, OneUnknown) {
   EXPECT_EQ(lu.solve(Eigen::MatrixXcd::Ones(1, 1))(0, 0), std::complex<double>(0, -0.5));
 }
 
-}  // namespace dense_lu_test
-}  // namespace touchfield
+}  // namespace touchfield::dense_lu_test

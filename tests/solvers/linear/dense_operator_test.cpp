@@ -7,8 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace touchfield {
-namespace dense_operator_test {
+namespace touchfield::dense_operator_test {
 
 Eigen::MatrixXcd random_matrix(Eigen::Index rows, Eigen::Index columns, unsigned seed) {
   std::srand(seed);  // Eigen's Random draws from rand()
@@ -77,5 +76,4 @@ TYPED_TEST(DenseOperatorTest, RefusesOtherShapes) {
   EXPECT_THROW(this->operator_.apply_transpose(Eigen::MatrixXcd::Zero(1, 1)), std::invalid_argument);
 }
 
-}  // namespace dense_operator_test
-}  // namespace touchfield
+}  // namespace touchfield::dense_operator_test

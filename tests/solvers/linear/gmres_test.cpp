@@ -9,21 +9,13 @@
 #include <vector>
 
 #include <Eigen/QR>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <omp.h>
 #include <unsupported/Eigen/IterativeSolvers>
 
 #include "solvers/linear/dense_lu.h"
+#include "tests/support/testing.h"
+#include "tests/support/threads_support.h"
 
-namespace touchfield {
-namespace gmres_test {
-
-using testing::Each;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::Le;
-using testing::Lt;
+namespace touchfield::gmres_test {
 
 Eigen::MatrixXcd random_matrix(Eigen::Index rows, Eigen::Index columns, unsigned seed) {
   std::srand(seed);  // Eigen's Random draws from rand()
@@ -315,12 +307,8 @@ TEST(Gmres, ColumnsOfAnyScale) {
 TEST(Gmres, SameForEveryNumberOfThreads) {
   const Eigen::MatrixXcd a = near_identity(200, 0.7, 28);
   const Eigen::MatrixXcd b = random_matrix(200, 5, 29);
-  const int threads = omp_get_max_threads();
-  omp_set_num_threads(1);
-  const GmresResult one = gmres(product_with(a), b, {.restart = 10});
-  omp_set_num_threads(3);
-  const GmresResult three = gmres(product_with(a), b, {.restart = 10});
-  omp_set_num_threads(threads);
+  const GmresResult one = with_threads(1, [&] { return gmres(product_with(a), b, {.restart = 10}); });
+  const GmresResult three = with_threads(3, [&] { return gmres(product_with(a), b, {.restart = 10}); });
   EXPECT_EQ(one.x, three.x);  // Eigen's product in one thread, so to the last bit
 }
 
@@ -361,5 +349,4 @@ TEST(Gmres, RefusesBadArguments) {
   EXPECT_THROW(gmres(short_one, b, {}), std::invalid_argument);
 }
 
-}  // namespace gmres_test
-}  // namespace touchfield
+}  // namespace touchfield::gmres_test

@@ -6,8 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace touchfield {
-namespace {
+namespace touchfield::hermitian_eigen_test {
 
 using Eigen::MatrixXcd;
 
@@ -43,5 +42,4 @@ TEST(HermitianEigen, RefusesWhatIsNone) {
   EXPECT_EQ(hermitian_eigen(MatrixXcd(0, 0)).values.size(), 0);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::hermitian_eigen_test

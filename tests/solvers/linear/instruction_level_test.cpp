@@ -5,8 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace touchfield {
-namespace {
+namespace touchfield::instruction_level_test {
 
 TEST(InstructionLevel, TheOneInUseIsTheProcessorsOrTheOneAskedFor) {
   const char* wanted = std::getenv("TOUCHFIELD_LEVEL");
@@ -37,5 +36,4 @@ TEST(InstructionLevelDeathTest, ANameThatIsNoLevelIsRefusedWithThoseThereAre) {
   EXPECT_EXIT(message("generic"), testing::ExitedWithCode(0), "");
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::instruction_level_test

@@ -8,8 +8,7 @@
 #include <Eigen/QR>
 #include <gtest/gtest.h>
 
-namespace touchfield {
-namespace {
+namespace touchfield::low_rank_test {
 
 using Eigen::Index;
 using Eigen::MatrixXcd;
@@ -78,5 +77,4 @@ TEST(LowRank, RefusesWhatItCannotMeasure) {
   EXPECT_THROW(compressed(a, 1e-3), std::domain_error);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::low_rank_test

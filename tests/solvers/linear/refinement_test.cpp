@@ -9,17 +9,11 @@
 #include <vector>
 
 #include <Eigen/QR>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "solvers/linear/dense_lu.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace refinement_test {
-
-using testing::Each;
-using testing::ElementsAre;
-using testing::Le;
+namespace touchfield::refinement_test {
 
 Eigen::MatrixXcd random_matrix(Eigen::Index rows, Eigen::Index columns, unsigned seed) {
   std::srand(seed);  // Eigen's Random draws from rand()
@@ -168,5 +162,4 @@ TEST(Refinement, RefusesWhatIsNotFiniteAndOtherShapes) {
   EXPECT_THROW(refine(identity, identity, b, {.max_rounds = -1}), std::invalid_argument);
 }
 
-}  // namespace refinement_test
-}  // namespace touchfield
+}  // namespace touchfield::refinement_test

@@ -16,8 +16,7 @@
 #include "solvers/phase/surface.h"
 #include "tests/support/skin_support.h"
 
-namespace touchfield {
-namespace baselines_test {
+namespace touchfield::baselines_test {
 
 using Complex = std::complex<double>;
 constexpr double kPi = std::numbers::pi;
@@ -594,54 +593,22 @@ TEST(Baselines, CoincidentChannelsThatStartAlikeStayAlike) {
 }
 
 TEST(Baselines, ExtremeProblemsAreSolvedInSilence) {
-  struct Case {
-    std::string name;
-    SkinProblem problem;
-  };
-  std::vector<Case> cases = {{"more faces than channels", random_problem(40, 0, 6, 0.3, 310)},
-                             {"more quiet rows than channels", random_problem(2, 30, 6, 0.3, 311)},
-                             {"one face", random_problem(1, 3, 12, 0.3, 312)},
-                             {"one channel", random_problem(5, 3, 1, 0.3, 313)},
-                             {"one of each", random_problem(1, 0, 1, 0.3, 314)},
-                             {"1500 channels", random_problem(3, 2, 1500, 0.3, 315)},
-                             {"no quiet rows", random_problem(6, 0, 20, 0.3, 316)}};
-  Case shadow{"one face in deep shadow", random_problem(6, 4, 20, 0.3, 317)};
-  shadow.problem.target.row(2) *= 1e-6;
-  cases.push_back(shadow);
-  shadow.name = "all faces in deep shadow";
-  shadow.problem.target *= 1e-6;
-  cases.push_back(shadow);
-  Case loud{"a million pascals", random_problem(6, 4, 20, 0.3, 318)};
-  loud.problem.amplitudes.setConstant(1e6);
-  cases.push_back(loud);
-  loud.name = "more faces than channels, a micropascal";
-  loud.problem = random_problem(40, 0, 6, 0.3, 319);
-  loud.problem.amplitudes.setConstant(1e-6);
-  cases.push_back(loud);
-  Case equal{"coincident transducers", random_problem(6, 4, 20, 0.3, 320)};
-  equal.problem.target.rightCols(10) = equal.problem.target.leftCols(10).eval();
-  equal.problem.quiet.rightCols(10) = equal.problem.quiet.leftCols(10).eval();
-  cases.push_back(equal);
-  Case deficient{"rank one", random_problem(6, 4, 20, 0.3, 321)};
-  for (Eigen::Index j = 1; j < 6; ++j) {
-    deficient.problem.target.row(j) = Complex(0.1 * static_cast<double>(j), 0.3) * deficient.problem.target.row(0);
-  }
-  deficient.problem.quiet.setZero();
-  cases.push_back(deficient);
-  Case opposed{"opposed faces", random_problem(2, 0, 8, 0.3, 322)};
-  opposed.problem.target.row(1) = -opposed.problem.target.row(0);
-  opposed.problem.amplitudes.setOnes();  // g = 0 in the first step of gs_pat
-  cases.push_back(opposed);
+  auto cases = extreme_problems(1500);
+  cases.emplace_back("more faces than channels, a micropascal", random_problem(40, 0, 6, 0.3, 319));
+  cases.back().second.amplitudes.setConstant(1e-6);
+  SkinProblem& opposed = cases.emplace_back("opposed faces", random_problem(2, 0, 8, 0.3, 322)).second;
+  opposed.target.row(1) = -opposed.target.row(0);
+  opposed.amplitudes.setOnes();  // g = 0 in the first step of gs_pat
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
-  for (const Case& item : cases) {
-    const Eigen::VectorXcd start = random_start(item.problem.channel_count(), 15);
+  for (const auto& [name, problem] : cases) {
+    const Eigen::VectorXcd start = random_start(problem.channel_count(), 15);
     for (const Method& method : all_methods()) {
-      SCOPED_TRACE(item.name + ", " + method.name);
-      const PhaseSolution solution = sound(item.problem, method, start, 300);
+      SCOPED_TRACE(name + ", " + method.name);
+      const PhaseSolution solution = sound(problem, method, start, 300);
       if (method.name == "lbfgs") {
         EXPECT_TRUE(std::is_sorted(solution.cost_history.rbegin(), solution.cost_history.rend()));
-        if (item.problem.channel_count() > 1) {
+        if (problem.channel_count() > 1) {
           EXPECT_LT(solution.cost_history.back(), solution.cost_history.front());
         }
       }
@@ -692,5 +659,4 @@ TEST(Baselines, RefuseWhatIsNoProblem) {
   }
 }
 
-}  // namespace baselines_test
-}  // namespace touchfield
+}  // namespace touchfield::baselines_test

@@ -13,8 +13,7 @@
 #include "solvers/phase/surface.h"
 #include "tests/support/skin_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::certificate_test {
 
 constexpr double kTolerance = 1e-4;  // what certify leaves missing by default, as a share of the bound
 
@@ -324,5 +323,4 @@ TEST(Certificate, RefusesWhatMakesNoSense) {
   EXPECT_THROW(certify(bad), std::invalid_argument);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::certificate_test

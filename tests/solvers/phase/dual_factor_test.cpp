@@ -10,8 +10,7 @@
 
 #include "solvers/linear/hermitian_eigen.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::dual_factor_test {
 
 using Eigen::Index;
 using Eigen::MatrixXcd;
@@ -174,5 +173,4 @@ TEST(DualFactor, WithoutAnyLevelOrDimensionOnlyTheDiagonalRemains) {
   }
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::dual_factor_test

@@ -8,8 +8,7 @@
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
-namespace touchfield {
-namespace incident_problem_test {
+namespace touchfield::incident_problem_test {
 
 /// A small case with all rows of C kept: M rows, K targets, N channels.
 struct SmallCase {
@@ -237,5 +236,4 @@ TEST(PhaseSolution, WrapsPhasesIntoOneTurn) {
   EXPECT_EQ(reduced(3), 0.0);
 }
 
-}  // namespace incident_problem_test
-}  // namespace touchfield
+}  // namespace touchfield::incident_problem_test

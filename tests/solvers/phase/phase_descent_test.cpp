@@ -8,8 +8,7 @@
 #include "solvers/phase/surface.h"
 #include "tests/support/skin_support.h"
 
-namespace touchfield {
-namespace phase_descent_test {
+namespace touchfield::phase_descent_test {
 
 /// The same problem, known by products: the quiet rows are faces of weight 1 where nothing is wanted.
 MappedSkin mapped(const SkinProblem& problem) {
@@ -92,5 +91,4 @@ TEST(PhaseDescent, APressureThatIsNotFiniteIsAnError) {
   EXPECT_THROW(descent.descend(mapped(problem), zero(problem), 10, false), std::domain_error);
 }
 
-}  // namespace phase_descent_test
-}  // namespace touchfield
+}  // namespace touchfield::phase_descent_test

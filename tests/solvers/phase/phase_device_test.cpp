@@ -17,8 +17,7 @@
 #include "tests/support/phase_device_support.h"
 #include "tests/support/skin_support.h"
 
-namespace touchfield {
-namespace phase_device_test {
+namespace touchfield::phase_device_test {
 
 SkinProblem moved(SkinProblem problem) {
   FakePhaseDevice device;
@@ -139,5 +138,4 @@ TEST(PhaseDevice, TakesTheStepsOfPaper) {
   EXPECT_THROW(solve_incident(bad, Eigen::VectorXd::Zero(8), {}), std::invalid_argument);
 }
 
-}  // namespace phase_device_test
-}  // namespace touchfield
+}  // namespace touchfield::phase_device_test

@@ -12,8 +12,7 @@
 #include "solvers/phase/skin_field.h"
 #include "tests/support/skin_support.h"
 
-namespace touchfield {
-namespace skin_problem_test {
+namespace touchfield::skin_problem_test {
 
 constexpr double kRounding = 1e-13;  // sums of some tens of terms of one sign
 
@@ -164,5 +163,4 @@ TEST(SkinProblem, RefusesWhatIsNoProblem) {
   }
 }
 
-}  // namespace skin_problem_test
-}  // namespace touchfield
+}  // namespace touchfield::skin_problem_test

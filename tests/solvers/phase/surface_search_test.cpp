@@ -5,14 +5,13 @@
 #include <stdexcept>
 
 #include <gtest/gtest.h>
-#include <omp.h>
 
 #include "solvers/phase/annealed_start.h"
 #include "solvers/phase/skin_field.h"
 #include "tests/support/skin_support.h"
+#include "tests/support/threads_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::surface_search_test {
 
 /// More faces than channels can serve: single starts end in different traps.
 SkinProblem trapped(unsigned seed) { return random_problem(60, 20, 48, 0.3, seed); }
@@ -43,12 +42,9 @@ TEST(AnnealedStart, UnitsAndTheNumberOfThreadsChangeNothing) {
   other.quiet *= 1024.0;
   other.amplitudes *= 1024.0;
   EXPECT_EQ(annealed_start(other), q);
-  const int threads = omp_get_max_threads();
-  omp_set_num_threads(1);
-  EXPECT_EQ(annealed_start(problem), q);
-  omp_set_num_threads(3);
-  EXPECT_EQ(annealed_start(problem), q);
-  omp_set_num_threads(threads);
+  for (const int threads : {1, 3}) {
+    EXPECT_EQ(with_threads(threads, [&] { return annealed_start(problem); }), q);
+  }
 }
 
 TEST(AnnealedStart, ChannelsThatReachNothingAndSilentProblemsAreNoHarm) {
@@ -155,14 +151,9 @@ TEST(SurfaceSearch, StopsAtAStandstillAndNeverRises) {
 
 TEST(SurfaceSearch, TheNumberOfThreadsChangesNothingBeyondRounding) {
   const SkinProblem problem = trapped(13);
-  const int threads = omp_get_max_threads();
-  omp_set_num_threads(1);
-  const double one = reached(search_surface(problem, Eigen::MatrixXcd(48, 0), {}));
-  omp_set_num_threads(3);
-  const double three = reached(search_surface(problem, Eigen::MatrixXcd(48, 0), {}));
-  omp_set_num_threads(threads);
+  const double one = with_threads(1, [&] { return reached(search_surface(problem, Eigen::MatrixXcd(48, 0), {})); });
+  const double three = with_threads(3, [&] { return reached(search_surface(problem, Eigen::MatrixXcd(48, 0), {})); });
   EXPECT_NEAR(one, three, 1e-6 * one);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::surface_search_test

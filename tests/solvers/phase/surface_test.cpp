@@ -22,8 +22,7 @@
 #include "solvers/phase/skin_jacobian.h"
 #include "tests/support/skin_support.h"
 
-namespace touchfield {
-namespace {
+namespace touchfield::surface_test {
 
 using Complex = std::complex<double>;
 constexpr double kPi = std::numbers::pi;
@@ -604,47 +603,14 @@ TEST(Surface, OneFaceAndOneChannel) {
 }
 
 TEST(Surface, ExtremeProblemsAreSolvedOrReported) {
-  struct Case {
-    std::string name;
-    SkinProblem problem;
-  };
-  std::vector<Case> cases = {{"more faces than channels", random_problem(40, 0, 6, 0.3, 700)},
-                             {"more quiet rows than channels", random_problem(2, 30, 6, 0.3, 701)},
-                             {"one face", random_problem(1, 3, 12, 0.3, 702)},
-                             {"one channel", random_problem(5, 3, 1, 0.3, 703)},
-                             {"3000 channels", random_problem(3, 2, 3000, 0.3, 704)}};
-  Case shadow{"one face in deep shadow", random_problem(6, 4, 20, 0.3, 705)};
-  shadow.problem.target.row(2) *= 1e-6;
-  cases.push_back(shadow);
-  shadow.name = "all faces in deep shadow";
-  shadow.problem.target *= 1e-6;
-  cases.push_back(shadow);
-  Case silent{"nothing wanted on a face", random_problem(6, 4, 20, 0.3, 706)};
-  silent.problem.amplitudes(1) = 0.0;
-  cases.push_back(silent);
-  silent.name = "nothing wanted";
-  silent.problem.amplitudes.setZero();
-  cases.push_back(silent);
-  Case loud{"a million pascals", random_problem(6, 4, 20, 0.3, 707)};
-  loud.problem.amplitudes.setConstant(1e6);
-  cases.push_back(loud);
-  Case equal{"coincident transducers", random_problem(6, 4, 20, 0.3, 708)};
-  equal.problem.target.rightCols(10) = equal.problem.target.leftCols(10).eval();
-  equal.problem.quiet.rightCols(10) = equal.problem.quiet.leftCols(10).eval();
-  cases.push_back(equal);
-  Case deficient{"rank one", random_problem(6, 4, 20, 0.3, 709)};
-  for (Eigen::Index j = 1; j < 6; ++j) {
-    deficient.problem.target.row(j) = Complex(0.1 * static_cast<double>(j), 0.3) * deficient.problem.target.row(0);
-  }
-  deficient.problem.quiet.setZero();
-  cases.push_back(deficient);
-  for (const Case& item : cases) {
+  auto cases = extreme_problems(3000);
+  cases.emplace_back("nothing wanted", random_problem(6, 4, 20, 0.3, 706)).second.amplitudes.setZero();
+  for (const auto& [name, problem] : cases) {
     for (const bool free_amplitudes : {false, true}) {
-      SCOPED_TRACE(item.name + (free_amplitudes ? ", amplitudes free" : ""));
-      const Eigen::Index channels = item.problem.channel_count();
-      const PhaseSolution solution =
-          solve_surface(item.problem, random_start(channels, 5), options_of(60, free_amplitudes));
-      expect_sound(item.problem, solution);
+      SCOPED_TRACE(name + (free_amplitudes ? ", amplitudes free" : ""));
+      const Eigen::Index channels = problem.channel_count();
+      const PhaseSolution solution = solve_surface(problem, random_start(channels, 5), options_of(60, free_amplitudes));
+      expect_sound(problem, solution);
       if (channels > 1) {
         EXPECT_LT(solution.cost_history.back(), solution.cost_history.front());
       }
@@ -835,5 +801,4 @@ TEST(SurfaceStarts, RandomFollowsItsSeedAndFillsTheCircle) {
   EXPECT_EQ(random_start(0, 1).size(), 0);
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::surface_test
