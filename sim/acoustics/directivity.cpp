@@ -33,6 +33,9 @@ std::array<double, kNodes> natural_spline_curvatures(const std::array<double, kN
   return m;
 }
 
+/// POSIX's j1 and jn: ten times as fast as std::cyl_bessel_j.
+double piston_value(double x) { return x < 1e-4 ? 1.0 - x * x / 8.0 : 2.0 * ::j1(x) / x; }
+
 }  // namespace
 
 Directivity::Directivity(Kind kind, double ka) : kind_(kind), ka_(ka) {
@@ -58,7 +61,12 @@ Directivity Directivity::piston(double k, double radius) {
 Directivity Directivity::t4010a1() { return Directivity(Kind::kT4010a1); }
 
 double Directivity::value(double cos_theta) const {
-  return kind_ == Kind::kOmni ? 1.0 : at(std::acos(std::clamp(cos_theta, -1.0, 1.0))).value;
+  if (kind_ == Kind::kOmni) {
+    return 1.0;
+  }
+  const double cosine = std::clamp(cos_theta, -1.0, 1.0);
+  // Without the slope and the angle a piston takes a third of the time.
+  return kind_ == Kind::kPiston ? piston_value(ka_ * std::sqrt(1.0 - cosine * cosine)) : at(std::acos(cosine)).value;
 }
 
 DirectivityValue Directivity::at(double theta) const {
@@ -68,10 +76,9 @@ DirectivityValue Directivity::at(double theta) const {
     case Kind::kPiston: {
       const double x = ka_ * std::sin(theta);
       if (x < 1e-4) {  // the series' next terms are below 1e-17 and 1e-13
-        return {1.0 - x * x / 8.0, -0.25 * x * ka_ * std::cos(theta)};
+        return {piston_value(x), -0.25 * x * ka_ * std::cos(theta)};
       }
-      // POSIX's j1 and jn: ten times as fast as std::cyl_bessel_j.
-      return {2.0 * ::j1(x) / x, -2.0 * ::jn(2, x) / x * ka_ * std::cos(theta)};
+      return {piston_value(x), -2.0 * ::jn(2, x) / x * ka_ * std::cos(theta)};
     }
     case Kind::kT4010a1: {
       const bool mirrored = theta > 0.5 * std::numbers::pi;
