@@ -1,12 +1,17 @@
 #include "apps/commands/compare_points.h"
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <vector>
 
 #include <fmt/format.h>
 
 #include "apps/commands/command_line.h"
 #include "apps/commands/standard_streams.h"
+#include "sim/assess/calibration_fit.h"
 #include "sim/assess/scan_comparison.h"
+#include "sim/assess/scan_fit.h"
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
 #include "sim/pictures/scan_picture.h"
@@ -28,22 +33,87 @@ PictureFormat format_of(const std::string& picture) {
   throw InputError(fmt::format("{}: the name of a picture must end in .png, .pdf or .svg", picture));
 }
 
-void draw(const std::string& picture, const Run& run, const std::string& method, const ScanComparison& comparison) {
-  Eigen::VectorXd computed(static_cast<Eigen::Index>(comparison.used));
-  Eigen::VectorXd measured(computed.size());
-  Eigen::Index i = 0;
-  for (const ScanPoint& point : comparison.points) {
-    if (point.left_out.empty()) {
-      computed(i) = std::abs(point.computed);
-      measured(i++) = std::abs(point.measured);
+/// The points that count.
+struct Counting {
+  Points at;
+  Eigen::VectorXcd computed;
+  Eigen::VectorXcd measured;
+
+  explicit Counting(const ScanComparison& comparison) {
+    const auto used = static_cast<Eigen::Index>(comparison.used);
+    at.resize(3, used);
+    computed.resize(used);
+    measured.resize(used);
+    Eigen::Index i = 0;
+    for (const ScanPoint& point : comparison.points) {
+      if (point.left_out.empty()) {
+        at.col(i) = point.at;
+        computed(i) = point.computed;
+        measured(i++) = point.measured;
+      }
     }
   }
-  draw_scan(
-      picture, fmt::format("{}: {}", run.name, method), computed, measured,
-      fmt::format("{} of {} points, scale {:.4g}", comparison.used, comparison.points.size(), comparison.fit.scale),
-      fmt::format("Difference {:.3g} % (L2), correlation {:.4f}", 100 * comparison.fit.relative,
-                  comparison.fit.correlation),
-      format_of(picture));
+};
+
+void draw(const PointsComparison& asked, const Run& run, const std::string& method, const ScanComparison& comparison) {
+  const Counting points(comparison);
+  const ScanPicture picture = {.title = fmt::format("{}: {}", run.name, method),
+                               .first = fmt::format("{} of {} points, scale {:.4g}", comparison.used,
+                                                    comparison.points.size(), comparison.fit.scale),
+                               .second = fmt::format("Difference {:.3g} % (L2), correlation {:.4f}",
+                                                     100 * comparison.fit.relative, comparison.fit.correlation)};
+  if (!asked.picture.empty()) {
+    draw_scan(asked.picture, picture, points.computed.cwiseAbs(), points.measured.cwiseAbs(), format_of(asked.picture));
+  }
+  if (!asked.map.empty()) {
+    draw_scan_map(asked.map, picture, points.at, points.computed, points.measured, format_of(asked.map));
+  }
+}
+
+Value setting_value(const ScanSetting& setting) {
+  Value::Group values;
+  for (int i = 0; i < kScanValues; ++i) {
+    values.push_back({kScanValueInfo[i].name, {setting(i) / kScanValueInfo[i].unit, 6}});
+  }
+  return values;
+}
+
+/// A comparison and how its points were measured.
+struct Fitted {
+  bool asked = false;
+  ScanSetting setting = unchanged_scan();
+  ScanFit before;
+  ScanComparison comparison;
+  std::optional<CalibrationFit> calibration{};
+};
+
+Fitted fitted_scan(const Run& run, const std::string& method, const PointsComparison& asked, const std::string& path) {
+  const MeasuredPoints measured = read_measured_points(asked.points);
+  const Scene scene = read_scene_text(run.scene, path, "");
+  const Wave wave(build_medium(scene.medium, scene.frequency), scene.frequency);
+  Fitted fitted;
+  fitted.asked = !asked.fit.empty() || !asked.fit_from.empty();
+  if (!asked.fit_from.empty()) {
+    fitted.setting = read_scan_setting(asked.fit_from);
+  }
+  fitted.comparison = compare_scan(run, wave, method, measured, fitted.setting);
+  fitted.before = fitted.comparison.fit;
+  if (!asked.fit.empty()) {
+    fitted.setting = fit_scan_setting(run, wave, method, measured, fitted.setting, asked.fit);
+    fitted.comparison = compare_scan(run, wave, method, measured, fitted.setting);
+  }
+  if (!asked.calibration.empty()) {
+    fitted.calibration = fit_calibration(run, wave, method, measured, fitted.setting);
+    write_calibration(asked.calibration, fitted.calibration->response);
+  }
+  return fitted;
+}
+
+Value calibration_value(const CalibrationFit& fit) {
+  return {{"channels", fit.error.size()},
+          {"dead", fit.dead},
+          {"noise", Value::share(fit.noise, 2)},
+          {"largest_error", {fit.error.maxCoeff(), 2}}};
 }
 
 }  // namespace
@@ -52,38 +122,52 @@ int compare_points(const std::string& run_path, const PointsComparison& asked, c
                    const CommonFlags& flags) {
   apply_threads(flags);
   const std::string path = run_file_at(run_path);
-  if (!asked.rows.empty() && asked.rows == asked.picture) {
-    throw InputError(fmt::format("--out and --picture are both {}: give two files", asked.rows));
-  }
-  for (const std::string& output : {asked.rows, asked.picture}) {
+  const std::vector<std::string> read = {path, asked.points, asked.fit_from};
+  std::vector<std::string> outputs;
+  for (const std::string& output : {asked.rows, asked.picture, asked.map, asked.fit_out, asked.calibration}) {
     if (!output.empty()) {
-      require_free_output(output, asked.force, {path, asked.points});
+      require(std::ranges::find(outputs, output) == outputs.end(),
+              "two of --out, --picture, --map, --fit-out and --calibration-out are {}: give different files", output);
+      require_free_output(output, asked.force, read);
+      outputs.push_back(output);
     }
   }
-  if (!asked.picture.empty()) {
-    format_of(asked.picture);
+  for (const std::string& picture : {asked.picture, asked.map}) {
+    if (!picture.empty()) {
+      format_of(picture);
+    }
   }
   const Run run = read_run_file(path);
   require(!run.methods.empty(), "{}: no method has finished", path);
   const std::string method = asked.method.empty() ? run.methods.front().name : asked.method;
-  const MeasuredPoints measured = read_measured_points(asked.points);
-  const Scene scene = read_scene_text(run.scene, path, "");
-  const Wave wave(build_medium(scene.medium, scene.frequency), scene.frequency);
-  const ScanComparison comparison = compare_scan(run, wave, method, measured);
+  const Fitted fitted = fitted_scan(run, method, asked, path);
+  const ScanComparison& comparison = fitted.comparison;
+  const bool complex = !std::isnan(comparison.fit.turn);
   if (!asked.rows.empty()) {
-    write_scan_csv(asked.rows, comparison, measured.complex);
+    write_scan_csv(asked.rows, comparison, complex);
   }
-  if (!asked.picture.empty()) {
-    draw(asked.picture, run, method, comparison);
+  if (!asked.fit_out.empty()) {
+    write_scan_setting(asked.fit_out, fitted.setting);
   }
+  draw(asked, run, method, comparison);
   const bool within = !tolerance || comparison.fit.relative <= *tolerance;
   Value value = {{"run", {{"file", path}, {"name", run.name}, {"complete", run.complete}}},
                  {"measured", asked.points},
                  {"method", method},
                  {"tolerance", tolerance},
                  {"within_tolerance", tolerance ? Value(within) : Value()}};
-  value.add(scan_value(comparison, measured.complex));
-  value.add(flags.json ? "points" : "left_out", scan_points(comparison, measured.complex, !flags.json));
+  if (fitted.asked) {
+    value.add({{"fitted", asked.fit},
+               {"setting", setting_value(fitted.setting)},
+               {"relative_before", Value::share(fitted.before.relative, 3)},
+               {"correlation_before", {fitted.before.correlation, 6}},
+               {"correlation_about_means_before", {fitted.before.about_means, 6}}});
+  }
+  if (fitted.calibration) {
+    value.add("calibration", calibration_value(*fitted.calibration));
+  }
+  value.add(scan_value(comparison, complex));
+  value.add(flags.json ? "points" : "left_out", scan_points(comparison, complex, !flags.json));
   print_value(value, flags, true);
   return within ? 0 : 1;
 }

@@ -84,24 +84,39 @@ ScanFit fit_scan(const Eigen::VectorXcd& computed, const Eigen::VectorXcd& measu
   fit.turn = complex ? std::arg(product) : kNotComputed;
   fit.correlation = std::abs(product) / (length * wanted);
   const Complex factor = product / (length * length);
+  if (!complex) {
+    const auto without_mean = [](const Eigen::VectorXcd& p) {
+      const Eigen::VectorXd size = p.cwiseAbs();
+      return Eigen::VectorXd(size.array() - size.mean());
+    };
+    const Eigen::VectorXd left = without_mean(computed);
+    const Eigen::VectorXd wanted_left = without_mean(measured);
+    fit.about_means = left.dot(wanted_left) / (left.norm() * wanted_left.norm());
+  }
   fit.relative = (complex ? (factor * computed - measured).norm()
                           : (factor.real() * computed.cwiseAbs() - measured.cwiseAbs()).norm()) /
                  wanted;
   return fit;
 }
 
-ScanComparison compare_scan(Run run, const Wave& wave, const std::string& method, const MeasuredPoints& measured) {
+Run run_of_method(Run run, const std::string& method) {
   const auto found = std::ranges::find(run.methods, method, &MethodResult::name);
   require(found != run.methods.end(), "method {}: the run has no method of that name", method);
   run.methods = {MethodResult(*found)};
-  const FieldValues field = run_field(run, wave, measured.points);
+  return run;
+}
+
+ScanComparison compare_scan(const Run& run, const Wave& wave, const std::string& method, const MeasuredPoints& measured,
+                            const ScanSetting& setting) {
+  const Points placed = placed_points(measured.points, measured.points.rowwise().mean(), setting);
+  const Eigen::VectorXcd reading = scan_reading(run_of_method(run, method), wave, placed, setting);
   const TriangleMesh& mesh = field_mesh(run);
-  const std::vector<PointClearance> clearances = point_clearances(mesh, measured.points);
+  const std::vector<PointClearance> clearances = point_clearances(mesh, placed);
   ScanComparison comparison;
   for (Eigen::Index j = 0; j < measured.points.cols(); ++j) {
     const auto place = static_cast<std::size_t>(j);
-    const Complex computed = field.pressure(j, 0);
-    comparison.points.push_back({measured.lines[place], measured.points.col(j), measured.pressure(j),
+    const Complex computed = reading(j);
+    comparison.points.push_back({measured.lines[place], placed.col(j), measured.pressure(j),
                                  measured.complex ? computed : Complex(std::abs(computed)), 0.0,
                                  fault_of(mesh, clearances[place], computed)});
     comparison.used += comparison.points.back().left_out.empty() ? 1U : 0U;
@@ -133,6 +148,7 @@ Value scan_value(const ScanComparison& comparison, bool complex) {
       {"largest_relative", Value::share(comparison.largest_relative, 3)},
       {"largest_line", comparison.points[comparison.largest].line},
       {"correlation", {fit.correlation, 6}},
+      {"correlation_about_means", {fit.about_means, 6}},
       {"conjugate_correlation", {comparison.conjugate_correlation, 6}},
       {"note", conjugate ? "the conjugate of what was measured fits better: phases here follow exp(-i omega t)" : ""}};
 }

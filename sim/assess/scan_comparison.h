@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/assess/scan_setting.h"
 #include "sim/scene/measured_points.h"
 #include "sim/store/run_data.h"
 #include "sim/store/value_tree.h"
@@ -20,6 +21,7 @@ struct ScanFit {
   double turn = kNotComputed;      // [rad], -pi..pi; not computed of magnitudes
   double relative = kNotComputed;  // of all points, L2
   double correlation = kNotComputed;
+  double about_means = kNotComputed;  // of magnitudes: the correlation of what is left without their means
 };
 
 /// throws   InputError if all of one of the two are 0
@@ -28,7 +30,7 @@ ScanFit fit_scan(const Eigen::VectorXcd& computed, const Eigen::VectorXcd& measu
 /// A measured point and what the run has there.
 struct ScanPoint {
   int line = 0;           // of the file
-  Vector3 at;             // [m]
+  Vector3 at;             // where it was measured [m]
   Complex measured;       // as in the file
   Complex computed;       // scaled and turned; of magnitudes its magnitude
   double difference = 0;  // |computed - measured|
@@ -49,8 +51,14 @@ struct ScanComparison {
 /// the longest edge of the face there (nearer the pressure of a face, constant on it, shows), or on a transducer do not
 /// count.
 ///
-/// throws   InputError if the run has no such method, no field (see run_field) or fewer than two points count
-ScanComparison compare_scan(Run run, const Wave& wave, const std::string& method, const MeasuredPoints& measured);
+/// setting   how the scan was taken
+/// throws    InputError if the run has no such method, no field (see run_field) or fewer than two points count
+ScanComparison compare_scan(const Run& run, const Wave& wave, const std::string& method, const MeasuredPoints& measured,
+                            const ScanSetting& setting = unchanged_scan());
+
+/// The run with this method alone.
+/// throws   InputError if it has none of that name
+Run run_of_method(Run run, const std::string& method);
 
 /// What came out but for the points, and a CSV file with a row a point.
 Value scan_value(const ScanComparison& comparison, bool complex);

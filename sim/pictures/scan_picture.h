@@ -2,22 +2,32 @@
 
 #include <string>
 
-#include <Eigen/Core>
-
+#include "sim/core/types.h"
 #include "sim/pictures/picture_format.h"
 
 namespace touchfield {
+
+/// What pictures of a scan say beside it.
+struct ScanPicture {
+  std::string title;  // in bold above
+  std::string first;  // lines below
+  std::string second;
+};
 
 /// A picture of 1200 x 900 pixels: what was measured at a point against what was computed there, a dot each, and the
 /// line on which they are the same.
 ///
 /// path                where it lands, whole or not at all
-/// title               in bold above
 /// computed, measured  magnitudes, of equally many points
-/// first, second       lines below
 /// throws              IoError if it cannot be written
-void draw_scan(const std::string& path, const std::string& title, const Eigen::VectorXd& computed,
-               const Eigen::VectorXd& measured, const std::string& first, const std::string& second,
-               PictureFormat format);
+void draw_scan(const std::string& path, const ScanPicture& picture, const Eigen::VectorXd& computed,
+               const Eigen::VectorXd& measured, PictureFormat format);
+
+/// A picture of that size with three maps: |measured|, |computed|, and |computed - measured|, all in the same colours.
+/// A point is a square in the plane of the two axes along which the points extend most.
+///
+/// at   3 x J [m]
+void draw_scan_map(const std::string& path, const ScanPicture& picture, const Points& at,
+                   const Eigen::VectorXcd& computed, const Eigen::VectorXcd& measured, PictureFormat format);
 
 }  // namespace touchfield

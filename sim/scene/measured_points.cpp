@@ -7,21 +7,29 @@
 
 namespace touchfield {
 
+namespace {
+
+constexpr std::size_t kMostPoints = 1'000'000;  // a robot scans what nobody would type
+constexpr std::size_t kMostBytes = std::size_t{64} << 20U;
+
+}  // namespace
+
 MeasuredPoints read_measured_points(const std::string& path) {
   using schema::Unit;
   const Unit millimetres = Unit::power_of_ten(-3);
   const Unit plain = Unit::power_of_ten(0);
-  const schema::TableForm form = {{{"x_mm", millimetres, {}, true},
-                                   {"y_mm", millimetres, {}, true},
-                                   {"z_mm", millimetres, {}, true},
-                                   {"p_pa", plain, schema::at_least(0)},
-                                   {"p_re", plain},
-                                   {"p_im", plain}},
-                                  "points"};
+  const schema::TableForm form = {.known = {{"x_mm", millimetres, {}, true},
+                                            {"y_mm", millimetres, {}, true},
+                                            {"z_mm", millimetres, {}, true},
+                                            {"p_pa", plain, schema::at_least(0)},
+                                            {"p_re", plain},
+                                            {"p_im", plain}},
+                                  .rows = "points",
+                                  .most = kMostPoints};
   schema::Reading reading(path, {});
   const schema::Node nowhere;
   const schema::Input in(nowhere, "", reading);
-  schema::FileReport report(in, path);
+  schema::FileReport report(in, path, kMostBytes);
   const auto table = schema::read_number_table(report, form);
   const bool complex = table && table->has("p_re");
   if (table && (complex == table->has("p_pa") || complex != table->has("p_im"))) {
