@@ -11,8 +11,8 @@
 namespace touchfield {
 
 /// surface.vtp: the solving mesh with per-face arrays `target_pa` (0 off target) and, for every method NAME,
-/// `NAME_abs_pa`, `NAME_re_pa`, `NAME_im_pa`, `NAME_phase_rad`; `NAME_abs_pa` per vertex too, the mean over its faces by
-/// area, for views that share colours with fields. Inline binary with zlib, whole or not at all.
+/// `NAME_abs_pa`, `NAME_re_pa`, `NAME_im_pa`, `NAME_phase_rad`; `NAME_abs_pa` per vertex too, the mean over its faces
+/// by area, for views that share colours with fields. Inline binary with zlib, whole or not at all.
 void write_surface_vtp(const std::string& path, const Run& run);
 
 /// judge.vtp: the same of the judge's mesh, its target and its pressures.

@@ -12,7 +12,8 @@
 #include "sim/sensing/depth_png.h"
 
 /// What the tests of recorded images share: small cameras, made-up images, PNG files with other headers.
-namespace touchfield::inline support {
+namespace touchfield {
+inline namespace support {
 
 inline DepthCamera small_camera(const std::string& name, int width = 24, int height = 16) {
   DepthCamera camera;
@@ -91,4 +92,5 @@ inline std::string zlib_packed(const std::string& bytes) {
   return packed;
 }
 
-}  // namespace touchfield::inline support
+}  // namespace support
+}  // namespace touchfield

@@ -6,7 +6,8 @@
 #include "sim/field/evaluate.h"
 #include "sim/gpu/field_on_card.h"
 
-namespace touchfield::inline support {
+namespace touchfield {
+inline namespace support {
 
 /// What far_field_on_card makes at kFarDistance, pair by pair.
 inline FarField reference_far_field(const TriangleMesh& mesh, const TransducerArray& array, const Wave& wave,
@@ -66,4 +67,5 @@ inline Eigen::MatrixXcd many_drives(Eigen::Index channels, Eigen::Index columns)
   return drive;
 }
 
-}  // namespace touchfield::inline support
+}  // namespace support
+}  // namespace touchfield

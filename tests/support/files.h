@@ -7,7 +7,8 @@
 #include <string>
 #include <unistd.h>
 
-namespace touchfield::inline support {
+namespace touchfield {
+inline namespace support {
 
 inline std::string read_bytes(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -55,4 +56,5 @@ class TemporaryDirectory {
   std::filesystem::path path_;
 };
 
-}  // namespace touchfield::inline support
+}  // namespace support
+}  // namespace touchfield

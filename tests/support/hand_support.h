@@ -5,7 +5,8 @@
 #include "sim/body/hand_skeleton.h"
 #include "sim/core/types.h"
 
-namespace touchfield::inline support {
+namespace touchfield {
+inline namespace support {
 
 inline Points mirrored(Points points) {
   points.row(0) *= -1.0;
@@ -26,4 +27,5 @@ inline HandSkeleton right_hand(HandSkeleton left) {
   return left;
 }
 
-}  // namespace touchfield::inline support
+}  // namespace support
+}  // namespace touchfield

@@ -7,7 +7,8 @@
 
 #include "sim/sensing/joint_table.h"
 
-namespace touchfield::inline support {
+namespace touchfield {
+inline namespace support {
 
 /// A table of tracked joints [m], a frame each period; a frame without joints is an empty row.
 inline std::string joint_table_text(const std::vector<std::optional<JointPoints>>& frames, double period,
@@ -41,4 +42,5 @@ inline std::string joint_row_text(const JointPoints& joints) {
   return text;
 }
 
-}  // namespace touchfield::inline support
+}  // namespace support
+}  // namespace touchfield

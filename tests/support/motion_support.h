@@ -6,7 +6,8 @@
 #include "tests/support/output_support.h"
 
 /// Motions that nobody computed.
-namespace touchfield::inline support {
+namespace touchfield {
+inline namespace support {
 
 inline MotionFrame made_up_frame(int number, Eigen::Index channels, double seed) {
   MotionFrame frame;
@@ -108,4 +109,5 @@ inline Motion long_motion(const std::vector<std::string>& names) {
   return motion;
 }
 
-}  // namespace touchfield::inline support
+}  // namespace support
+}  // namespace touchfield

@@ -2,7 +2,8 @@
 
 #include <string>
 
-namespace touchfield::inline testing {
+namespace touchfield {
+inline namespace testing {
 
 /// A capsule 80 mm above a small array, which moves across it at 50 mm/s for 0.3 s.
 inline const std::string kMovingCapsule =
@@ -17,4 +18,5 @@ inline const std::string kMovingCapsule =
     "judge: same\n"
     "motion: {seconds: 0.3, solve_ms: 20, change: [{path: 'body.place.at_mm[0]', rate: 50}]}\n";
 
-}  // namespace touchfield::inline testing
+}  // namespace testing
+}  // namespace touchfield

@@ -9,7 +9,8 @@
 #include "tests/support/files.h"
 
 /// What the tests of the output layer share: small runs.
-namespace touchfield::inline support {
+namespace touchfield {
+inline namespace support {
 
 /// Inside a TEST the name Run is GoogleTest's own.
 using RunData = Run;
@@ -177,4 +178,5 @@ inline Run self_judged_run() {
   return run;
 }
 
-}  // namespace touchfield::inline support
+}  // namespace support
+}  // namespace touchfield

@@ -12,7 +12,8 @@
 #include "sim/pictures/colour_map.h"
 
 /// What the tests of pictures share.
-namespace touchfield::inline support {
+namespace touchfield {
+inline namespace support {
 
 // A pixel in the middle of a face that is seen head-on has the face's own colour up to rounding.
 constexpr int kColourTolerance = 2;
@@ -59,4 +60,5 @@ inline void expect_colour(const Colour& found, const Colour& expected) {
   }
 }
 
-}  // namespace touchfield::inline support
+}  // namespace support
+}  // namespace touchfield

@@ -11,7 +11,8 @@
 #include "tests/support/testing.h"
 
 /// What tests of result files share, and what each such file must withstand.
-namespace touchfield::inline support {
+namespace touchfield {
+inline namespace support {
 
 /// A folder with a file to be.
 class ResultFile : public ::testing::Test {
@@ -91,4 +92,5 @@ inline void expect_forgery_is_survived(const std::string& path, const std::funct
   EXPECT_GT(refused, 0);
 }
 
-}  // namespace touchfield::inline support
+}  // namespace support
+}  // namespace touchfield

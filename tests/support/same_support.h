@@ -10,7 +10,8 @@
 #include "tests/support/testing.h"
 
 /// Comparisons of what result files hold.
-namespace touchfield::inline support {
+namespace touchfield {
+inline namespace support {
 
 /// Equal to the last bit, NaN included.
 template <class A, class B>
@@ -186,4 +187,5 @@ inline void expect_same(const Motion& a, const Motion& b) {
   expect_same(a.methods, b.methods);
 }
 
-}  // namespace touchfield::inline support
+}  // namespace support
+}  // namespace touchfield

@@ -9,7 +9,8 @@
 #include "sim/scene/scene_reader.h"
 #include "tests/support/files.h"
 
-namespace touchfield::inline testing {
+namespace touchfield {
+inline namespace testing {
 
 using TempFolder = TemporaryDirectory;
 
@@ -46,4 +47,5 @@ inline const std::string kSmallScene =
     "body: {sphere: {radius_mm: 8}, edge_mm: 2}\n"
     "solve: {methods: [{fixed: {phases_rad: 0}}]}\n";
 
-}  // namespace touchfield::inline testing
+}  // namespace testing
+}  // namespace touchfield

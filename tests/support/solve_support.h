@@ -7,7 +7,8 @@
 #include "sim/scene/scene_reader.h"
 #include "sim/solve/model.h"
 
-namespace touchfield::inline support {
+namespace touchfield {
+inline namespace support {
 
 /// A capsule of a few hundred faces over an array of 64 channels, with a strip as target: everything takes
 /// milliseconds.
@@ -37,4 +38,5 @@ inline FixedModel& own_part(Model& model) {
 
 inline Model small_model(const std::vector<std::string>& changes = {}) { return build_model(small_scene(changes)); }
 
-}  // namespace touchfield::inline support
+}  // namespace support
+}  // namespace touchfield

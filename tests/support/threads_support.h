@@ -2,7 +2,8 @@
 
 #include <omp.h>
 
-namespace touchfield::inline support {
+namespace touchfield {
+inline namespace support {
 
 /// What an action returns on so many threads.
 template <class Action>
@@ -14,4 +15,5 @@ auto with_threads(int count, const Action& action) {
   return made;
 }
 
-}  // namespace touchfield::inline support
+}  // namespace support
+}  // namespace touchfield
