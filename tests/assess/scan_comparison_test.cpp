@@ -9,6 +9,7 @@
 #include "sim/solve/run_field.h"
 #include "sim/solve/solve_model.h"
 #include "sim/store/run_file.h"
+#include "tests/support/files.h"
 #include "tests/support/solve_support.h"
 #include "tests/support/testing.h"
 
