@@ -12,6 +12,9 @@ import subprocess
 import sys
 import unittest
 
+import h5py
+import numpy
+
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "hardware"))
 
 from autd3_units import Emulator  # noqa: E402
@@ -113,11 +116,25 @@ class Commands(CommandTest):
         self.run_ok("sweep", "sweep.yaml", "-o", "OUT", "--quiet", "--shard", "1/1")
         self.follow("sweeps.md", 1)
 
+    def scan(self, path):
+        """A plane in the free field of the first method, of transducers that radiate to all sides, by a receiver of 3 mm."""
+        with h5py.File(path) as run:
+            sources, strength = run["array/position"][:], run["array/amplitude"][:]
+            drives = numpy.exp(1j * next(iter(run["methods"].values()))["phase"][:])
+        at = numpy.stack(numpy.meshgrid(*2 * [numpy.linspace(-80, 80, 33)], [15.0]), axis=-1).reshape(-1, 3)
+        ring = numpy.array([[0, 0, 0], *([3 * numpy.cos(a) * r, 3 * numpy.sin(a) * r, 0] for a in numpy.arange(8) for r in (0.5, 0.866))])
+        distance = numpy.linalg.norm(1e-3 * (at[:, None] + ring)[:, :, None] - sources, axis=3)
+        p = ((numpy.exp(732.3j * distance) / distance) @ (strength * drives)).mean(axis=1)
+        rows = ["{:g},{:g},{:g},{:.6g},{:.6g}\n".format(*x, value.real, value.imag) for x, value in zip(at, p)]
+        return "x_mm,y_mm,z_mm,p_re,p_im\n" + "".join(rows)
+
     def test_transducers(self):
-        self.run_ok("run", self.write("finger.yaml", FINGER), "-o", "out", "--quiet", *SHORT)
+        self.run_ok("run", self.write("finger.yaml", FINGER), "-o", "out", "--quiet", *SHORT,
+                    *sets("array.directivity=omni", "body.place.at_mm=[0, 0, 400]"))
         shutil.copy(self.folder / "out/run.h5", self.folder / "RUN.h5")
-        self.write("MEASURED.csv", "x_mm,y_mm,z_mm,p_pa\n0,0,40,10\n10,0,40,9\n0,10,40,8\n")
-        self.follow("transducers.md", 4)
+        for name in ["MEASURED.csv", "FIRST.csv", "SECOND.csv"]:
+            self.write(name, self.scan(self.folder / "RUN.h5"))
+        self.follow("transducers.md", 7)
         program, = [body for body in blocks(SOURCE / "docs/transducers.md", "text") if body.startswith("NR == 1")]
         self.assertIn("awk -F, -f draws.awk sweep.csv", spans(SOURCE / "docs/transducers.md"))
         said = subprocess.run(["awk", "-F,", "-f", self.write("draws.awk", program), self.folder / "results/runs/spread_quick/sweep.csv"],

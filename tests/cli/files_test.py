@@ -39,7 +39,7 @@ class Files(CommandTest):
 
     def test_force_replaces_what_the_manifest_names(self):
         self.assertEqual(self.run_scene().returncode, 0)
-        own = {"run.h5", "metrics.csv", "run.log", "side.vti"}
+        own = {"run.h5", "metrics.csv", "run.log", "side.vti", "run.vtm"}
         self.assertEqual(set(json.loads((self.folder / "out/files.json").read_text())["files"]), own)
         others = {"my_scan.vti", "pressure_notes.png", "field_notes.png", "target.png", ".a.tmp-b"}
         for name in others:
@@ -47,7 +47,7 @@ class Files(CommandTest):
         leftover = ".run.h5.tmp-0123456789abcdef"
         self.write(f"out/{leftover}", "of a run that was killed")
         self.assertEqual(self.run_scene("--force", "--set", "write=[h5]").returncode, 0)
-        self.assertEqual(self.names(), (own - {"side.vti"}) | others | {"files.json"})
+        self.assertEqual(self.names(), (own - {"side.vti", "run.vtm"}) | others | {"files.json"})
         for name in others:
             self.assertEqual((self.folder / "out" / name).read_text(), "mine")
 
@@ -57,7 +57,8 @@ class Files(CommandTest):
         self.write("out/my_scan.vti", "mine")
         self.refused(self.run_scene(), "already holds a run", "--force")
         self.assertEqual(self.run_scene("--force").returncode, 0)
-        self.assertEqual(self.names(), {"run.h5", "metrics.csv", "run.log", "side.vti", "files.json", "my_scan.vti"})
+        self.assertEqual(self.names(), {"run.h5", "metrics.csv", "run.log", "side.vti", "run.vtm", "files.json",
+                                        "my_scan.vti"})
 
     def test_a_file_in_the_way_is_kept(self):
         (self.folder / "out").mkdir()
@@ -71,7 +72,7 @@ class Files(CommandTest):
         self.assertEqual(self.run_scene().returncode, 0)
         self.write("precious.txt", "mine")
         files = ["../precious.txt", str(self.folder / "precious.txt"), "..", ".", "run.h5", "metrics.csv", "run.log"]
-        self.write("out/files.json", json.dumps({"format": "touchfield-files", "files": [*files, "side.vti"]}))
+        self.write("out/files.json", json.dumps({"format": "touchfield-files", "files": [*files, "side.vti", "run.vtm"]}))
         self.assertEqual(self.run_scene("--force").returncode, 0)
         self.assertEqual((self.folder / "precious.txt").read_text(), "mine")
 

@@ -228,9 +228,12 @@ write: [h5]
         with h5py.File(self.folder / "out" / "run.h5") as run:
             points, corners = run["mesh/vertices"][:], run["mesh/triangles"][:]
             hit = points[corners[run["target/face"][:]]].mean(axis=1) * 1e3
+            centre = run["target/boxes/centre"][0] * 1e3
             error = {name: method.attrs["relative_error"] for name, method in run["methods"].items()}
         self.assertGreater(len(hit), 50)
-        self.assertTrue((numpy.abs(hit - [0, 0, 200]) < [4, 20, 3]).all())  # in the box about the pad
+        self.assertTrue((numpy.abs(hit - centre) < [4, 20, 3]).all())
+        # The box is about the pad on the skin that is solved, which is meshed anew.
+        self.assertLess(numpy.linalg.norm(centre - [0, 0, 200]), 1.0)
         self.assertGreater(numpy.ptp(hit[:, 0]), 6)
         lengths = edge_lengths(points * 1e3, corners[near_the_pad(points, corners)])
         self.assertLess(abs(lengths.mean() / 2 - 1), 0.1)

@@ -155,7 +155,7 @@ class Play(CommandTest):
 
     def test_check_says_what_it_takes(self):
         scene = self.write("scene.yaml", MOVING)
-        self.assertIn("10 frames per method and 31 scores", self.run_ok("check", scene).stdout)
+        self.assertRegex(self.run_ok("check", scene).stdout, r"motion\n +frames +10\n +scores +31\n")
         said = json.loads(self.run_ok("check", scene, "--json").stdout)["motion"]
         self.assertEqual((said["frames"], said["scores"]), (10, 31))
         self.assertGreater(said["seconds"], 0)

@@ -582,7 +582,7 @@ class SweepTest(CommandTest):
         self.sweep("s.yaml", "set: {write: [h5, vtp]}\ngrid: {array.level: [1]}\n")
         self.run_ok("sweep", "s.yaml", "-o", "more", "--quiet")
         self.assertEqual(sorted(path.name for path in (self.folder / "more/cases/00001").iterdir()),
-                         ["array.vtp", "case.json", "run.h5", "surface.vtp"])
+                         ["array.vtp", "case.json", "run.h5", "run.vtm", "surface.vtp"])
 
     # Work is used again
 

@@ -138,9 +138,8 @@ TEST(DescribeMotion, SaysWhatThereIs) {
               AllOf(HasSubstr("seconds           0.2\n"), HasSubstr("complete          yes\n"),
                     HasSubstr("faces 48, vertices"), HasSubstr("faces 80, vertices"), HasSubstr("6 transducers"),
                     ContainsRegex("  paper-2 +surface +chief +4 +1 +1 +1 +3 +6 +47.0 \\(69.5\\), worst 72.0"),
-                    HasSubstr("pose 0.3 (0.3), factorisation 11.5 (12.8)"), HasSubstr("72.50 %"), HasSubstr("86.00 %"),
-                    HasSubstr("87.50 %"), HasSubstr("warnings          coarse mesh"), HasSubstr("0123456789ab"),
-                    Not(HasSubstr("nan"))));
+                    HasSubstr("pose 0.3 (0.3), factorisation 11.5 (12.8)"), HasSubstr("72.5 | 86.0"),
+                    HasSubstr("warnings          coarse mesh"), HasSubstr("0123456789ab"), Not(HasSubstr("nan"))));
   motion.methods.clear();
   motion.judge.reset();
   motion.complete = false;

@@ -28,7 +28,7 @@ class TemporaryDirectory {
       throw std::runtime_error("cannot make a temporary directory");
     }
     root_ = name;
-    path_ = root_ / suffix;
+    path_ = suffix.empty() ? root_ : root_ / suffix;
     std::filesystem::create_directories(path_);
   }
   TemporaryDirectory(const TemporaryDirectory&) = delete;
