@@ -133,7 +133,7 @@ class Arrays(CommandTest):
 
     def line_of(self, scene):
         said = self.run_ok("check", scene).stdout
-        return re.search(r"^  array    (.*)$", said, re.MULTILINE).group(1)
+        return re.search(r"^array +(.*)$", said, re.MULTILINE).group(1)
 
     def test_check_and_run_say_where_the_array_is(self):
         whole = "64 transducers, 71.12 x 71.12 mm, pitch 10.16 mm, facing +z"
