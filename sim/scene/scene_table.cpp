@@ -139,6 +139,19 @@ bool check_targets(const Input& in, const Scene& scene) {
   return good;
 }
 
+bool check_tolerances(const Input& in, const Scene& scene) {
+  bool good = true;
+  for (const MethodSpec& method : scene.solve.methods) {
+    if (method.tolerances && (method.free_amplitudes || scene.motion)) {
+      good = in.key("solve").problem(
+          fmt::format("methods: {} has tolerances, {}", method.name,
+                      scene.motion ? "which are for stills: leave them out, or motion"
+                                   : "for which all amplitudes are one: leave out free_amplitudes or tolerances"));
+    }
+  }
+  return good;
+}
+
 /// A scene with `body`, not `bodies`.
 bool is_single(const Scene& scene) { return scene.bodies.size() == 1 && scene.bodies.front().name.empty(); }
 
@@ -177,7 +190,8 @@ Codec<Scene> make_scene_codec() {
         const bool good_targets = check_targets(in, scene);
         const bool good_motion = !good || check_motion(in, scene);
         const bool good_landmarks = !good || check_box_landmarks(in, scene.bodies);
-        return check_judge(in, scene) && good_targets && good_motion && good_landmarks;
+        const bool good_tolerances = check_tolerances(in, scene);
+        return check_judge(in, scene) && good_tolerances && good_targets && good_motion && good_landmarks;
       })
       .codec();
 }

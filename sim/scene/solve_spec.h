@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,10 +38,11 @@ struct MethodSpec {
   Scheme scheme = kDefaultScheme;
   int iterations = MethodSettings{}.iterations;  // of an iterative method
   StartSpec start;
-  bool free_amplitudes = false;             // of surface
-  bool free_level = true;                   // of surface
-  FaceWeights faces = FaceWeights::kEqual;  // of paper and unscattered
-  std::vector<double> phases;               // of `fixed`: one for all, or one a channel [rad]
+  bool free_amplitudes = false;                 // of surface
+  bool free_level = true;                       // of surface
+  std::optional<ChannelTolerances> tolerances;  // of surface: the expected misfit is minimised
+  FaceWeights faces = FaceWeights::kEqual;      // of paper and unscattered
+  std::vector<double> phases;                   // of `fixed`: one for all, or one a channel [rad]
 };
 
 enum class SolverChoice { kAuto, kLu, kGmres, kMatrixFree, kFft };  // gmres: with a stored matrix

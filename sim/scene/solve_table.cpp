@@ -82,6 +82,18 @@ bool weighs_faces(const PhaseMethod& kind) {
   return kind.model == MethodModel::kScattered || kind.model == MethodModel::kFree;
 }
 
+Codec<ChannelTolerances> tolerances_codec() {
+  const Unit percent = Unit::power_of_ten(-2);
+  return Map<ChannelTolerances>()
+      .key("phase_deg", &ChannelTolerances::phase, number(kDegrees, between(0, 180)),
+           "Standard deviation of the phases [deg].")
+      .key("gain_percent", &ChannelTolerances::gain, number(percent, between(0, 100)),
+           "Standard deviation of the gains [%].")
+      .key("dead_percent", &ChannelTolerances::dead, number(percent, between(0, 90)),
+           "Probability that a channel is dead [%]; nobody knows which.")
+      .codec();
+}
+
 Codec<MethodSpec> make_options_codec(const PhaseMethod& kind) {
   Map<MethodSpec> map;
   map.maybe("as", &MethodSpec::name, name(), "second_try",
@@ -99,7 +111,10 @@ Codec<MethodSpec> make_options_codec(const PhaseMethod& kind) {
         .key("free_level", &MethodSpec::free_level, flag(),
              "Whether the common amplitude is found too, if the array is too strong for the wanted pressure, or is 1. "
              "Boards that switch transducers only on and off need false.")
-        .before("false");
+        .before("false")
+        .maybe("tolerances", &MethodSpec::tolerances, tolerances_codec(), "{phase_deg: 20, gain_percent: 10}",
+               "How far the channels of the real array may be from their design, all independent of each other. The "
+               "expected misfit is then minimised, over the phases and the common amplitude. Only for stills.");
   }
   if (weighs_faces(kind)) {
     map.key("faces", &MethodSpec::faces,

@@ -290,7 +290,8 @@ RunTransfer MethodSolver::run_transfer(const Eigen::VectorXd& amplitudes, Progre
 PhaseSolution MethodSolver::solve_skin_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
                                               const Eigen::VectorXd* before, const IterationCallback& advance,
                                               Progress& progress) {
-  MethodSettings settings{method.iterations, method.free_amplitudes, method.free_level};
+  MethodSettings settings{method.iterations, method.free_amplitudes, method.free_level,
+                          method.tolerances.value_or(ChannelTolerances{})};
   const SkinProblem& problem = skin_problem(amplitudes, progress);
   if (!method.kind->iterates) {
     return method.kind->solve(problem, {}, settings, advance);
