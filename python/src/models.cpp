@@ -12,11 +12,13 @@
 #include "python/src/job.h"
 #include "python/src/parts.h"
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/rotation.h"
 #include "sim/field/pressure_metrics.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/solve/warnings.h"
 #include "sim/store/run_layout.h"
+#include "sim/target/skin_strokes.h"
 
 namespace touchfield::python {
 
@@ -71,6 +73,10 @@ Target target_of_state(const nb::tuple& state) {
   return target;
 }
 
+void require_above_zero(const char* what, double value, const char* unit) {
+  require(value > 0 && std::isfinite(value), "{} = {:g} {} must be > 0", what, value, unit);
+}
+
 SharedTarget target_of_box(const SkinMesh& skin, nb::handle centre, nb::handle size, nb::handle angles,
                            const std::string& profile, double pressure) {
   const TargetBox box{three_numbers(centre, "Target.box: at"), three_numbers(size, "Target.box: size"),
@@ -79,14 +85,38 @@ SharedTarget target_of_box(const SkinMesh& skin, nb::handle centre, nb::handle s
     throw InputError(
         fmt::format("Target.box: size = ({:g}, {:g}, {:g}) m must be > 0", box.size.x(), box.size.y(), box.size.z()));
   }
-  if (!(pressure > 0 && std::isfinite(pressure))) {
-    throw InputError(fmt::format("Target.box: pressure = {:g} Pa must be > 0", pressure));
-  }
+  require_above_zero("Target.box: pressure", pressure, "Pa");
   if (profile != "uniform" && profile != "penetration") {
     throw InputError(fmt::format("Target.box: profile = '{}' must be uniform or penetration", profile));
   }
   return shared(make_target(*skin.mesh, {box},
                             profile == "uniform" ? TargetProfile::kUniform : TargetProfile::kPenetration, pressure));
+}
+
+SharedTarget target_of_discs(const SkinMesh& skin, nb::handle centres, double diameter, nb::handle pressures) {
+  const Points at = point_rows(centres, "Target.points: points");
+  const Eigen::VectorXd wanted = real_list(pressures, "Target.points: pressure");
+  require_above_zero("Target.points: diameter", diameter, "m");
+  require(at.cols() > 0, "Target.points: points must be one or more");
+  require_count("Target.points: pressure", wanted.size(), at.cols(), "per point");
+  require((wanted.array() > 0).all() && wanted.allFinite(), "Target.points: pressure must be > 0 Pa on each");
+  const SkinStrokes strokes(*skin.mesh);
+  std::vector<TargetBox> boxes;
+  for (Eigen::Index i = 0; i < at.cols(); ++i) {
+    boxes.push_back(
+        strokes.disc(at.col(i), diameter, wanted(i) / wanted.maxCoeff(), fmt::format("Target.points: points[{}]", i)));
+  }
+  return shared(make_target(*skin.mesh, boxes, TargetProfile::kUniform, wanted.maxCoeff()));
+}
+
+SharedTarget target_of_strip(const SkinMesh& skin, nb::handle points, double width, double pressure) {
+  const Points through = point_rows(points, "Target.line: points");
+  require_above_zero("Target.line: width", width, "m");
+  require_above_zero("Target.line: pressure", pressure, "Pa");
+  require(through.cols() > 1, "Target.line: points = {} must be two or more", through.cols());
+  const std::vector<Vector3> nodes(through.colwise().begin(), through.colwise().end());
+  const std::vector<TargetBox> boxes = SkinStrokes(*skin.mesh).strip(nodes, width, 1.0, "Target.line");
+  return shared(make_target(*skin.mesh, boxes, TargetProfile::kUniform, pressure));
 }
 
 Eigen::Index central_face_of(const SharedTarget& target, const SkinMesh& skin) {
@@ -225,6 +255,15 @@ void add_models(nb::module_& module) {
                   nb::sig("def box(mesh: Mesh, centre: numpy.typing.ArrayLike, size: numpy.typing.ArrayLike, angles: "
                           "numpy.typing.ArrayLike, profile: str, pressure: float) -> Target"),
                   "The faces with their centroids in a box; lengths in m, angles in rad.")
+      .def_static("discs", &target_of_discs, nb::arg("mesh"), nb::arg("centres"), nb::arg("diameter"),
+                  nb::arg("pressures"),
+                  nb::sig("def discs(mesh: Mesh, centres: numpy.typing.ArrayLike, diameter: float, pressures: "
+                          "numpy.typing.ArrayLike) -> Target"),
+                  "The faces in discs on the skin about the points nearest to these [m].")
+      .def_static("strip", &target_of_strip, nb::arg("mesh"), nb::arg("points"), nb::arg("width"), nb::arg("pressure"),
+                  nb::sig("def strip(mesh: Mesh, points: numpy.typing.ArrayLike, width: float, pressure: float) "
+                          "-> Target"),
+                  "The faces in a strip on the skin through the points nearest to these [m].")
       .def("central_face", &central_face_of, nb::arg("mesh"), "The number of the face nearest to the centre.")
       .def_prop_ro("faces", part_of<SharedTarget>(&Target::faces))
       .def_prop_ro("amplitudes", part_of<SharedTarget>(&Target::amplitudes), "The wanted pressure on each [Pa].")

@@ -171,6 +171,34 @@ def test_targets(ball, target):
         tf.Target(3 * "ball", [3], 200)
 
 
+def test_targets_on_the_skin(ball):
+    low, side = np.array([0, 0, -8e-3]), np.array([8e-3, 0, 0])
+    points = tf.Target.points(marked(ball), ["low", side], 5e-3, [200, 50])
+    near = np.linalg.norm(ball.centroids - low, axis=1) < 2.2e-3
+    assert near.any() and set(np.flatnonzero(near)) <= set(points.faces)
+    assert set(points.amplitudes) == {200, 50}
+    assert np.array_equal(points.amplitudes == 200, ball.centroids[points.faces][:, 2] < -5e-3)
+    line = tf.Target.line(ball, [-side, low, side], 5e-3, 300)
+    _, y, z = ball.centroids.T
+    assert set(np.flatnonzero((z < -1e-3) & (abs(y) < 2.2e-3))) <= set(line.faces) and set(line.amplitudes) == {300}
+    assert (z[line.faces] < 1e-3).all() and (abs(y[line.faces]) < 2.8e-3).all()
+    array = tf.Array.grid(4, 4, at=[0, 0, -0.06])
+    for target in (points, line):
+        model = tf.Model({"array": array, "body": marked(ball), "target": target, "solve": {"methods": ["focus"]}})
+        assert np.array_equal(model.target.faces, target.faces)
+        assert np.allclose(model.target.amplitudes, target.amplitudes, rtol=1e-12)
+    for given, says in [(([low], 3e-3, 200), "Target.line: points = 1 must be two or more"),
+                        (([low, low], 3e-3, 200), r"points\[0\] and points\[1\] are at the same place"),
+                        (([low, side], 0, 200), "Target.line: width = 0 m must be > 0"),
+                        (([low, side], 3e-3, 0), "Target.line: pressure = 0 Pa must be > 0")]:
+        with pytest.raises(tf.InputError, match=says):
+            tf.Target.line(ball, *given)
+    with pytest.raises(tf.InputError, match="Target.points: diameter = -1 m must be > 0"):
+        tf.Target.points(ball, [low], -1, 200)
+    with pytest.raises(tf.InputError, match="Target.points: pressure must be > 0 Pa on each"):
+        tf.Target.points(ball, [low, side], 4e-3, [200, 0])
+
+
 def test_a_scene_of_objects_is_that_of_the_program(touchfield, ball, array, target, tmp_path):
     body = marked(ball)
     parts = {"name": "parts", "array": array, "body": body, "target": target, "judge": "same",
@@ -193,7 +221,7 @@ def test_a_scene_of_objects_is_that_of_the_program(touchfield, ball, array, targ
 def test_scenes_with_errors_name_the_key(ball, array):
     with pytest.raises(tf.InputError, match="solve.iteration: unknown key, did you mean iterations"):
         tf.run({"array": array, "body": ball, "solve": {"methods": ["focus"], "iteration": 3}})
-    with pytest.raises(tf.InputError, match="a scene describes boxes"):
+    with pytest.raises(tf.InputError, match="a scene describes boxes, points and lines"):
         tf.run({"array": array, "body": ball, "target": tf.Target(ball, [1, 2], 3), "solve": {"methods": ["focus"]}})
     with pytest.raises(tf.InputError, match="no such file"):
         tf.run("not_there.yaml")

@@ -86,6 +86,80 @@ class Target(Part):
         found = _core.Target.box(skin, centre, size, np.deg2rad(np.asarray(rotate, float)), profile, pressure)
         return cls._of(found, mesh, {"box": box, "profile": profile, "pressure_pa": float(pressure)})
 
+    @classmethod
+    def points(cls, mesh, points, diameter, pressure):
+        """Round discs on the skin, as `target.points` of a scene.
+
+        Parameters
+        ----------
+        mesh : Mesh
+            The skin.
+        points : array_like of shape (N, 3), or sequence of str
+            A disc lies about the point of the skin that is nearest to each of these [m]; or names of landmarks.
+        diameter : float
+            Of the discs [m].
+        pressure : float or array_like, shape (N,)
+            The wanted pressure, the same on all or one per disc [Pa].
+
+        Returns
+        -------
+        Target
+
+        Raises
+        ------
+        InputError
+            If a disc holds no face.
+
+        Examples
+        --------
+        >>> ball = tf.sphere(8e-3, 1e-3)
+        >>> target = tf.Target.points(ball, [[0, 0, -8e-3], [8e-3, 0, 0]], diameter=4e-3, pressure=[800, 400])
+        """
+        skin = core(mesh, Mesh, "mesh")
+        centres = [np.asarray(mesh._point(point), float) for point in points]
+        pressures = np.full(len(centres), pressure, float) if np.ndim(pressure) == 0 else np.asarray(pressure, float)
+        found = _core.Target.discs(skin, np.reshape(centres, (-1, 3)), diameter, pressures)
+        largest = float(pressures.max())
+        parts = [{"centre_mm": millimetres(centre), "diameter_mm": millimetres(diameter), "level": float(each) / largest}
+                 for centre, each in zip(centres, pressures)]
+        return cls._of(found, mesh, {"points": parts, "pressure_pa": largest})
+
+    @classmethod
+    def line(cls, mesh, points, width, pressure):
+        """A line or path on the skin, as `target.lines` of a scene.
+
+        Parameters
+        ----------
+        mesh : Mesh
+            The skin.
+        points : array_like of shape (N, 3), or sequence of str
+            Two or more points [m], or names of landmarks. The path goes along the skin nearest to the straight lines between
+            them. It is closed if the last point is the first.
+        width : float
+            Of the line [m].
+        pressure : float
+            The wanted pressure [Pa].
+
+        Returns
+        -------
+        Target
+
+        Raises
+        ------
+        InputError
+            If the line holds no face, or no skin leads from one point to the next.
+
+        Examples
+        --------
+        >>> ball = tf.sphere(8e-3, 1e-3)
+        >>> target = tf.Target.line(ball, [[-8e-3, 0, 0], [0, 0, -8e-3], [8e-3, 0, 0]], width=3e-3, pressure=800)
+        """
+        skin = core(mesh, Mesh, "mesh")
+        nodes = [np.asarray(mesh._point(point), float) for point in points]
+        found = _core.Target.strip(skin, np.reshape(nodes, (-1, 3)), width, pressure)
+        part = {"points": [{"centre_mm": millimetres(node)} for node in nodes], "width_mm": millimetres(width)}
+        return cls._of(found, mesh, {"lines": [part], "pressure_pa": float(pressure)})
+
     @property
     def faces(self):
         """Numbers of the faces, shape (K,)."""
@@ -103,7 +177,7 @@ class Target(Part):
 
     def _scene_keys(self):
         if self._keys is None:
-            raise _core.InputError("target: a scene describes boxes; for a target of single faces use H and Problem instead")
+            raise _core.InputError("target: a scene describes boxes, points and lines; for a target of single faces use H and Problem instead")
         return self._keys
 
     def __len__(self):

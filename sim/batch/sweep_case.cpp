@@ -169,6 +169,13 @@ std::string sharing_key(const Scene& scene) {
       for (TargetBoxSpec& box : shared.target->boxes) {
         box.size.setOnes();
         box.angles.setZero();
+        box.level = 1.0;
+      }
+      for (TargetPointSpec& point : shared.target->points) {
+        point.diameter = point.level = 1.0;
+      }
+      for (TargetLineSpec& line : shared.target->lines) {
+        line.level = 1.0;
       }
     }
   }

@@ -117,8 +117,7 @@ class WorstViews {
   Remarks remarks() const {
     Remarks remarks;
     const ArrayView begin = array_view(first_);
-    if (const std::string warning = facing_warning(facing_.view, first_.fixed->scene);
-        !warning.empty() && facing_warning(begin, first_.fixed->scene).empty()) {
+    if (const std::string warning = facing_warning(facing_.view); !warning.empty() && facing_warning(begin).empty()) {
       remarks.warnings.push_back(at(facing_, warning));
     }
     if (const std::string note = near_field_note(nearest_.view, first_);

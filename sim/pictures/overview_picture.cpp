@@ -127,7 +127,7 @@ std::string overview_picture(const Run& run, double top, PictureFormat format) {
   draw_caption(
       canvas, extent_label(run.judged_skin),
       fmt::format("Seen from the array's side.{}",
-                  run.target ? " Green: where the target's box meets the skin. Error: over the whole skin." : ""));
+                  run.target ? " Green: the border of the target on the skin. Error: over the whole skin." : ""));
   return canvas.file();
 }
 

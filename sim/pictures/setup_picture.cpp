@@ -50,11 +50,28 @@ SkinView side_view(const Vector3& facing, const Points& points) {
   return fitted_view(kPanel, direction, vertical, points, kShare);
 }
 
+/// Whether a box is a disc, or goes on in another as a piece of a line does.
+bool goes_on(const std::vector<TargetBox>& boxes, const TargetBox& box) {
+  const Vector3 to_end = 0.5 * box.size.y() * box.rotation.col(1);
+  return box.round || std::ranges::any_of(boxes, [&](const TargetBox& other) {
+           return &other != &box && (holds(other, box.centre + to_end) || holds(other, box.centre - to_end));
+         });
+}
+
+/// The edges of boxes; of discs, lines and single faces the outline on the skin.
 void draw_target(Canvas& canvas, const Run& run, const SkinView& view) {
-  const Lines lines = run.target->boxes.empty() ? target_outline(run.mesh, *run.target) : box_edges(run.target->boxes);
-  for (Eigen::Index e = 0; e < lines.ends.cols(); ++e) {
-    canvas.path({view.pixel(lines.points.col(lines.ends(0, e))), view.pixel(lines.points.col(lines.ends(1, e)))},
-                kTargetColour, 1.5);
+  const auto draw = [&](const Lines& lines) {
+    for (Eigen::Index e = 0; e < lines.ends.cols(); ++e) {
+      canvas.path({view.pixel(lines.points.col(lines.ends(0, e))), view.pixel(lines.points.col(lines.ends(1, e)))},
+                  kTargetColour, 1.5);
+    }
+  };
+  const std::vector<TargetBox>& all = run.target->boxes;
+  std::vector<TargetBox> single;
+  std::ranges::copy_if(all, std::back_inserter(single), [&](const TargetBox& box) { return !goes_on(all, box); });
+  draw(box_edges(single));
+  if (all.empty() || single.size() < all.size()) {
+    draw(target_outline(run.mesh, *run.target));
   }
 }
 

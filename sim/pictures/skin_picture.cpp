@@ -87,20 +87,78 @@ std::vector<Vector3> cut_of_face(const Eigen::Matrix3d& corners, int axis, doubl
   return cut;
 }
 
-/// Adds the ends of the lines along which a box's sides cut the faces of a mesh.
-void add_section(const TriangleMesh& mesh, const TargetBox& box, std::vector<Vector3>& ends) {
-  const Points own = box.rotation.transpose() * (mesh.vertices().colwise() - box.centre);
+/// The ends of the line along which the cylinder of this radius about z cuts a face, as a straight one; empty if no
+/// two sides cross it.
+std::vector<Vector3> round_cut_of_face(const Eigen::Matrix3d& corners, double radius) {
+  std::vector<Vector3> cut;
+  for (int c = 0; c < 3; ++c) {
+    const Vector3 a = corners.col(c);
+    const Vector3 way = corners.col((c + 1) % 3) - a;
+    const double from = a.head<2>().squaredNorm() - radius * radius;
+    const double to = (a + way).head<2>().squaredNorm() - radius * radius;
+    if ((from < 0) != (to < 0)) {  // |a + t way| = radius has one root between
+      const double along = way.head<2>().squaredNorm();
+      const double half = a.head<2>().dot(way.head<2>());
+      const double root = std::sqrt(std::max(half * half - along * from, 0.0));
+      cut.emplace_back(a + (from < 0 ? root - half : -half - root) / along * way);
+    }
+  }
+  return cut;
+}
+
+/// The ends of the lines along which a box's sides cut a face, both in the box's own frame, from its centre.
+std::vector<Vector3> cuts_of_face(const Eigen::Matrix3d& corners, const TargetBox& box) {
   const Vector3 half = 0.5 * box.size;
+  std::vector<Vector3> ends;
+  for (int side = box.round ? 4 : 0; side < 6; ++side) {
+    const int axis = side / 2;
+    std::vector<Vector3> cut = cut_of_face(corners, axis, side % 2 == 0 ? half[axis] : -half[axis]);
+    if (!cut.empty() && clip(cut[0], cut[1], (axis + 1) % 3, half[(axis + 1) % 3]) &&
+        clip(cut[0], cut[1], (axis + 2) % 3, half[(axis + 2) % 3]) &&
+        (!box.round || (0.5 * (cut[0] + cut[1])).head<2>().norm() <= half.x())) {
+      ends.insert(ends.end(), cut.begin(), cut.end());
+    }
+  }
+  if (box.round) {
+    std::vector<Vector3> cut = round_cut_of_face(corners, half.x());
+    if (!cut.empty() && clip(cut[0], cut[1], 2, half.z())) {
+      ends.insert(ends.end(), cut.begin(), cut.end());
+    }
+  }
+  return ends;
+}
+
+/// Whether a point of a box's sides is no border of the target: in a box before, whose faces are that one's, or in a
+/// box behind of the same pressure. Where the sides of two pieces of a line fall together, those of the first are.
+bool is_within(const std::vector<TargetBox>& boxes, std::size_t box, const Vector3& x) {
+  constexpr double kBefore = 1.001;  // of a box
+  constexpr double kBehind = 0.98;
+  for (std::size_t b = 0; b < boxes.size(); ++b) {
+    if (b != box && (b < box || boxes[b].level == boxes[box].level)) {
+      TargetBox inside = boxes[b];
+      inside.size *= b < box ? kBefore : kBehind;
+      if (holds(inside, x)) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+/// Adds the ends of the lines along which the sides of one of the target's boxes cut the faces of a mesh.
+void add_section(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, std::size_t number,
+                 std::vector<Vector3>& ends) {
+  const TargetBox& box = boxes[number];
+  const Points own = box.rotation.transpose() * (mesh.vertices().colwise() - box.centre);
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
     Eigen::Matrix3d corners;
     corners << own.col(mesh.triangles()(0, f)), own.col(mesh.triangles()(1, f)), own.col(mesh.triangles()(2, f));
-    for (int side = 0; side < 6; ++side) {
-      const int axis = side / 2;
-      std::vector<Vector3> cut = cut_of_face(corners, axis, side % 2 == 0 ? half[axis] : -half[axis]);
-      if (!cut.empty() && clip(cut[0], cut[1], (axis + 1) % 3, half[(axis + 1) % 3]) &&
-          clip(cut[0], cut[1], (axis + 2) % 3, half[(axis + 2) % 3])) {
-        ends.emplace_back(box.centre + box.rotation * cut[0]);
-        ends.emplace_back(box.centre + box.rotation * cut[1]);
+    const std::vector<Vector3> cuts = cuts_of_face(corners, box);
+    for (std::size_t i = 0; i < cuts.size(); i += 2) {
+      const Vector3 a = box.centre + box.rotation * cuts[i];
+      const Vector3 b = box.centre + box.rotation * cuts[i + 1];
+      if (!is_within(boxes, number, 0.5 * (a + b))) {
+        ends.insert(ends.end(), {a, b});
       }
     }
   }
@@ -139,8 +197,8 @@ Lines target_outline(const TriangleMesh& mesh, const Target& target) {
     return {mesh.vertices(), sides_of_faces(mesh, target)};
   }
   std::vector<Vector3> ends;
-  for (const TargetBox& box : target.boxes) {
-    add_section(mesh, box, ends);
+  for (std::size_t b = 0; b < target.boxes.size(); ++b) {
+    add_section(mesh, target.boxes, b, ends);
   }
   Lines lines{Points(3, static_cast<Eigen::Index>(ends.size())),
               Eigen::Matrix2Xi(2, static_cast<Eigen::Index>(ends.size() / 2))};
@@ -213,7 +271,7 @@ std::string SkinPictures::picture(const Eigen::VectorXd& values, double top, con
   draw_title(canvas, text.title, text.subtitle);
   draw_caption(canvas, text.caption,
                fmt::format("Seen from the array's side. All pictures of this run's skin share these colours.{}",
-                           run_.target ? " Green: where the target's box meets the skin." : ""));
+                           run_.target ? " Green: the border of the target on the skin." : ""));
   return canvas.file();
 }
 

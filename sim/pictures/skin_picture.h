@@ -53,7 +53,8 @@ class SkinPictures {
   std::optional<SkinSight> target_;
 };
 
-/// Where the surfaces of the target's boxes cut the skin. Of a target that does not say its boxes: the sides of its
+/// Where the surfaces of the target's boxes cut the skin, without what lies within another box and is no border of the
+/// target or between two pressures. Of a target that does not say its boxes: the sides of its
 /// faces that no other face of the target shares.
 Lines target_outline(const TriangleMesh& mesh, const Target& target);
 

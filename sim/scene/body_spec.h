@@ -55,7 +55,7 @@ struct MeshShape {
 /// Edge length asked for as a function of place, see EdgeSizing.
 struct EdgeSpec {
   double far = 0;                      // [m]; everywhere if nothing else is said
-  std::optional<double> near_target;   // [m], within `within` of the centre of each target box
+  std::optional<double> near_target;   // [m], within `within` of the centre of each target box, and along lines
   std::map<std::string, double> near;  // [m], within `within` of a landmark
   double within = 15e-3;               // [m]
   double growth = EdgeSizing::kGrowth;
@@ -93,16 +93,36 @@ struct BodySpec {
 /// The landmark that every scene with one array has: the point of the skin nearest to it.
 inline constexpr const char* kNearestToArray = "nearest_array";
 
-struct TargetBoxSpec {
+/// A place that a target names.
+struct TargetPlace {
   std::string at;                    // a landmark; or else `centre`
   Vector3 offset = Vector3::Zero();  // from the landmark [m]
   Vector3 centre = Vector3::Zero();  // [m]
+};
+
+struct TargetBoxSpec : TargetPlace {
   Vector3 size = Vector3::Zero();    // [m]
   Vector3 angles = Vector3::Zero();  // [rad]
+  double level = 1.0;                // of the target's pressure
+};
+
+/// A disc on the skin nearest to a place.
+struct TargetPointSpec : TargetPlace {
+  double diameter = 0;  // [m]
+  double level = 1.0;   // of the target's pressure
+};
+
+/// A strip on the skin, through the skin nearest to some places.
+struct TargetLineSpec {
+  std::vector<TargetPlace> points;  // 2 or more
+  double width = 0;                 // [m]
+  double level = 1.0;               // of the target's pressure
 };
 
 struct TargetSpec {
   std::vector<TargetBoxSpec> boxes;
+  std::vector<TargetPointSpec> points;
+  std::vector<TargetLineSpec> lines;
   TargetProfile profile = TargetProfile::kUniform;
   std::optional<double> pressure;  // [Pa]; absent: best
 };

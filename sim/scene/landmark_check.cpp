@@ -90,22 +90,25 @@ bool check_box_landmarks(const Input& scene, const std::vector<BodySpec>& bodies
     }
   }
   bool good = true;
-  const auto check = [&](const Input& box) {
-    const Entry* at = box.node().find("at");
+  const auto check = [&](const Input& place) {
+    const Entry* at = place.node().find("at");
     if (at && !contains(known, at->value.text)) {
-      good = box.at(*at).must_be(rule(names, at->value.text));
+      good = place.at(*at).must_be(rule(names, at->value.text));
+    }
+  };
+  const auto check_items = [](const Input& in, const char* key, const auto& check_item) {
+    const Entry* entry = in.node().find(key);
+    for (std::size_t i = 0; entry && i < entry->value.items.size(); ++i) {
+      check_item(in.at(*entry).at(i));
     }
   };
   const Input table = scene.at(*target);
   if (const Entry* box = target->value.find("box")) {
     check(table.at(*box));
   }
-  if (const Entry* boxes = target->value.find("boxes")) {
-    const Input list = table.at(*boxes);
-    for (std::size_t i = 0; i < boxes->value.items.size(); ++i) {
-      check(list.at(i));
-    }
-  }
+  check_items(table, "boxes", check);
+  check_items(table, "points", check);
+  check_items(table, "lines", [&](const Input& line) { check_items(line, "points", check); });
   return good;
 }
 

@@ -24,31 +24,80 @@ Codec<MediumSpec> medium_codec() {
       .codec();
 }
 
-Codec<TargetBoxSpec> target_box_codec() {
-  using Box = TargetBoxSpec;
-  return Map<Box>()
-      .maybe("at", &Box::at, text(1), "index_pad",
-             "Landmark of the placed body at the centre of the box; nearest_array: the point of the skin that is "
-             "nearest to the array. With several bodies write body.landmark, or landmark if only one body has it.")
-      .key("offset_mm", &Box::offset, vector3(kMillimetres, {}),
-           "Offset of the centre of the box from the landmark, along the world's axes [mm].")
+/// The keys of a place of a target, kept in a Place, and what the pages call the place.
+template <class Place>
+Map<Place> place_keys(const std::string& what) {
+  return Map<Place>()
+      .maybe("at", &Place::at, text(1), "index_pad",
+             fmt::format("Landmark of the placed body at {}; nearest_array: the point of the skin that is nearest to "
+                         "the array. With several bodies write body.landmark, or landmark if only one body has it.",
+                         what))
+      .key("offset_mm", &Place::offset, vector3(kMillimetres, {}),
+           fmt::format("Offset of {} from the landmark, along the world's axes [mm].", what))
       .allowed_with({"at"})
-      .maybe("centre_mm", &Box::centre, vector3(kMillimetres, {}), "[0, 0, 200]",
-             "Centre of the box in the world [mm], instead of a landmark.")
-      .required("size_mm", &Box::size, vector3(kMillimetres, above(0)), "[8, 40, 6]",
-                "Side lengths of the box [mm]: width, length, depth.")
-      .key("rotate_deg", &Box::angles, vector3(kDegrees, {}),
-           "Rotation of the box about its centre: about the world's x, then y, then z axis [deg].")
-      .exactly_one({"at", "centre_mm"})
+      .maybe("centre_mm", &Place::centre, vector3(kMillimetres, {}), "[0, 0, 200]",
+             fmt::format("Position of {} in the world [mm], instead of a landmark.", what))
+      .exactly_one({"at", "centre_mm"});
+}
+
+template <class Part>
+Codec<Part> with_level(Map<Part>& map) {
+  return map
+      .key("level", &Part::level, number(kPlain, above_to(0, 1)),
+           "Pressure wanted here, as a share of target.pressure_pa.")
       .codec();
+}
+
+Codec<TargetBoxSpec> target_box_codec() {
+  return with_level(place_keys<TargetBoxSpec>("the centre of the box")
+                        .required("size_mm", &TargetBoxSpec::size, vector3(kMillimetres, above(0)), "[8, 40, 6]",
+                                  "Side lengths of the box [mm]: width, length, depth.")
+                        .key("rotate_deg", &TargetBoxSpec::angles, vector3(kDegrees, {}),
+                             "Rotation of the box about its centre: about the world's x, then y, then z axis [deg]."));
+}
+
+Codec<TargetPointSpec> target_point_codec() {
+  return with_level(place_keys<TargetPointSpec>("the point")
+                        .required("diameter_mm", &TargetPointSpec::diameter, number(kMillimetres, above(0)), "8",
+                                  "Diameter of the disc [mm]."));
+}
+
+Codec<TargetLineSpec> target_line_codec() {
+  return with_level(
+      Map<TargetLineSpec>()
+          .required("points", &TargetLineSpec::points,
+                    list_of(place_keys<TargetPlace>("the point").codec(), 2, kMostItems), "",
+                    "Two or more points. The line goes along the skin nearest to the straight lines between them, and "
+                    "is closed if the last point is the first.")
+          .required("width_mm", &TargetLineSpec::width, number(kMillimetres, above(0)), "6",
+                    "Width of the line [mm]."));
+}
+
+bool check_target(const Input& in, const TargetSpec& target, bool good) {
+  const bool drawn = !target.points.empty() || !target.lines.empty();
+  if (good && !drawn && target.boxes.empty()) {
+    return in.problem("none of box, boxes, points, lines given, must be one or more");
+  }
+  if (good && drawn && target.profile == TargetProfile::kPenetration) {
+    return in.key("profile").problem("penetration is of boxes alone; leave points and lines out, or write uniform");
+  }
+  return good;
 }
 
 Codec<TargetSpec> target_codec() {
   const auto box = target_box_codec();
   return Map<TargetSpec>()
       .maybe("box", &TargetSpec::boxes, box, "", "The target: the faces of the skin with their centroid in this box.")
-      .maybe("boxes", &TargetSpec::boxes, list_of(box, 1, kMostItems), "",
-             "Several boxes; a face in two of them belongs to the first.")
+      .maybe("boxes", &TargetSpec::boxes, list_of(box, 1, kMostItems), "", "Several boxes, instead of one.")
+      .written_if([](const TargetSpec& target) { return !target.boxes.empty(); })
+      .maybe("points", &TargetSpec::points, list_of(target_point_codec(), 1, kMostItems), "",
+             "Round discs on the skin, each about the point of the skin that is nearest to a place. Boxes, points and "
+             "lines may be given together; a face in several of them belongs to the first, in this order.")
+      .written_if([](const TargetSpec& target) { return !target.points.empty(); })
+      .maybe("lines", &TargetSpec::lines, list_of(target_line_codec(), 1, kMostItems), "",
+             "Lines and paths on the skin. Their metrics have the width across the first piece, if nothing is given "
+             "before it.")
+      .written_if([](const TargetSpec& target) { return !target.lines.empty(); })
       .key("profile", &TargetSpec::profile,
            choice<TargetProfile>({{"uniform", TargetProfile::kUniform}, {"penetration", TargetProfile::kPenetration}}),
            "Wanted pressure on the faces: the same on each, or proportional to the depth below the side of the box "
@@ -56,7 +105,8 @@ Codec<TargetSpec> target_codec() {
       .key("pressure_pa", &TargetSpec::pressure, number_or("best", number(kPlain, above(0))),
            "Wanted pressure amplitude [Pa], the largest one of a profile. best: the strongest that the array reaches "
            "with the smallest error.")
-      .exactly_one({"box", "boxes"})
+      .at_most_one({"box", "boxes"})
+      .check([](const Input& in, TargetSpec& target, bool good) { return check_target(in, target, good); })
       .codec();
 }
 

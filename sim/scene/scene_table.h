@@ -56,7 +56,7 @@ bool check_hand_edges(const Input& edges);
 /// Names of a body's landmarks, known before it is meshed; of several bodies those that any of them has.
 std::vector<std::string> landmark_names(const BodySpec& body);
 std::vector<std::string> landmark_names(const std::vector<BodySpec>& bodies);
-/// Reports and returns false if a box of the scene's target is at a landmark that the bodies do not have.
+/// Reports and returns false if a place of the scene's target is at a landmark that the bodies do not have.
 bool check_box_landmarks(const Input& scene, const std::vector<BodySpec>& bodies);
 /// Reports and returns false if `name`, read from `at`, is none of the landmarks there are.
 bool check_landmark(const Input& at, const std::vector<std::string>& names, const std::string& name);

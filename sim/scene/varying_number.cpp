@@ -40,7 +40,7 @@ BodySpec& body_of(Posture& scene, const Item& item) {
 }
 
 TargetBoxSpec& box_of(Posture& scene, const Item& item) {
-  require(scene.target, "is not in this scene, which has no target");
+  require(scene.target && !scene.target->boxes.empty(), "is not in this scene, which has no target box");
   return item_of(scene.target->boxes, scene.target->boxes.size() == 1, item, "target.box", "target.boxes");
 }
 

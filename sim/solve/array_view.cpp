@@ -97,7 +97,7 @@ std::vector<BoxView> box_views(const Model& model, const Target& target) {
     if (area > 0 && normal.norm() >= kLeastSide * area) {
       const auto body = static_cast<std::size_t>(std::ranges::max_element(on_body) - on_body.begin());
       const double cosine = best_cosine(model.fixed->array, parts, centre / area, normal.normalized());
-      views.push_back({b, normal.norm() / area * cosine, std::acos(std::clamp(cosine, -1.0, 1.0)),
+      views.push_back({model.boxes[b].key, normal.norm() / area * cosine, std::acos(std::clamp(cosine, -1.0, 1.0)),
                        called(model.posture.bodies[body])});
     }
   }
@@ -127,17 +127,16 @@ ArrayView array_view(const Model& model) {
   return view;
 }
 
-std::string facing_warning(const ArrayView& view, const Scene& scene) {
+std::string facing_warning(const ArrayView& view) {
   if (!view.worst || view.worst->cosine >= kFacing) {
     return "";
   }
   const BoxView& worst = *view.worst;
-  const std::string box = scene.target->boxes.size() == 1 ? "box" : fmt::format("boxes[{}]", worst.box);
   return fmt::format(
-      "facing_away: the skin in target.{} is turned {:.0f} degrees away from the array, so the sound comes round the "
+      "facing_away: the skin in {} is turned {:.0f} degrees away from the array, so the sound comes round the "
       "body. "
       "Turn the body with {}.place.rotate_deg, or press on its other side",
-      box, worst.angle / kDegree, worst.body);
+      worst.part, worst.angle / kDegree, worst.body);
 }
 
 std::string near_field_note(const ArrayView& view, const Model& model) {

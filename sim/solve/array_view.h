@@ -11,7 +11,7 @@ namespace touchfield {
 
 /// How a target box lies to the array.
 struct BoxView {
-  std::size_t box = 0;
+  std::string part;           // of the target, as messages call it
   double cosine = 1.0;        // mean of normal . direction over the target, to the part of the array that it faces most
   double angle = 0.0;         // between the mean normal and that direction [rad]
   std::string body = "body";  // what messages call the body that most of the target is on
@@ -35,7 +35,7 @@ inline constexpr double kNearField = 2.0;  // wavelengths
 ArrayView array_view(const Model& model);
 
 /// "facing_away: ..." where the target does not face the array, else empty.
-std::string facing_warning(const ArrayView& view, const Scene& scene);
+std::string facing_warning(const ArrayView& view);
 
 /// "near_field: ..." where the skin is within kNearField wavelengths of a transducer, else empty.
 std::string near_field_note(const ArrayView& view, const Model& model);

@@ -1,6 +1,7 @@
 #include "sim/solve/bodies.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <map>
 #include <optional>
@@ -18,6 +19,7 @@
 #include "sim/mesh/query/inspect.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/solve/meshed_body.h"
+#include "sim/target/skin_strokes.h"
 
 namespace touchfield {
 
@@ -140,6 +142,14 @@ std::vector<Landmark> joined_landmarks(const Scene& scene, const std::vector<Bod
   return landmarks;
 }
 
+/// What messages write behind "target" of what it consists of.
+const char* boxes_of(const TargetSpec& target) {
+  if (!target.points.empty() || !target.lines.empty()) {
+    return "";
+  }
+  return target.boxes.size() == 1 ? ".box" : ".boxes";
+}
+
 /// No skin of a body is where the target is.
 [[noreturn]] void refuse_far_target(const Scene& scene, const BodyPlan& plan, std::size_t i,
                                     const TriangleMesh& whole) {
@@ -149,9 +159,9 @@ std::vector<Landmark> joined_landmarks(const Scene& scene, const std::vector<Bod
   const Vector3 nearest = position(whole, nearest_landmark(whole, "", centre));
   const auto world = [&](const Vector3& own) { return place_text(to_world(spec.place, plan.bodies[i].anchor, own)); };
   throw InputError(
-      fmt::format("target.{}: no skin of {} within {:.4g} mm (half of keep_within_mm) of {} (scene coordinates); the "
+      fmt::format("target{}: no skin of {} within {:.4g} mm (half of keep_within_mm) of {} (scene coordinates); the "
                   "nearest is {:.1f} mm away at {}",
-                  scene.target->boxes.size() == 1 ? "box" : "boxes", called(spec), half / kMillimetre, world(centre),
+                  boxes_of(*scene.target), called(spec), half / kMillimetre, world(centre),
                   (nearest - centre).norm() / kMillimetre, world(nearest)));
 }
 
@@ -189,6 +199,18 @@ void keep_part(const Scene& scene, const BodyPlan& plan, std::size_t i, const Ed
   for (Eigen::Index f = 0; f < body.mesh.face_count(); ++f) {
     const double distance = (body.mesh.centroids().col(f) - centre).norm();
     made.skin[static_cast<std::size_t>(f)] = distance < kKeptSkin * radius ? 1 : 0;
+  }
+}
+
+/// Adds points along the straight lines from point to point, at most `step` [m] apart.
+void add_along(const std::vector<Vector3>& points, double step, std::vector<Vector3>& all) {
+  all.push_back(points.front());
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const Vector3 way = points[i] - points[i - 1];
+    const int steps = std::max(1, static_cast<int>(std::ceil(way.norm() / step)));
+    for (int s = 1; s <= steps; ++s) {
+      all.emplace_back(points[i - 1] + s * way / steps);
+    }
   }
 }
 
@@ -300,21 +322,28 @@ BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const Trian
   const auto world = [&](std::size_t i, const Vector3& own) {
     return to_world(scene.bodies[i].place, plan.bodies[i].anchor, own);
   };
-  for (const TargetBoxSpec& box : scene.target->boxes) {
-    if (box.at.empty()) {
-      plan.targets.push_back(box.centre);
-    } else if (box.at == kNearestToArray) {
+  const auto position_of = [&](const TargetPlace& place) -> Vector3 {
+    if (place.at.empty()) {
+      return place.centre;
+    }
+    if (place.at == kNearestToArray) {
       std::vector<Body> bodies;
       for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
         const Placement& place = scene.bodies[i].place;
         bodies.push_back(placed(locators[i].base(), plan.bodies[i].anchor, place.at, place.angles));
       }
-      plan.targets.push_back(near_array(joined(bodies)) + box.offset);
-    } else {
-      const auto [i, name] = owner_of(scene, locators, box.at);
-      plan.bodies[i].pressed = true;
-      plan.targets.push_back(world(i, locators[i].landmark(name)) + box.offset);
+      return near_array(joined(bodies)) + place.offset;
     }
+    const auto [i, name] = owner_of(scene, locators, place.at);
+    plan.bodies[i].pressed = true;
+    return world(i, locators[i].landmark(name)) + place.offset;
+  };
+  std::ranges::transform(scene.target->boxes, std::back_inserter(plan.targets), position_of);
+  std::ranges::transform(scene.target->points, std::back_inserter(plan.targets), position_of);
+  for (const TargetLineSpec& line : scene.target->lines) {
+    std::vector<Vector3> points;
+    std::ranges::transform(line.points, std::back_inserter(points), position_of);
+    add_along(points, std::max(line.width, SkinStrokes::kLongest), plan.targets);
   }
   Vector3 mean = Vector3::Zero();
   for (const Vector3& centre : plan.targets) {

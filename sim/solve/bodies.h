@@ -21,10 +21,11 @@ struct BodyPlan {
   struct Entry {
     Vector3 anchor = Vector3::Zero();      // the point in the body's own frame that lands on place.at [m]
     Vector3 kept_about = Vector3::Zero();  // keep_within's centre in the body's own frame [m]
-    bool pressed = false;                  // a box stands at a landmark of the body
+    bool pressed = false;                  // a place of the target is a landmark of the body
   };
   std::vector<Entry> bodies;
-  std::vector<Vector3> targets;          // centres of the target's boxes, in the world [m]
+  std::vector<Vector3> targets;          // centres of the target's boxes and points, and along the straight lines
+                                         // between the points of its lines, in the world [m]
   std::vector<std::string> warnings;     // about the units of mesh files
   std::vector<std::string> notes;        // what resurfacing did to mesh files, a line each
   std::vector<GivenLandmark> landmarks;  // of mesh files

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -24,6 +25,7 @@
 #include "sim/solve/clear_transducers.h"
 #include "sim/solve/judge_comparison.h"
 #include "sim/store/run_file.h"
+#include "sim/target/skin_strokes.h"
 
 namespace touchfield {
 
@@ -244,7 +246,9 @@ void require_fine_mesh(const Model& model, const Target& target) {
   const TriangleMesh& mesh = model.body.mesh;
   double own = std::numeric_limits<double>::infinity();
   for (const TargetBox& box : model.boxes) {
-    own = std::min(own, resolution_where(mesh, wavelength, faces_about(box, mesh))->mean);
+    if (const auto near = resolution_where(mesh, wavelength, faces_about(box, mesh))) {
+      own = std::min(own, near->mean);
+    }
   }
   const double judged = model.fixed->scene.judge.kind == JudgeSpec::Kind::kEdge
                             ? judge_resolution(model, target)
@@ -288,10 +292,29 @@ void require_clear(const Model& model) {
 }
 
 std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Body& body) {
+  const auto place = [&](const TargetPlace& given) -> Vector3 {
+    return given.at.empty() ? given.centre : position(body.mesh, find_landmark(body, given.at)) + given.offset;
+  };
   std::vector<TargetBox> boxes;
-  for (const TargetBoxSpec& box : spec.boxes) {
-    const Vector3 centre = box.at.empty() ? box.centre : position(body.mesh, find_landmark(body, box.at)) + box.offset;
-    boxes.push_back({centre, box.size, extrinsic_rotation(box.angles)});
+  for (std::size_t i = 0; i < spec.boxes.size(); ++i) {
+    const TargetBoxSpec& box = spec.boxes[i];
+    boxes.push_back({place(box), box.size, extrinsic_rotation(box.angles), false, box.level,
+                     spec.boxes.size() == 1 ? "target.box" : fmt::format("target.boxes[{}]", i)});
+  }
+  if (spec.points.empty() && spec.lines.empty()) {
+    return boxes;
+  }
+  const SkinStrokes skin(body.mesh);
+  for (std::size_t i = 0; i < spec.points.size(); ++i) {
+    const TargetPointSpec& point = spec.points[i];
+    boxes.push_back(skin.disc(place(point), point.diameter, point.level, fmt::format("target.points[{}]", i)));
+  }
+  for (std::size_t i = 0; i < spec.lines.size(); ++i) {
+    const TargetLineSpec& line = spec.lines[i];
+    std::vector<Vector3> points;
+    std::ranges::transform(line.points, std::back_inserter(points), place);
+    std::ranges::move(skin.strip(points, line.width, line.level, fmt::format("target.lines[{}]", i)),
+                      std::back_inserter(boxes));
   }
   return boxes;
 }

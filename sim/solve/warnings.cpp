@@ -294,7 +294,7 @@ Remarks played_remarks(const Model& model) {
     warn_of_both_sides(mesh, *target, remarks);
   }
   const ArrayView view = array_view(model);
-  if (std::string warning = facing_warning(view, model.fixed->scene); !warning.empty()) {
+  if (std::string warning = facing_warning(view); !warning.empty()) {
     remarks.warnings.push_back(std::move(warning));
   }
   note_landmarks(model.plan, remarks);

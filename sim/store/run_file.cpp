@@ -41,6 +41,17 @@ void box_parts(const GroupWriter& io, const std::vector<TargetBox>& boxes) {
   io.columns("centre", centres, "m");
   io.columns("size", sizes, "m");
   io.columns("axis", axes, "1");
+  const auto differs = [](const TargetBox& box) { return box.round || box.level != 1.0; };
+  if (std::ranges::any_of(boxes, differs)) {
+    Eigen::VectorXd levels(count);
+    std::vector<int> round;
+    for (const TargetBox& box : boxes) {
+      levels(static_cast<Eigen::Index>(round.size())) = box.level;
+      round.push_back(box.round ? 1 : 0);
+    }
+    io.list("level", levels, "1");
+    io.list("round", round, "1");
+  }
 }
 
 void box_parts(const GroupReader& io, std::vector<TargetBox>& boxes) {
@@ -56,8 +67,17 @@ void box_parts(const GroupReader& io, std::vector<TargetBox>& boxes) {
   if (!centres.allFinite() || !(sizes.array() > 0).all() || !sizes.allFinite() || !axes.allFinite()) {
     io.fail("centre, size and axis must be finite, size > 0");
   }
+  Eigen::VectorXd levels;
+  std::vector<int> round;
+  io.optional_list("level", levels, "1");
+  io.optional_list("round", round, "1");
+  const bool plain = levels.size() == 0 && round.empty();
+  if (!plain && (levels.size() != centres.cols() || round.size() != static_cast<std::size_t>(centres.cols()))) {
+    io.fail("level and round must have as many values as centre has rows");
+  }
   for (Eigen::Index b = 0; b < centres.cols(); ++b) {
-    boxes.push_back({centres.col(b), sizes.col(b), axes.middleCols<3>(3 * b)});
+    const bool is_round = !plain && round[static_cast<std::size_t>(b)] != 0;
+    boxes.push_back({centres.col(b), sizes.col(b), axes.middleCols<3>(3 * b), is_round, plain ? 1.0 : levels(b)});
   }
 }
 

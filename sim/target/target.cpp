@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -18,43 +20,61 @@ namespace {
 /// A point in the box's own frame, from its centre.
 Vector3 in_box_frame(const TargetBox& box, const Vector3& x) { return box.rotation.transpose() * (x - box.centre); }
 
-bool holds(const TargetBox& box, const Vector3& x) {
-  return (in_box_frame(box, x).cwiseAbs().array() <= 0.5 * box.size.array()).all();
-}
-
 double distance_to(const TargetBox& box, const Vector3& x) {
-  return (in_box_frame(box, x).cwiseAbs() - 0.5 * box.size).cwiseMax(0.0).norm();
+  const Vector3 own = in_box_frame(box, x).cwiseAbs();
+  if (box.round) {
+    const double beside = std::max(own.head<2>().norm() - 0.5 * box.size.x(), 0.0);
+    return std::hypot(beside, std::max(own.z() - 0.5 * box.size.z(), 0.0));
+  }
+  return (own - 0.5 * box.size).cwiseMax(0.0).norm();
 }
 
-/// What messages call a box.
-std::string box_key(const std::vector<TargetBox>& boxes, std::size_t index) {
+/// What messages call the part that a box belongs to.
+std::string part_key(const std::vector<TargetBox>& boxes, std::size_t index) {
+  if (!boxes[index].key.empty()) {
+    return boxes[index].key;
+  }
   return boxes.size() == 1 ? "target.box" : fmt::format("target.boxes[{}]", index);
 }
 
-void require_face_in(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, std::size_t index,
-                     Eigen::Index count) {
-  if (count > 0) {
-    return;
+/// Ends of the runs of boxes that are one part.
+std::vector<std::size_t> part_ends(const std::vector<TargetBox>& boxes) {
+  std::vector<std::size_t> ends;
+  for (std::size_t b = 1; b <= boxes.size(); ++b) {
+    if (b == boxes.size() || boxes[b].key.empty() || boxes[b].key != boxes[b - 1].key) {
+      ends.push_back(b);
+    }
   }
-  const TargetBox& box = boxes[index];
+  return ends;
+}
+
+/// No face is in the boxes of a part, begin to end.
+[[noreturn]] void refuse_empty_part(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, std::size_t begin,
+                                    std::size_t end) {
   double nearest = std::numeric_limits<double>::infinity();
   Eigen::Index face = 0;
+  std::size_t box = begin;
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    if (const double distance = distance_to(box, mesh.centroids().col(f)); distance < nearest) {
-      nearest = distance;
-      face = f;
+    for (std::size_t b = begin; b < end; ++b) {
+      if (const double distance = distance_to(boxes[b], mesh.centroids().col(f)); distance < nearest) {
+        nearest = distance;
+        face = f;
+        box = b;
+      }
     }
   }
   throw InputError(fmt::format(
       "{}: no face has its centroid in the box about {} (scene coordinates); the nearest is {:.2f} mm outside the box, "
       "at {}",
-      box_key(boxes, index), place_text(box.centre), nearest / kMillimetre, place_text(mesh.centroids().col(face))));
+      part_key(boxes, box), place_text(boxes[box].centre), nearest / kMillimetre,
+      place_text(mesh.centroids().col(face))));
 }
 
 [[noreturn]] void refuse_whole_body(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes) {
   const Vector3 size = (mesh.vertices().rowwise().maxCoeff() - mesh.vertices().rowwise().minCoeff()) / kMillimetre;
-  throw InputError(fmt::format("{}.size_mm covers the whole body ({:.3g} x {:.3g} x {:.3g} mm); make it smaller",
-                               boxes.size() == 1 ? "target.box" : "target.boxes", size.x(), size.y(), size.z()));
+  throw InputError(fmt::format("{} covers the whole body ({:.3g} x {:.3g} x {:.3g} mm); make it smaller",
+                               part_ends(boxes).size() == 1 ? part_key(boxes, 0) : "target", size.x(), size.y(),
+                               size.z()));
 }
 
 /// Depth of each target face below the face of its box through which the skin enters [m].
@@ -79,14 +99,27 @@ Eigen::VectorXd penetration_depths(const TriangleMesh& mesh, const std::vector<T
 
 }  // namespace
 
+bool holds(const TargetBox& box, const Vector3& x) {
+  const Vector3 own = in_box_frame(box, x).cwiseAbs();
+  if (box.round) {
+    return own.head<2>().norm() <= 0.5 * box.size.x() && own.z() <= 0.5 * box.size.z();
+  }
+  return (own.array() <= 0.5 * box.size.array()).all();
+}
+
 bool hold_faces(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes) {
-  return std::ranges::all_of(boxes, [&](const TargetBox& box) {
+  const auto holds_face = [&](const TargetBox& box) {
     for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
       if (holds(box, mesh.centroids().col(f))) {
         return true;
       }
     }
     return false;
+  };
+  auto begin = boxes.begin();
+  return std::ranges::all_of(part_ends(boxes), [&](std::size_t count) {
+    const auto end = boxes.begin() + static_cast<std::ptrdiff_t>(count);
+    return std::any_of(std::exchange(begin, end), end, holds_face);
   });
 }
 
@@ -111,8 +144,12 @@ Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes
       target.box.push_back(first);
     }
   }
-  for (std::size_t b = 0; b < boxes.size(); ++b) {
-    require_face_in(mesh, boxes, b, count[b]);
+  std::size_t begin = 0;
+  for (const std::size_t end : part_ends(boxes)) {
+    if (std::ranges::all_of(std::span(count).subspan(begin, end - begin), [](auto faces) { return faces == 0; })) {
+      refuse_empty_part(mesh, boxes, begin, end);
+    }
+    begin = end;
   }
   if (target.size() == mesh.face_count()) {
     refuse_whole_body(mesh, boxes);
@@ -125,6 +162,9 @@ Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes
           "target: no face is below the side of the box through which the skin enters, so the penetration is 0");
     }
     target.amplitudes = pressure / depths.maxCoeff() * depths;
+  }
+  for (std::size_t i = 0; i < target.faces.size(); ++i) {
+    target.amplitudes(static_cast<Eigen::Index>(i)) *= boxes[static_cast<std::size_t>(target.box[i])].level;
   }
   return target;
 }

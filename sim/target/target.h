@@ -1,17 +1,24 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
 
-/// A virtual box in space. Its width axis is its own x, its depth axis its own z.
+/// A virtual box in space, or a cylinder in it. Its width axis is its own x, its depth axis its own z.
 struct TargetBox {
   Vector3 centre;                                          // [m]
   Vector3 size;                                            // side lengths along its own axes [m]
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // own axes as columns
+  bool round = false;                                      // the cylinder about its own z of diameter size.x
+  double level = 1.0;                                      // of the target's pressure, > 0 and <= 1
+  std::string key{};  // what messages call the part of the target that it belongs to, with others of the same key;
+                      // empty: a part of its own, by its number
 };
+
+bool holds(const TargetBox& box, const Vector3& x);
 
 enum class TargetProfile {
   kUniform,      // the same pressure on every face in a box
@@ -34,18 +41,18 @@ struct Target {
   Eigen::Index size() const { return static_cast<Eigen::Index>(faces.size()); }
 };
 
-/// Faces whose centroid lies in a box.
+/// Faces whose centroid lies in a box. A face in several belongs to the first.
 ///
-///   uniform:      p' = pressure
-///   penetration:  p' = pressure depth / max depth; depth is measured along the box's depth axis from the box face
+///   uniform:      p' = level pressure
+///   penetration:  p' = level pressure depth / max depth; depth is measured along the box's depth axis from its face
 ///                 through which the skin enters, the one opposite to the mean outward normal of the faces in that box
 ///
 /// pressure   [Pa], > 0
-/// throws     InputError if a box holds no face (with the distance to the nearest), or the boxes hold every face
+/// throws     InputError if a part holds no face (with the distance to the nearest), or the boxes hold every face
 Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, TargetProfile profile,
                    double pressure);
 
-/// Whether every box holds the centroid of a face: what make_target asks for.
+/// Whether every part holds the centroid of a face: what make_target asks for.
 bool hold_faces(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes);
 
 /// A target that holds two sides of a body.

@@ -129,7 +129,18 @@ solve: {methods: [focus]}
 
     def test_box_that_contains_every_face(self):
         scene = self.scene(FINGER.replace("[8, 12, 6]", "[80, 120, 60]"))
-        self.refused("run", scene, "-o", "out", says=["target.box.size_mm covers the whole body (16", " mm); make it smaller"])
+        self.refused("run", scene, "-o", "out", says=["target.box covers the whole body (16", " mm); make it smaller"])
+
+    def test_points_and_lines_of_a_target(self):
+        box = "box: {at: bottom, size_mm: [8, 12, 6]}"
+        self.assertIn(box, FINGER)
+        for part, says in [
+                ("points: [{at: bottom, diameter_mm: 0.02}]", "target.points[0]: no face has its centroid in the box about"),
+                ("lines: [{points: [{at: bottom}, {at: bottom}], width_mm: 3}]",
+                 "target.lines[0]: points[0] and points[1] are at the same place of the skin"),
+                ("lines: [{points: [{at: bottom}, {at: top}], width_mm: 0.002}]", "target.lines[0]: needs more than 1000 pieces"),
+                ("profile: penetration\n  points: [{at: bottom, diameter_mm: 3}]", "target.profile: penetration is of boxes alone")]:
+            self.refused("run", self.scene(FINGER.replace(box, part)), "-o", "out", says=says)
 
     def test_array_inside_the_body(self):
         scene = self.scene(FINGER.replace("at_mm: [0, 0, 60]", "at_mm: [5.08, 5.08, -8]"))

@@ -5,6 +5,7 @@
 #include "sim/pictures/field_picture.h"
 #include "sim/pictures/picture_parts.h"
 #include "sim/pictures/skin_picture.h"
+#include "sim/target/skin_strokes.h"
 #include "tests/support/output_support.h"
 #include "tests/support/picture_support.h"
 #include "tests/support/testing.h"
@@ -331,6 +332,42 @@ TEST(SkinPicture, TheOutlineIsWhereABoxMeetsTheSkin) {
     }
   }
   EXPECT_NEAR(length, 2.0 * (0.023 + 0.011), 1e-12);
+}
+
+double outline_length(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes) {
+  const Lines lines = target_outline(mesh, make_target(mesh, boxes, TargetProfile::kUniform, 1.0));
+  double length = 0.0;
+  for (Eigen::Index e = 0; e < lines.ends.cols(); ++e) {
+    length += (lines.points.col(lines.ends(0, e)) - lines.points.col(lines.ends(1, e))).norm();
+  }
+  return length;
+}
+
+// The pieces of a line overlap, and the sides within it are left out.
+TEST(SkinPicture, TheOutlineOfALineIsItsBorder) {
+  const TriangleMesh mesh = sheet(120, 80, 0.5e-3);
+  const Vector3 middle = 0.5 * (mesh.vertices().rowwise().minCoeff() + mesh.vertices().rowwise().maxCoeff());
+  const SkinStrokes skin(mesh);
+  const auto at = [&](double x, double y) -> Vector3 { return middle + 1e-3 * Vector3(x, y, 0); };
+  const std::vector<TargetBox> line = skin.strip({at(-13, 0), at(12, 0)}, 4.1e-3, 1.0, "line");
+  ASSERT_GT(line.size(), 4U);
+  EXPECT_NEAR(outline_length(mesh, line), 2.0 * (25e-3 + 4.1e-3), 1e-3);
+  const std::vector<TargetBox> bent = skin.strip({at(-13, 0), at(0, 0), at(0, 13)}, 4.1e-3, 1.0, "line");
+  EXPECT_NEAR(outline_length(mesh, bent), 2.0 * (26e-3 + 4.1e-3), 2e-3);
+}
+
+TEST(SkinPicture, TheOutlinePartsTwoPressures) {
+  const TriangleMesh mesh = sheet(120, 80, 0.5e-3);
+  const Vector3 middle = 0.5 * (mesh.vertices().rowwise().minCoeff() + mesh.vertices().rowwise().maxCoeff());
+  const SkinStrokes skin(mesh);
+  const TargetBox disc = skin.disc(middle, 10e-3, 1.0, "one");
+  const double circle = M_PI * 10e-3;
+  EXPECT_NEAR(outline_length(mesh, {disc}), circle, 0.02 * circle);
+  // Two discs of one radius apart: a third of each circle lies within the other.
+  TargetBox other = skin.disc(middle + Vector3(5e-3, 0, 0), 10e-3, 1.0, "two");
+  EXPECT_NEAR(outline_length(mesh, {disc, other}), 2.0 * circle * 2 / 3, 0.03 * circle);
+  other.level = 0.5;
+  EXPECT_NEAR(outline_length(mesh, {disc, other}), circle * 5 / 3, 0.03 * circle);
 }
 
 TEST(SkinPicture, ABoxHasTwelveEdges) {

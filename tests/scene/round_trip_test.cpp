@@ -51,8 +51,19 @@ bool operator==(const MeshShape& a, const MeshShape& b) {
   return a.series == b.series && a.file == b.file && a.unit == b.unit && a.unit_name == b.unit_name &&
          a.resurface == b.resurface && a.landmarks == b.landmarks;  // a unit that was left out is written
 }
+bool operator==(const TargetPlace& a, const TargetPlace& b) {
+  return a.at == b.at && a.offset == b.offset && a.centre == b.centre;
+}
 bool operator==(const TargetBoxSpec& a, const TargetBoxSpec& b) {
-  return a.at == b.at && a.offset == b.offset && a.centre == b.centre && a.size == b.size && a.angles == b.angles;
+  const TargetPlace& place = a;
+  return place == b && a.size == b.size && a.angles == b.angles && a.level == b.level;
+}
+bool operator==(const TargetPointSpec& a, const TargetPointSpec& b) {
+  const TargetPlace& place = a;
+  return place == b && a.diameter == b.diameter && a.level == b.level;
+}
+bool operator==(const TargetLineSpec& a, const TargetLineSpec& b) {
+  return a.points == b.points && a.width == b.width && a.level == b.level;
 }
 bool operator==(const StartSpec& a, const StartSpec& b) {
   return a.kind == b.kind && a.seed == b.seed && a.restarts == b.restarts && a.file == b.file && a.method == b.method;
@@ -119,6 +130,8 @@ void expect_same(const Scene& a, const Scene& b) {
   ASSERT_EQ(a.target.has_value(), b.target.has_value());
   if (a.target) {
     EXPECT_TRUE(a.target->boxes == b.target->boxes);
+    EXPECT_TRUE(a.target->points == b.target->points);
+    EXPECT_TRUE(a.target->lines == b.target->lines);
     EXPECT_EQ(a.target->profile, b.target->profile);
     EXPECT_EQ(a.target->pressure, b.target->pressure);
   }
@@ -190,6 +203,13 @@ const std::vector<Variant> kVariants = {
       "profile: penetration, pressure_pa: 3000.7}"}},
     {"target_centre", {"target={box: {centre_mm: [0, 0.1, 200], size_mm: [8, 40, 6]}, pressure_pa: best}"}},
     {"target_boxes", {"target={boxes: [{at: top, size_mm: [8, 40, 6]}, {centre_mm: [0, 0, 7], size_mm: [1, 2, 3]}]}"}},
+    {"target_levels", {"target={boxes: [{at: top, size_mm: [8, 40, 6], level: 0.3}]}"}},
+    {"target_drawn",
+     {"target={points: [{at: top, offset_mm: [1.1, 0, 0], diameter_mm: 7.7, level: 0.1}], lines: [{points: [{at: top}, "
+      "{centre_mm: [0, 0.1, 7]}, {at: bottom}], width_mm: 2.3, level: 0.7}, {points: [{at: bottom}, {at: top}], "
+      "width_mm: 3}]}"}},
+    {"target_box_and_line",
+     {"target={box: {at: top, size_mm: [8, 40, 6]}, lines: [{points: [{at: top}, {at: bottom}], width_mm: 2.3}]}"}},
     {"methods",
      {"target={box: {at: top, size_mm: [8, 40, 6]}}",
       "solve={methods: [paper, unscattered, focus, {paper: {as: p-2, scheme: paper, iterations: 10, start: "

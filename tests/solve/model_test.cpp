@@ -37,6 +37,32 @@ TEST(Model, WhatDoesNotGoTogetherIsRefused) {
   EXPECT_THAT(refusal({"solve.methods=[{fixed: {phases_rad: [0, 1, 2]}}]"}), HasSubstr("3 phases"));
 }
 
+TEST(Model, PointsAndLinesAreDrawnOnTheSkin) {
+  const Model model = small_model(
+      {"target.box=null", "target.points=[{at: bottom, diameter_mm: 5}, {at: x_plus, diameter_mm: 4, level: 0.5}]",
+       "target.lines=[{points: [{at: bottom, offset_mm: [0, -4, 0]}, {at: bottom, offset_mm: [0, 6, 0]}], width_mm: "
+       "3}]"});
+  EXPECT_EQ(model.boxes[0].key, "target.points[0]");
+  EXPECT_EQ(model.boxes[1].key, "target.points[1]");
+  EXPECT_EQ(model.boxes[2].key, "target.lines[0]");
+  const Target target = build_target(model);
+  const double pressure = target.amplitudes.maxCoeff();
+  const double side = position(model.body.mesh, find_landmark(model.body, "x_plus")).x();
+  for (std::size_t i = 0; i < target.faces.size(); ++i) {
+    const bool at_side = model.body.mesh.centroids()(0, target.faces[i]) > 0.7 * side;
+    EXPECT_DOUBLE_EQ(target.amplitudes(static_cast<Eigen::Index>(i)), at_side ? 0.5 * pressure : pressure);
+  }
+  EXPECT_EQ(model.plan.targets.size(), 5U);  // two points, and the line every 5 mm
+}
+
+TEST(Model, PointsAndLinesWithoutAFaceNameTheirKey) {
+  const std::string points = "{at: bottom, offset_mm: [0.31, 0.2, 0]}, {at: bottom, offset_mm: [0.31, 0.5, 0]}";
+  EXPECT_THAT(refusal({"target.lines=[{points: [" + points + "], width_mm: 0.03}]"}),
+              HasSubstr("target.lines[0]: no face has its centroid in the box about"));
+  EXPECT_THAT(refusal({"target.points=[{at: bottom, diameter_mm: 0.01}]"}),
+              HasSubstr("target.points[0]: no face has its centroid in the box about"));
+}
+
 TEST(Model, ChannelsAreCountedBeforeTheyAreMade) {
   EXPECT_EQ(channel_count(small_scene().array), small_model().fixed->array.size());
   EXPECT_EQ(channel_count(small_scene({"array={sonicsurface: {}}"}).array), 256);

@@ -85,8 +85,9 @@ inline Run full_run() {
   run.name = "width \xc3\xbc 5mm";
   run.scene = "name: width\nfrequency_khz: 40\n# \xc3\xa9\n";
   run.target = Target{.faces = {3, 4, 10}, .amplitudes = Eigen::Vector3d(1000, 2000, 1e-3), .box = {0, 0, 1}};
-  run.target->boxes = {{Vector3(0, 0, 0.2), Vector3(0.01, 0.02, 0.03)},
-                       {Vector3(0.01, 0, 0.2), Vector3(0.01, 0.01, 0.01), extrinsic_rotation(Vector3(0, 0.3, 0.1))}};
+  run.target->boxes = {
+      {Vector3(0, 0, 0.2), Vector3(0.01, 0.02, 0.03)},
+      {Vector3(0.01, 0, 0.2), Vector3(0.01, 0.01, 0.01), extrinsic_rotation(Vector3(0, 0.3, 0.1)), true, 0.25}};
   run.judge = "edge";
   run.judge_model =
       JudgeModel{.scheme = "burton_miller_polished",

@@ -79,8 +79,46 @@ TEST(Target, ABoxThatMissesTheSkinSaysByHowMuch) {
 
 TEST(Target, ABoxAroundTheWholeBodyIsRefused) {
   EXPECT_THAT(message_of({{{0, 0, 0}, {30e-3, 30e-3, 30e-3}}}),
-              HasSubstr("target.box.size_mm covers the whole body (20.1 x 20.1 x 20.1 mm)"));
+              HasSubstr("target.box covers the whole body (20.1 x 20.1 x 20.1 mm)"));
   EXPECT_THROW(make_target(ball(), {}, TargetProfile::kUniform, 0.0), InputError);
+}
+
+TEST(Target, EveryBoxHasItsShareOfThePressure) {
+  const TargetBox low{{0, 0, -10e-3}, {8e-3, 8e-3, 4e-3}};
+  TargetBox beside{{4e-3, 0, -10e-3}, {8e-3, 8e-3, 6e-3}};
+  beside.level = 0.25;
+  const Target target = make_target(ball(), {low, beside}, TargetProfile::kUniform, 400.0);
+  ASSERT_GT(std::ranges::count(target.box, 1), 0);
+  for (std::size_t i = 0; i < target.faces.size(); ++i) {
+    const Vector3 x = ball().centroids().col(target.faces[i]);
+    EXPECT_EQ(target.box[i], holds(low, x) ? 0 : 1);  // a face in both belongs to the first
+    EXPECT_EQ(target.amplitudes(static_cast<Eigen::Index>(i)), target.box[i] == 0 ? 400.0 : 100.0);
+  }
+  TargetBox deep = low;
+  deep.level = 0.5;
+  EXPECT_DOUBLE_EQ(make_target(ball(), {deep}, TargetProfile::kPenetration, 400.0).amplitudes.maxCoeff(), 200.0);
+}
+
+TEST(Target, APartNeedsAFaceButNotEachOfItsBoxes) {
+  TargetBox good{{0, 0, -10e-3}, {8e-3, 8e-3, 4e-3}};
+  TargetBox empty{{0, 0, 0}, {1e-3, 1e-3, 1e-3}};
+  good.key = empty.key = "target.lines[0]";
+  EXPECT_TRUE(hold_faces(ball(), {empty, good}));
+  EXPECT_EQ(message_of({empty, good}), "no error");
+  empty.key = "target.lines[1]";
+  EXPECT_FALSE(hold_faces(ball(), {good, empty, empty}));
+  EXPECT_THAT(message_of({good, empty, empty}),
+              HasSubstr("target.lines[1]: no face has its centroid in the box about"));
+}
+
+TEST(Target, ARoundBoxIsACylinder) {
+  TargetBox round{{0, 0, -10e-3}, {8e-3, 8e-3, 4e-3}};
+  round.round = true;
+  EXPECT_TRUE(holds(round, {3.9e-3, 0, -11.9e-3}));
+  EXPECT_FALSE(holds(round, {3e-3, 3e-3, -10e-3}));
+  EXPECT_FALSE(holds(round, {0, 0, -12.1e-3}));
+  round.centre.z() = -20e-3;
+  EXPECT_THAT(message_of({round}), HasSubstr("the nearest is 8."));
 }
 
 TEST(Target, CentralFaceIsTheOneUnderTheMiddle) {
