@@ -71,7 +71,7 @@ def test_pictures_are_the_program_s(run, tmp_path):
     picture.save(tmp_path / "paper.png")
     assert bytes(picture) == (tmp_path / "folder/pressure_paper.png").read_bytes() == (tmp_path / "paper.png").read_bytes()
     assert run._repr_png_() == bytes(run.picture()) == run.picture("pressure_surface")._repr_png_()
-    with pytest.raises(tf.InputError, match="no picture is called 'other'; the pictures are setup, target, pressure_surface"):
+    with pytest.raises(tf.InputError, match="no picture is called 'other'; the pictures are setup, overview, target, pressure_surface"):
         run.picture("other")
 
 

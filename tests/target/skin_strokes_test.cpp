@@ -5,18 +5,12 @@
 #include <limits>
 #include <set>
 
-#include <gmock/gmock.h>
-
 #include "sim/body/hand.h"
 #include "sim/body/shapes.h"
-#include "sim/core/errors.h"
-#include "tests/support/error_support.h"
 #include "tests/support/mesh_support.h"
+#include "tests/support/testing.h"
 
-namespace touchfield {
-namespace {
-
-using testing::HasSubstr;
+namespace touchfield::skin_strokes_test {
 
 std::set<Eigen::Index> faces_of(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes) {
   const Target target = make_target(mesh, boxes, TargetProfile::kUniform, 1.0);
@@ -135,5 +129,4 @@ TEST(SkinStrokes, LinesThatLeaveTheSkinAreRefused) {
   EXPECT_THAT(refusal({{0, 0, -5e-3}, {5e-3, 0, 0}}, 2e-6), HasSubstr("needs more than 1000 pieces of 0.002 mm"));
 }
 
-}  // namespace
-}  // namespace touchfield
+}  // namespace touchfield::skin_strokes_test
