@@ -75,19 +75,32 @@ Eigen::VectorXd carried(const PhaseSequence& sequence, const Eigen::VectorXd& ph
   return next;
 }
 
-/// Of no limit: none.
-PhaseBounds bounds_about(const Eigen::VectorXd& phases, double most_turn) {
-  if (!std::isfinite(most_turn)) {
+/// Within the limit of the frame before and, of a closed sequence, within reach of the first. No bounds without a
+/// limit.
+///
+/// left   frames from this one to the first one's return
+PhaseBounds bounds_of(const Eigen::VectorXd& before, const Eigen::VectorXd& first, Eigen::Index left,
+                      const SequenceOptions& options) {
+  if (!std::isfinite(options.most_turn)) {
     return {};
   }
-  return {phases.array() - most_turn, phases.array() + most_turn};
+  PhaseBounds bounds{before.array() - options.most_turn, before.array() + options.most_turn};
+  if (options.closed) {
+    const double reach = static_cast<double>(left) * options.most_turn;
+    for (Eigen::Index n = 0; n < before.size(); ++n) {
+      const double nearest = before(n) - std::remainder(before(n) - first(n), 2.0 * std::numbers::pi);
+      bounds.low(n) = std::max(bounds.low(n), nearest - reach);
+      bounds.high(n) = std::min(bounds.high(n), nearest + reach);
+    }
+  }
+  return bounds;
 }
 
-/// The same drives as of `phases`, each phase as near to `before` as it comes by whole turns, and within the limit.
-Eigen::VectorXd nearest(const Eigen::VectorXd& phases, const Eigen::VectorXd& before, double most_turn) {
-  return before + (phases - before).unaryExpr([most_turn](double turn) {
-    return std::clamp(std::remainder(turn, 2.0 * std::numbers::pi), -most_turn, most_turn);
-  });
+/// The same drives as of `phases`, each phase as near to `before` as it comes by whole turns, and within the bounds.
+Eigen::VectorXd nearest(const Eigen::VectorXd& phases, const Eigen::VectorXd& before, const PhaseBounds& bounds) {
+  const Eigen::VectorXd near =
+      before + (phases - before).unaryExpr([](double turn) { return std::remainder(turn, 2.0 * std::numbers::pi); });
+  return bounds.low.size() == 0 ? near : Eigen::VectorXd(near.cwiseMax(bounds.low).cwiseMin(bounds.high));
 }
 
 }  // namespace
@@ -125,8 +138,8 @@ std::vector<PhaseSolution> solve_sequence(const PhaseSequence& sequence, const S
       const Eigen::VectorXd& before = solutions.back().phases;
       const Eigen::VectorXd start = carried(sequence, before, sequence.middle[static_cast<std::size_t>(k - 1)],
                                             sequence.middle[static_cast<std::size_t>(k)]);
-      const PhaseBounds bounds = bounds_about(before, options.most_turn);
-      solutions.push_back(descent.descend(skin.frame(k), nearest(start, before, options.most_turn), options.iterations,
+      const PhaseBounds bounds = bounds_of(before, solutions.front().phases, sequence.frame_count() - k, options);
+      solutions.push_back(descent.descend(skin.frame(k), nearest(start, before, bounds), options.iterations,
                                           options.free_level, bounds));
     }
     if (callback) {

@@ -34,10 +34,12 @@ struct SequenceOptions {
   int iterations = 24;         // of each later frame, from the phases of the one before it
   bool free_level = true;      // each frame has one amplitude of all channels, up to 1
   double most_turn = std::numeric_limits<double>::infinity();  // [rad] of any channel's phase between frames, > 0
+  bool closed = false;  // the first frame follows the last one: their phases keep the limit too
 };
 
 /// Drives of every frame. The first is method surface's own. Each later one descends (PhaseDescent) from the one before
-/// it. With `most_turn` no phase changes by more than that from frame to frame, to the last bit of its difference.
+/// it. With `most_turn` no phase changes by more than that from frame to frame, to rounding. Frame k of F of a closed
+/// sequence then also stays within (F - k) most_turn of the first.
 ///
 /// callback   told after every frame
 /// throws     std::invalid_argument on sizes that do not fit, no frame, or options out of range

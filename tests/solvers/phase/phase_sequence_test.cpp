@@ -107,6 +107,25 @@ TEST(PhaseSequence, ALimitOfTurnsIsKeptAndCostsLittleWhereItIsWide) {
   }
 }
 
+TEST(PhaseSequence, AClosedOneKeepsTheLimitFromItsLastFrameToItsFirst) {
+  const PhaseSequence sequence = ring(48);
+  const auto last_turn = [](const std::vector<PhaseSolution>& solutions) {
+    double largest = 0.0;
+    for (Eigen::Index n = 0; n < 256; ++n) {
+      const double turn = solutions.front().phases(n) - solutions.back().phases(n);
+      largest = std::max(largest, std::abs(std::remainder(turn, 2.0 * std::numbers::pi)));
+    }
+    return largest;
+  };
+  constexpr double kMost = 0.4;
+  EXPECT_GT(last_turn(solve_sequence(sequence, {.most_turn = kMost})), kMost);
+  const std::vector<PhaseSolution> closed = solve_sequence(sequence, {.most_turn = kMost, .closed = true});
+  EXPECT_LE(last_turn(closed), kMost + 1e-12);
+  for (std::size_t k = 1; k < closed.size(); ++k) {
+    EXPECT_LE(last_turn({closed[k - 1], closed[k]}), kMost + 1e-12) << k;
+  }
+}
+
 TEST(PhaseSequence, AFrameThatWantsTheSameAgainKeepsItsPhases) {
   PhaseSequence sequence = ring(6);
   for (Eigen::Index k = 1; k < 6; ++k) {
