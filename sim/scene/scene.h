@@ -8,6 +8,7 @@
 #include "sim/scene/array_spec.h"
 #include "sim/scene/body_spec.h"
 #include "sim/scene/motion_spec.h"
+#include "sim/scene/pattern_spec.h"
 #include "sim/scene/solve_spec.h"
 
 namespace touchfield {
@@ -57,7 +58,8 @@ struct Scene : Posture {
   JudgeSpec judge;
   std::vector<FieldSpec> fields;
   WriteSpec write;
-  std::optional<MotionSpec> motion;  // the rest of the scene is the still that it starts from
+  std::optional<MotionSpec> motion;    // the rest of the scene is the still that it starts from
+  std::optional<PatternSpec> pattern;  // likewise of the still
 };
 
 }  // namespace touchfield

@@ -235,10 +235,12 @@ Codec<Scene> make_scene_codec() {
       .maybe("motion", &Scene::motion, motion_codec(), "",
              "The motion of the scene, and the loop of sensor, solver and array during it. The rest of the scene is a "
              "still; a run computes only the still.")
+      .maybe("pattern", &Scene::pattern, pattern_codec(), "",
+             "A pattern that repeats on the still hand, for `touchfield pattern`.")
       .check([](const Input& in, Scene& scene, bool good) {
         fill_hand_edges(scene);
         const bool good_targets = check_targets(in, scene);
-        const bool good_motion = !good || check_motion(in, scene);
+        const bool good_motion = !good || (check_motion(in, scene) && check_pattern(in, scene));
         const bool good_landmarks = !good || check_box_landmarks(in, scene.bodies);
         const bool good_tolerances = check_tolerances(in, scene);
         return check_judge(in, scene) && good_tolerances && good_targets && good_motion && good_landmarks;

@@ -31,6 +31,7 @@ Codec<EdgeSpec> edge_codec();
 Codec<SolveSpec> solve_codec();
 Codec<JudgeSpec> judge_codec();
 Codec<MotionSpec> motion_codec();
+Codec<PatternSpec> pattern_codec();
 Codec<MotionSpec::Sensor> sensor_codec();
 Codec<HandShape> hand_codec();
 /// Noise on a skin as a sensor sees it.
@@ -66,5 +67,7 @@ bool check_near(const Input& edges, const std::vector<std::string>& names);
 bool check_judge(const Input& in, const Scene& scene);
 /// Reports and returns false if what the motion changes is not in the scene, read from `in`, or leaves its range.
 bool check_motion(const Input& in, const Scene& scene);
+/// Reports and returns false if the pattern needs what the scene, read from `in`, does not have.
+bool check_pattern(const Input& in, const Scene& scene);
 
 }  // namespace touchfield::schema

@@ -96,6 +96,19 @@ bool operator==(const SineLaw& a, const SineLaw& b) {
 bool operator==(const KeysLaw& a, const KeysLaw& b) { return a.keys == b.keys; }
 bool operator==(const RateLaw& a, const RateLaw& b) { return a.rate == b.rate; }
 bool operator==(const MotionChange& a, const MotionChange& b) { return a.path == b.path && a.law == b.law; }
+bool operator==(const CirclePath& a, const CirclePath& b) {
+  return a.at == b.at && a.radius == b.radius && a.hz == b.hz;
+}
+bool operator==(const LinePath& a, const LinePath& b) { return a.from == b.from && a.to == b.to && a.hz == b.hz; }
+bool operator==(const PointsPath& a, const PointsPath& b) { return a.at == b.at && a.hz == b.hz; }
+bool operator==(const PatternSpec::Amplitude& a, const PatternSpec::Amplitude& b) {
+  return a.hz == b.hz && a.depth == b.depth;
+}
+bool operator==(const PatternSpec& a, const PatternSpec& b) {
+  return a.path == b.path && a.amplitude == b.amplitude && a.diameter == b.diameter && a.frames_hz == b.frames_hz &&
+         a.seconds == b.seconds && a.most_turn == b.most_turn && a.iterations == b.iterations &&
+         a.pressure == b.pressure && a.watch == b.watch && a.ring_up == b.ring_up;
+}
 bool operator==(const MotionSpec& a, const MotionSpec& b) {
   return a.seconds == b.seconds && a.changes == b.changes && a.target == b.target && a.frames_hz == b.frames_hz &&
          a.iterations == b.iterations && a.start == b.start && a.steer == b.steer && a.sensor.hz == b.sensor.hz &&
@@ -150,6 +163,7 @@ void expect_same(const Scene& a, const Scene& b) {
   EXPECT_EQ(a.write.png, b.write.png);
   EXPECT_EQ(a.write.transfer, b.write.transfer);
   EXPECT_TRUE(a.motion == b.motion);
+  EXPECT_TRUE(a.pattern == b.pattern);
 }
 
 void expect_round_trip(const Scene& scene) {
@@ -239,6 +253,16 @@ const std::vector<Variant> kVariants = {
     {"write", {"write=[png, h5]"}},
     {"write_transfer", {"write=[transfer]", "target={box: {at: top, size_mm: [4, 4, 4]}}"}},
     {"motion", {"motion={seconds: 0.7}"}},
+    {"pattern_circle",
+     {"target={box: {at: bottom, size_mm: [8, 8, 4]}, pressure_pa: 500}", "pattern={circle: {at: bottom}}"}},
+    {"pattern_line",
+     {"target={box: {at: bottom, size_mm: [8, 8, 4]}, pressure_pa: 500}",
+      "pattern={line: {from: [-3.3, 0, 50.1], to: bottom, hz: 33.3}, amplitude: {hz: 71, depth: 0.3}, diameter_mm: "
+      "3.7, frames_per_second: 777, seconds: 0.7, most_turn_deg: 33.3, iterations: 7, pressure_pa: 333.3, watch: "
+      "[bottom, top], ring_up_ms: 0.7}"}},
+    {"pattern_points",
+     {"target={box: {at: bottom, size_mm: [8, 8, 4]}, pressure_pa: 500}",
+      "pattern={points: {at: [bottom, [1.1, 2.2, 55.5]]}}"}},
     {"motion_of_all",
      {"motion={seconds: 2.1, change: [{path: body.place.at_mm.2, sine: {amplitude: 10.1, hz: 1.3, phase_deg: 33.3, "
       "about: 200.7}}, {path: body.place.rotate_deg.0, keys: [[0, 0.1], [0.5, -7.3], [2.1, 3]]}, {path: "

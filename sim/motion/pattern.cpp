@@ -1,0 +1,316 @@
+#include "sim/motion/pattern.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+#include "sim/core/require.h"
+#include "sim/core/text_hash.h"
+#include "sim/core/version.h"
+#include "sim/field/pressure_metrics.h"
+#include "sim/scene/scene_reader.h"
+#include "sim/solve/kept_models.h"
+#include "sim/solve/methods.h"
+#include "sim/solve/solve_model.h"
+#include "sim/solve/stages.h"
+#include "sim/solve/transfer.h"
+#include "sim/solve/warnings.h"
+#include "solvers/phase/phase_methods.h"
+#include "solvers/phase/phase_sequence.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kHighest = 500;  // of the spectrum [Hz]
+
+/// What the frames of a pattern work on and are scored by.
+struct PatternProblem {
+  PatternSpots spots;
+  PhaseSequence sequence;
+  Eigen::VectorXd areas;  // A, U [m2]
+  double quiet_weight = 0;
+
+  /// The column of the sequence that a frame wants: of the target's boxes all want the same.
+  Eigen::Index column(Eigen::Index frame) const { return sequence.frame_count() == 1 ? 0 : frame; }
+
+  /// What a column wants, at a share of its strength; faces in no box.
+  Target target(Eigen::Index column, double share) const {
+    Target wanted;
+    for (Eigen::Index j = 0; share > 0 && j < areas.size(); ++j) {
+      if (sequence.amplitudes(j, column) > 0) {
+        wanted.faces.push_back(spots.faces[static_cast<std::size_t>(j)]);
+        wanted.amplitudes.conservativeResize(wanted.size());
+        wanted.amplitudes(wanted.size() - 1) = share * sequence.amplitudes(j, column);
+      }
+    }
+    wanted.box.assign(wanted.faces.size(), 0);
+    return wanted;
+  }
+
+  /// The metrics of drives whose wanted pressures are `share` of the column's.
+  Metrics metrics(Eigen::Index column, double share, const Eigen::VectorXcd& q) const {
+    const Eigen::VectorXd p = (sequence.rows * q).cwiseAbs();
+    const Eigen::VectorXd wanted = share * sequence.amplitudes.col(column);
+    const Eigen::VectorXd inside = (wanted.array() > 0).select(areas, 0.0);
+    const double energy = areas.dot(p.cwiseAbs2()) + (sequence.quiet * q).squaredNorm() / quiet_weight;
+    const double common = inside.cwiseProduct(p).dot(wanted);
+    const double asked = areas.dot(wanted.cwiseAbs2());
+    Metrics metrics;
+    metrics.peak_pa = p.maxCoeff();
+    if (asked > 0 && energy > 0) {
+      metrics.correlation = common / std::sqrt(energy * asked);
+      metrics.relative_error = std::sqrt(std::max(0.0, 1.0 - metrics.correlation * metrics.correlation));
+      metrics.relative_error_raw = std::sqrt(std::max(0.0, (energy - 2.0 * common + asked) / asked));
+      metrics.scale = common / energy;
+      metrics.leakage = 1.0 - inside.dot(p.cwiseAbs2()) / energy;
+      const double area = inside.sum();
+      metrics.mean_inside_pa = inside.dot(p) / area;
+      metrics.reached_share = inside.dot(p) / inside.dot(wanted);
+      metrics.cv_inside =
+          std::sqrt(inside.dot((p.array() - metrics.mean_inside_pa).square().matrix()) / area) / metrics.mean_inside_pa;
+    }
+    return metrics;
+  }
+};
+
+PatternProblem problem_on(const Model& model, SkinScattering& scattering, PatternSpots spots, Progress& progress) {
+  PatternProblem problem;
+  problem.quiet_weight = model.fixed->scene.solve.quiet_weight;
+  Target target{spots.faces, spots.amplitudes.rowwise().maxCoeff(), std::vector<int>(spots.faces.size(), 0)};
+  Transfer transfer = make_transfer(scattering, target, quiet_skin(model), problem.quiet_weight);
+  progress.detail(describe_transfer(transfer, model.fixed->array.size()));
+  problem.areas = transfer.reduction.problem.weights;
+  PhaseSequence& sequence = problem.sequence;
+  sequence.rows = std::move(transfer.reduction.problem.target);
+  sequence.quiet = std::move(transfer.reduction.problem.quiet);
+  sequence.amplitudes = spots.amplitudes;
+  sequence.weights = (spots.amplitudes.array() > 0)
+                         .select(problem.areas.replicate(1, spots.amplitudes.cols()),
+                                 problem.quiet_weight * problem.areas.replicate(1, spots.amplitudes.cols()));
+  sequence.middle = spots.middle;
+  problem.spots = std::move(spots);
+  return problem;
+}
+
+/// The drives of every frame, with its amplitude modulation.
+std::vector<PhaseSolution> frames_of(const PatternSpec& spec, const PatternClock& clock, const Model& model,
+                                     const PatternProblem& problem, Progress& progress) {
+  SequenceOptions options{.iterations = spec.iterations, .closed = true};
+  if (spec.most_turn) {
+    options.most_turn = *spec.most_turn;
+  }
+  const std::vector<PhaseSolution> solved = solve_sequence(problem.sequence, options, [&](int done, double) {
+    progress.advance(static_cast<double>(done) / static_cast<double>(problem.sequence.frame_count()));
+  });
+  std::vector<PhaseSolution> frames;
+  for (Eigen::Index k = 0; k < clock.frames; ++k) {
+    frames.push_back(solved[static_cast<std::size_t>(problem.column(k))]);
+    const double share = wanted_share(spec, clock.time(k));
+    frames.back().amplitudes *= share;
+    for (double& cost : frames.back().cost_history) {
+      cost *= share * share;
+    }
+    leave_out_dead(model.fixed->array.response, frames.back());
+  }
+  return frames;
+}
+
+double largest_turn(const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
+  return (to - from)
+      .unaryExpr([](double turn) { return std::abs(std::remainder(turn, 2.0 * std::numbers::pi)); })
+      .maxCoeff();
+}
+
+/// Method surface by itself on some frames, to which the sequence is compared.
+void solve_alone(const PatternSpec& spec, const PatternProblem& problem, int every, Pattern& pattern,
+                 Progress& progress) {
+  for (Eigen::Index k = 0; k < pattern.clock.frames; k += every) {
+    const auto begun = std::chrono::steady_clock::now();
+    const SkinProblem skin = problem_of(problem.sequence, problem.column(k));
+    const PhaseSolution alone = phase_method("surface").solve(
+        skin, Eigen::MatrixXcd(skin.channel_count(), 0), {.iterations = 100, .free_level = true, .search = true}, {});
+    PatternFrame& frame = pattern.frames[static_cast<std::size_t>(k)];
+    frame.alone_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+    const double share = wanted_share(spec, pattern.clock.time(k));
+    frame.alone_error = problem.metrics(problem.column(k), share, share * drive(alone)).relative_error;
+    progress.advance(static_cast<double>(k) / pattern.clock.frames);
+  }
+}
+
+void score_frames(const PatternSpec& spec, const PatternProblem& problem, Pattern& pattern) {
+  MotionMethod& method = pattern.motion.methods.front();
+  const Eigen::Index frames = pattern.clock.frames;
+  Eigen::MatrixXcd drives(problem.sequence.rows.cols(), frames);
+  for (Eigen::Index k = 0; k < frames; ++k) {
+    const PhaseSolution& solution = method.frames[static_cast<std::size_t>(k)].solution;
+    const PhaseSolution& before = method.frames[static_cast<std::size_t>((k + frames - 1) % frames)].solution;
+    drives.col(k) = drive(solution);
+    pattern.frames.push_back(
+        {.level = solution.amplitudes.maxCoeff(), .turn = largest_turn(before.phases, solution.phases)});
+    const double time = pattern.clock.time(k);
+    method.scores.push_back({.time = time,
+                             .frame = static_cast<int>(k),
+                             .age = 0.0,
+                             .metrics = problem.metrics(problem.column(k), wanted_share(spec, time), drives.col(k))});
+  }
+  if (spec.ring_up) {
+    const Eigen::MatrixXcd emitted = rung_up(drives, 1.0 / pattern.clock.rate, *spec.ring_up);
+    for (Eigen::Index k = 0; k < frames; ++k) {
+      const double share = wanted_share(spec, pattern.clock.time(k));
+      pattern.frames[static_cast<std::size_t>(k)].ring_error =
+          problem.metrics(problem.column(k), share, emitted.col(k)).relative_error;
+    }
+  }
+}
+
+void listen(const Model& model, const PatternProblem& problem, const std::vector<PatternPoint>& points,
+            Pattern& pattern) {
+  const Medium& medium = model.fixed->wave.medium();
+  const std::vector<Eigen::Index>& faces = problem.spots.faces;
+  for (const PatternPoint& point : points) {
+    PatternSound sound{point, Eigen::VectorXd(pattern.clock.frames), {}, {}};
+    const Eigen::RowVectorXcd row =
+        problem.sequence.rows.row(std::ranges::lower_bound(faces, point.face) - faces.begin());
+    for (Eigen::Index k = 0; k < sound.pressure.size(); ++k) {
+      const MotionFrame& frame = pattern.motion.methods.front().frames[static_cast<std::size_t>(k)];
+      sound.pressure(k) = std::abs((row * drive(frame.solution)).value());
+    }
+    sound.radiation = sound.pressure.cwiseAbs2() / (4.0 * medium.density * std::pow(medium.sound_speed, 2));
+    sound.lines = lines_of_held(sound.radiation, pattern.clock.rate, kHighest);
+    pattern.sounds.push_back(std::move(sound));
+  }
+}
+
+/// The whole skin at instants that are spread over the pass, and how far the scores by R are from those of all faces.
+void keep_instants(const Model& model, SkinScattering& scattering, const PatternProblem& problem, int most,
+                   Pattern& pattern) {
+  const MotionMethod& method = pattern.motion.methods.front();
+  const int count = std::min(most, pattern.clock.frames);
+  const auto frame_at = [&](int i) { return static_cast<Eigen::Index>(i) * pattern.clock.frames / count; };
+  Eigen::MatrixXcd drives(model.fixed->array.size(), count);
+  for (int i = 0; i < count; ++i) {
+    drives.col(i) = drive(method.frames[static_cast<std::size_t>(frame_at(i))].solution);
+  }
+  const Eigen::MatrixXcd pressure = scattering.pressure(drives, "instants");
+  require_finite("pattern", pressure);
+  for (int i = 0; i < count; ++i) {
+    const MotionScore& score = method.scores[static_cast<std::size_t>(frame_at(i))];
+    Target target = problem.target(problem.column(frame_at(i)), wanted_share(*model.fixed->scene.pattern, score.time));
+    if (target.size() > 0 && model.beyond.empty()) {  // else R has more than the faces of the mesh
+      const Metrics all = pattern_metrics(model.body.mesh, model.boxes, target, pressure.col(i));
+      pattern.reduced_off = std::fmax(pattern.reduced_off, std::abs(all.relative_error - score.metrics.relative_error));
+    }
+    pattern.instants.push_back({.time = score.time,
+                                .mesh = model.body.mesh,
+                                .target = std::move(target),
+                                .pressure = {{method.name, pressure.col(i)}}});
+  }
+}
+
+/// The pattern's motion before its first frame; the progress hears what is to be said of the model.
+Motion begun(const Model& model, const PatternClock& clock, const PatternOptions& options, Progress& progress) {
+  const Scene& scene = model.fixed->scene;
+  const std::string text = resolved_yaml(scene);
+  Remarks remarks = model_remarks(model);
+  if (judged_elsewhere(model)) {
+    remarks.notes.push_back(
+        "own_model: a pattern is evaluated on the skin and with the channels that it is solved for; sensing, "
+        "array.spread and judge do not apply");
+  }
+  std::ranges::for_each(remarks.warnings, [&](const std::string& warning) { progress.warn(warning); });
+  std::ranges::for_each(remarks.notes, [&](const std::string& note) { progress.remark(note); });
+  return {.name = scene.name,
+          .scene = text,
+          .seconds = clock.seconds(),
+          .array = model.fixed->array,
+          .mesh = model.body.mesh,
+          .solved_skin = solved_extent(model),
+          .judged_skin = solved_extent(model),
+          .methods = {{.name = "surface", .method = "surface", .scheme = to_string(scene.solve.scheme)}},
+          .warnings = remarks.warnings,
+          .notes = remarks.notes,
+          .provenance = provenance_now(options.threads, used_seeds(scene), options.command_line, text_hash(text))};
+}
+
+}  // namespace
+
+Eigen::MatrixXcd rung_up(const Eigen::MatrixXcd& drives, double frame, double ring_up) {
+  const double half = std::exp(-0.5 * frame / ring_up);
+  const double whole = half * half;
+  // What a pass from silence leaves, of which a steady state has a geometric series.
+  Eigen::VectorXcd before = Eigen::VectorXcd::Zero(drives.rows());
+  for (const auto& q : drives.colwise()) {
+    before = q + whole * (before - q);
+  }
+  before /= 1.0 - std::pow(whole, static_cast<double>(drives.cols()));
+  Eigen::MatrixXcd emitted(drives.rows(), drives.cols());
+  for (Eigen::Index k = 0; k < drives.cols(); ++k) {
+    emitted.col(k) = drives.col(k) + half * (before - drives.col(k));
+    before = drives.col(k) + whole * (before - drives.col(k));
+  }
+  return emitted;
+}
+
+Pattern solve_pattern(const Model& model, const PatternOptions& options, Progress& progress) {
+  const Scene& scene = model.fixed->scene;
+  const PatternSpec& spec = *scene.pattern;
+  require(scene.solve.quiet_weight > 0,
+          "solve.quiet_weight = 0: a pattern is also solved and scored on the skin outside of it; it must be > 0");
+  const PatternClock clock = pattern_clock(spec);
+  const std::vector<PatternPoint> points = pattern_points(spec, model);
+  PatternSpots spots = pattern_spots(spec, clock, points, model);
+  Pattern pattern{.clock = clock, .motion = begun(model, clock, options, progress)};
+  Motion& motion = pattern.motion;
+  std::vector<SolveRecord> records;
+  const auto scattering = timed(progress, motion.timings, "set_up", "set up the scattering model", [&] {
+    const auto block = static_cast<Eigen::Index>(
+        std::ceil(expected_drives(model.body.mesh, model.fixed->array, model.fixed->wave.wavelength())));
+    return make_scattering("pattern", model.body.mesh, scene.solve.scheme, scene.solve.solver, block, model,
+                           model.fixed->array.response, nullptr, records, progress);
+  });
+  progress.detail(describe_decision(*scattering));
+  const PatternProblem problem = timed(progress, motion.timings, "transfer", "transfer matrix of the pattern",
+                                       [&] { return problem_on(model, *scattering, std::move(spots), progress); });
+  pattern.faces = problem.sequence.rows.rows();
+  pattern.quiet_rows = problem.sequence.quiet.rows();
+  const std::vector<PhaseSolution> solutions =
+      timed(progress, motion.timings, "phases", fmt::format("phases of {} frames", pattern.clock.frames),
+            [&] { return frames_of(spec, pattern.clock, model, problem, progress); });
+  for (Eigen::Index k = 0; k < pattern.clock.frames; ++k) {
+    const double time = pattern.clock.time(k);
+    const PhaseSolution& solution = solutions[static_cast<std::size_t>(k)];
+    motion.methods.front().frames.push_back({.sampled = time,
+                                             .started = time,
+                                             .shown = time,
+                                             .pose_time = time,
+                                             .quiet = solution.amplitudes.isZero(0.0),
+                                             .solution = solution});
+  }
+  timed(progress, motion.timings, "scores", "errors, and pressure over time", [&] {
+    score_frames(spec, problem, pattern);
+    listen(model, problem, points, pattern);
+  });
+  timed(progress, motion.timings, "instants", "pressure of the whole skin at instants",
+        [&] { keep_instants(model, *scattering, problem, options.instants, pattern); });
+  if (options.check) {
+    timed(progress, motion.timings, "check", "frames solved by themselves",
+          [&] { solve_alone(spec, problem, *options.check, pattern, progress); });
+  }
+  for (const SolveRecord& record : records) {
+    if (!record.converged) {
+      throw NumericalError(fmt::format("pattern: the residual of {:.1e} is above the tolerance of {:.1e}",
+                                       record.residual, scene.solve.solver.tolerance));
+    }
+  }
+  motion.complete = true;
+  motion.provenance.card = used_card(records);
+  motion.provenance.end = utc_now();
+  return pattern;
+}
+
+}  // namespace touchfield

@@ -1,0 +1,242 @@
+#include "sim/motion/pattern_path.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numbers>
+#include <set>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include "sim/core/require.h"
+#include "sim/core/units.h"
+#include "sim/mesh/query/face_tree.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kTurn = 2.0 * std::numbers::pi;
+constexpr double kWhole = 1e-9;  // how near a product of rates is to a whole number, relative
+
+bool is_whole(double x) { return std::abs(x - std::round(x)) <= kWhole * std::max(1.0, x); }
+
+double path_hz(const PatternSpec& spec) {
+  return std::visit(
+      [&](const auto& path) {
+        if constexpr (requires { path.hz; }) {
+          return path.hz;
+        } else {
+          return spec.amplitude->hz;
+        }
+      },
+      spec.path);
+}
+
+std::string in_mm(const Vector3& x) {
+  return fmt::format("({:.1f}, {:.1f}, {:.1f}) mm", x.x() / kMillimetre, x.y() / kMillimetre, x.z() / kMillimetre);
+}
+
+Vector3 place_of(const PatternPlace& place, const Body& body) {
+  const auto* name = std::get_if<std::string>(&place);
+  return name == nullptr ? std::get<Vector3>(place) : position(body.mesh, find_landmark(body, *name));
+}
+
+/// The path in space, by the share of a period that has passed, 0 to 1.
+class PathInSpace {
+ public:
+  PathInSpace(const PatternSpec& spec, const Model& model, const FaceTree& skin) {
+    if (const auto* circle = std::get_if<CirclePath>(&spec.path)) {
+      set_circle(*circle, model.body, skin);
+    } else if (const auto* line = std::get_if<LinePath>(&spec.path)) {
+      places_ = {place_of(line->from, model.body), place_of(line->to, model.body)};
+      is_line_ = true;
+    } else if (const auto* points = std::get_if<PointsPath>(&spec.path)) {
+      for (const PatternPlace& place : points->at) {
+        places_.push_back(place_of(place, model.body));
+      }
+    }
+  }
+
+  Vector3 at(double share) const {
+    if (is_line_) {
+      return places_[0] + (1.0 - std::abs(2.0 * share - 1.0)) * (places_[1] - places_[0]);
+    }
+    if (is_circle_) {
+      return places_[0] + radius_ * (std::cos(kTurn * share) * right_ + std::sin(kTurn * share) * up_);
+    }
+    // By a hair later than rounding could make of the first instant of a place.
+    const auto count = static_cast<double>(places_.size());
+    return places_[static_cast<std::size_t>(std::min(count - 1.0, std::floor(share * count + kWhole)))];
+  }
+
+ private:
+  /// The plane has the area-weighted normal of the skin within the circle, on the side of its middle.
+  void set_circle(const CirclePath& circle, const Body& body, const FaceTree& skin) {
+    is_circle_ = true;
+    radius_ = circle.radius;
+    places_ = {place_of(circle.at, body)};
+    const SkinPoint middle = skin.nearest(places_[0]);
+    const Vector3 side = body.mesh.normals().col(middle.face);
+    std::vector<Eigen::Index> within;
+    skin.centroids_within(middle.at, circle.radius, within);
+    Vector3 normal = body.mesh.areas()(middle.face) * side;
+    for (const Eigen::Index face : within) {
+      const Vector3 n = body.mesh.normals().col(face);
+      normal += n.dot(side) > 0 ? Vector3(body.mesh.areas()(face) * n) : Vector3(Vector3::Zero());
+    }
+    normal.normalize();
+    const Vector3 towards = std::abs(normal.x()) < 0.9 ? Vector3::UnitX() : Vector3::UnitY();
+    right_ = (towards - towards.dot(normal) * normal).normalized();
+    up_ = normal.cross(right_);
+  }
+
+  std::vector<Vector3> places_;
+  bool is_line_ = false;
+  bool is_circle_ = false;
+  double radius_ = 0;
+  Vector3 right_ = Vector3::Zero();
+  Vector3 up_ = Vector3::Zero();
+};
+
+/// Share of the path's period at the beginning of a frame.
+double period_share(const PatternSpec& spec, const PatternClock& clock, Eigen::Index frame) {
+  const double turns = path_hz(spec) * clock.time(frame);
+  const double share = turns - std::floor(turns + kWhole);
+  return std::max(0.0, share);
+}
+
+/// The faces of a disc, which are checked.
+std::vector<Eigen::Index> disc(const PatternSpec& spec, const Model& model, const FaceTree& skin, const SkinPoint& at) {
+  const TriangleMesh& mesh = model.body.mesh;
+  std::vector<Eigen::Index> faces;
+  skin.centroids_within(at.at, 0.5 * spec.diameter, faces);
+  const Vector3 side = mesh.normals().col(at.face);
+  std::erase_if(faces, [&](Eigen::Index face) { return mesh.normals().col(face).dot(side) <= 0; });
+  const double edge = mesh.local_edge(at.face);
+  require(!faces.empty(),
+          "pattern.diameter_mm = {:.4g}: the spot at {} holds no face of the mesh, which has edges of {:.2g} mm there; "
+          "give a larger diameter or shorter body.edge_mm",
+          spec.diameter / kMillimetre, in_mm(at.at), edge / kMillimetre);
+  double edges = 0.0;
+  for (const Eigen::Index face : faces) {
+    require(model.fixed->skin[static_cast<std::size_t>(face)] != 0,
+            "pattern: the spot at {} reaches the end of the part within body.keep_within_mm; give a larger one",
+            in_mm(at.at));
+    edges += mesh.local_edge(face) / static_cast<double>(faces.size());
+  }
+  require(model.fixed->scene.solve.allow_coarse_mesh || model.fixed->wave.wavelength() >= kFewestSolved * edges,
+          "pattern: the mesh has {:.2g} edges per wavelength at the spot at {}, it must have at least {}; give shorter "
+          "body.edge_mm there (edge_mm.near, or a target box along the path)",
+          model.fixed->wave.wavelength() / edges, in_mm(at.at), kFewestSolved);
+  return faces;
+}
+
+}  // namespace
+
+PatternClock pattern_clock(const PatternSpec& spec) {
+  PatternClock clock{.rate = spec.frames_hz};
+  if (spec.seconds) {
+    const double frames = *spec.seconds * spec.frames_hz;
+    require(
+        is_whole(frames) && frames >= 2 && frames <= kMostPatternFrames,
+        "pattern.seconds = {:.6g} are {:.6g} frames at frames_per_second = {:.6g}; they must be a whole number of 2 "
+        "to {} frames",
+        *spec.seconds, frames, spec.frames_hz, kMostPatternFrames);
+    clock.frames = static_cast<int>(std::round(frames));
+    return clock;
+  }
+  const double hz = path_hz(spec);
+  for (double periods = 1; periods * spec.frames_hz / hz <= kMostPatternFrames; ++periods) {
+    const double frames = periods * spec.frames_hz / hz;
+    const double sines = spec.amplitude ? periods * spec.amplitude->hz / hz : 1.0;
+    if (frames >= 2 && is_whole(frames) && is_whole(sines)) {
+      clock.frames = static_cast<int>(std::round(frames));
+      return clock;
+    }
+  }
+  throw InputError(
+      fmt::format("pattern: no time of at most {} frames is a whole number of frames at frames_per_second = {:.6g} and "
+                  "of periods of every hz; give seconds, or rates with a common period",
+                  kMostPatternFrames, spec.frames_hz));
+}
+
+double wanted_share(const PatternSpec& spec, double time) {
+  return spec.amplitude ? 1.0 - 0.5 * spec.amplitude->depth * (1.0 - std::cos(kTurn * spec.amplitude->hz * time)) : 1.0;
+}
+
+std::vector<PatternPoint> pattern_points(const PatternSpec& spec, const Model& model) {
+  const FaceTree skin(model.body.mesh);
+  const PathInSpace path(spec, model, skin);
+  std::vector<PatternPoint> points;
+  const auto add = [&](std::string name, const Vector3& x) {
+    const SkinPoint at = skin.nearest(x);
+    points.push_back({std::move(name), at.at, at.face});
+  };
+  for (const std::string& landmark : spec.watch) {
+    add(landmark, place_of(landmark, model.body));
+  }
+  if (std::holds_alternative<CirclePath>(spec.path)) {
+    add("start", path.at(0.0));
+    add("opposite", path.at(0.5));
+  } else if (std::holds_alternative<LinePath>(spec.path)) {
+    add("from", path.at(0.0));
+    add("to", path.at(0.5));
+  } else if (const auto* places = std::get_if<PointsPath>(&spec.path)) {
+    for (std::size_t i = 0; i < places->at.size(); ++i) {
+      const auto* name = std::get_if<std::string>(&places->at[i]);
+      add(fmt::format("{}{}", i + 1, name == nullptr ? "" : "_" + *name),
+          path.at(static_cast<double>(i) / static_cast<double>(places->at.size())));
+    }
+  } else {
+    add("target", model.body.mesh.centroids().col(central_face(model.body.mesh, build_target(model))));
+  }
+  return points;
+}
+
+PatternSpots pattern_spots(const PatternSpec& spec, const PatternClock& clock, const std::vector<PatternPoint>& points,
+                           const Model& model) {
+  const TriangleMesh& mesh = model.body.mesh;
+  std::vector<Target> wanted;  // of each column
+  std::vector<Eigen::Index> middles;
+  if (std::holds_alternative<std::monostate>(spec.path)) {
+    wanted.push_back(build_target(model));
+    if (spec.pressure) {
+      wanted.front().amplitudes *= *spec.pressure / wanted.front().amplitudes.maxCoeff();
+    }
+    middles.push_back(central_face(mesh, wanted.front()));
+  } else {
+    const FaceTree skin(mesh);
+    const PathInSpace path(spec, model, skin);
+    const double pressure = spec.pressure ? *spec.pressure : model.posture.target->pressure.value();
+    for (Eigen::Index k = 0; k < clock.frames; ++k) {
+      const SkinPoint at = skin.nearest(path.at(period_share(spec, clock, k)));
+      Target spot{.faces = disc(spec, model, skin, at), .amplitudes = {}, .box = {}};
+      spot.amplitudes.setConstant(spot.size(), pressure);
+      middles.push_back(*std::ranges::min_element(
+          spot.faces, {}, [&](Eigen::Index face) { return (mesh.centroids().col(face) - at.at).squaredNorm(); }));
+      wanted.push_back(std::move(spot));
+    }
+  }
+  std::set<Eigen::Index> all;
+  std::ranges::transform(points, std::inserter(all, all.end()), &PatternPoint::face);
+  for (const Target& target : wanted) {
+    all.insert(target.faces.begin(), target.faces.end());
+  }
+  PatternSpots result{.faces = {all.begin(), all.end()}, .amplitudes = {}, .middle = {}};
+  const auto row_of = [&](Eigen::Index face) {
+    return std::ranges::lower_bound(result.faces, face) - result.faces.begin();
+  };
+  result.amplitudes.setZero(static_cast<Eigen::Index>(all.size()), static_cast<Eigen::Index>(wanted.size()));
+  for (std::size_t k = 0; k < wanted.size(); ++k) {
+    for (std::size_t i = 0; i < wanted[k].faces.size(); ++i) {
+      result.amplitudes(row_of(wanted[k].faces[i]), static_cast<Eigen::Index>(k)) =
+          wanted[k].amplitudes(static_cast<Eigen::Index>(i));
+    }
+    result.middle.push_back(row_of(middles[k]));
+  }
+  return result;
+}
+
+}  // namespace touchfield
