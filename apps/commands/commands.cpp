@@ -31,6 +31,7 @@ constexpr Command kCommands[] = {
     {add_sweep_command, kStills,
      "touchfield sweep heights.yaml -o heights --jobs 2\n  touchfield sweep heights.yaml --list"},
     {add_study_command, kStills, "touchfield study mine.yaml -o study"},
+    {add_pattern_command, kStills, "touchfield pattern circle.yaml -o circle --check 10"},
     {add_play_command, kMotions, "touchfield play moving.yaml -o played"},
     {add_live_command, kMotions,
      "touchfield live moving.yaml -o live\n  touchfield live moving.yaml --to sonicsurface:/dev/ttyUSB0 --emit"},
@@ -42,6 +43,7 @@ constexpr Command kCommands[] = {
     {add_mesh_command, kMeshes, "touchfield mesh scan.ply --unit mm\n  touchfield mesh scan.ply --repair -o hand.obj"},
     {add_send_command, kArrays,
      "touchfield send mine/run.h5 --method surface\n  "
+     "touchfield send circle --repeat --seconds 2\n  "
      "touchfield send mine/run.h5 --method surface --to sonicsurface:/dev/ttyUSB0 --emit"},
     {add_array_command, kArrays,
      "touchfield array list\n  touchfield array walk --to sonicsurface:/dev/ttyUSB0 --emit"},

@@ -24,6 +24,7 @@ void add_init_command(CLI::App& app, Invocation& invocation);
 void add_link_processes(CLI::App& app, Invocation& invocation);  // hidden: a link's guard and its watchdog
 void add_live_command(CLI::App& app, Invocation& invocation);
 void add_mesh_command(CLI::App& app, Invocation& invocation);
+void add_pattern_command(CLI::App& app, Invocation& invocation);
 void add_play_command(CLI::App& app, Invocation& invocation);
 void add_run_command(CLI::App& app, Invocation& invocation);
 void add_schema_command(CLI::App& app, Invocation& invocation);

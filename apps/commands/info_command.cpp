@@ -1,4 +1,3 @@
-#include <filesystem>
 #include <memory>
 
 #include "apps/commands/command_line.h"
@@ -12,13 +11,6 @@
 namespace touchfield {
 
 namespace {
-
-/// Which file of a directory is described: that of a run, of a motion where that is the only one.
-std::string result_file_at(const std::string& path) {
-  const std::filesystem::path folder = path;
-  const bool motion = !std::filesystem::exists(folder / "run.h5") && std::filesystem::exists(folder / "motion.h5");
-  return motion ? (folder / "motion.h5").string() : run_file_at(path);
-}
 
 /// As JSON with every metric of every method.
 std::string json_of(Value value, const Value& methods) {
@@ -42,8 +34,8 @@ int info_command(const std::string& path, const CommonFlags& flags) {
 
 void add_info_command(CLI::App& app, Invocation& invocation) {
   const auto path = std::make_shared<std::string>();
-  CLI::App* command = app.add_subcommand("info", "Describe a run.h5 or a motion.h5");
-  command->add_option("RUN", *path, "run.h5 or motion.h5, or the directory that holds it")
+  CLI::App* command = app.add_subcommand("info", "Describe a run.h5, a motion.h5 or a pattern.h5");
+  command->add_option("RUN", *path, "run.h5, motion.h5 or pattern.h5, or the directory that holds it")
       ->required()
       ->type_name(kH5File);
   finish_command(command, invocation, [path](const Invocation& invoked) { return info_command(*path, invoked.flags); });

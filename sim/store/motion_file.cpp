@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <set>
 
 #include <fmt/format.h>
@@ -11,6 +12,7 @@
 #include "sim/store/archive_parts.h"
 #include "sim/store/motion_stages.h"
 #include "sim/store/run_archive.h"
+#include "sim/store/run_file.h"
 
 namespace touchfield {
 
@@ -217,6 +219,16 @@ void check_instant(const MotionInstant& instant) {
   for (const auto& [method, pressure] : instant.pressure) {
     require_size(fmt::format("method {}: pressure", method), pressure.size(), instant.mesh.face_count());
   }
+}
+
+std::string result_file_at(const std::string& path) {
+  const std::filesystem::path folder = path;
+  for (const char* name : {"run.h5", "motion.h5", "pattern.h5"}) {
+    if (std::filesystem::exists(folder / name)) {
+      return (folder / name).string();
+    }
+  }
+  return run_file_at(path);
 }
 
 void write_motion_file(const std::string& path, const Motion& motion) {

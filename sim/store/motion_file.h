@@ -12,6 +12,9 @@ inline constexpr int kMotionFormatVersion = 3;
 
 inline constexpr ArchiveFormat kMotionArchive = {"motion", kMotionFormatVersion};
 
+/// The result file of a directory: run.h5, else motion.h5 or pattern.h5 where one is there; another path as it is.
+std::string result_file_at(const std::string& path);
+
 /// Writes a motion as HDF5. The file appears under `path` whole or not at all (temporary name, flush, rename); an older
 /// one is replaced.
 ///

@@ -111,6 +111,9 @@ class Commands(CommandTest):
         self.follow("motion.md", 3)
         self.assertTrue(self.board.heard)
 
+    def test_patterns(self):
+        self.follow("patterns.md", 2)
+
     def test_sweeps(self):
         self.write("sweep.yaml", "base: scenes/quick.yaml\nset: {solve.methods: [focus], write: [h5]}\ngrid: {array.level: [0.5, 1]}\n")
         self.run_ok("sweep", "sweep.yaml", "-o", "OUT", "--quiet", "--shard", "1/1")

@@ -1,0 +1,97 @@
+"""Patterns from the command line: their files, what send makes of them, what is refused."""
+
+import csv
+import json
+import unittest
+
+import h5py
+import numpy
+
+from support import FINGER, CommandTest
+
+CIRCLE = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[surface]").replace(
+    "[h5, vtp, vti]", "[h5, png]").replace("edge_mm: 2.6", "edge_mm: 1.8") + """\
+pattern:
+  circle: {at: bottom, radius_mm: 3, hz: 100}
+  amplitude: {hz: 50, depth: 0.5}
+  frames_per_second: 1000
+  most_turn_deg: 60
+  watch: [bottom]
+  ring_up_ms: 0.3
+"""
+
+
+def rows_of(path):
+    return list(csv.DictReader(path.read_text().splitlines()))
+
+
+class Pattern(CommandTest):
+    def test_files_and_what_a_board_gets(self):
+        scene = self.write("scene.yaml", CIRCLE)
+        done = self.run_ok("pattern", scene, "-o", "out", "--check", "10")
+        self.assertIn("5-15hz [Pa]", done.stdout)
+        self.assertLessEqual(max(map(len, done.stdout.splitlines())), 100)
+        out = self.folder / "out"
+        with h5py.File(out / "pattern.h5") as file:
+            self.assertEqual(file.attrs["format"], "touchfield-motion")
+            self.assertEqual(file.attrs["complete"], 1)
+            surface = file["methods/surface"]
+            phases = surface["frames/phases"][:]
+            amplitudes = surface["frames/amplitudes"][:]
+            numpy.testing.assert_allclose(surface["frames/shown"][:], numpy.arange(20) / 1000, atol=1e-12)
+            errors = surface["scores/relative_error"][:]
+        self.assertEqual(phases.shape, (20, 64))
+        turns = phases - numpy.roll(phases, 1, axis=0)
+        turns = numpy.abs((turns + numpy.pi) % (2 * numpy.pi) - numpy.pi)
+        self.assertLessEqual(turns.max(), numpy.radians(60) + 1e-9)
+        self.assertGreater(turns.max(), numpy.radians(30))
+        frames = rows_of(out / "pattern.csv")
+        self.assertEqual(len(frames), 20)
+        numpy.testing.assert_allclose([float(row["relative_error"]) for row in frames], errors)
+        numpy.testing.assert_allclose([float(row["turn_deg"]) for row in frames], numpy.degrees(turns.max(axis=1)), atol=1e-6)
+        numpy.testing.assert_allclose([float(row["level"]) for row in frames], amplitudes.max(axis=1))
+        self.assertEqual([row["relative_error_alone"] != "nan" for row in frames], [k % 10 == 0 for k in range(20)])
+        # Bands are sums of lines, and lines those of the held radiation pressure.
+        lines = [row for row in rows_of(out / "spectrum.csv") if row["point"] == "start"]
+        self.assertEqual([float(row["hz"]) for row in lines], [50.0 * m for m in range(1, 11)])
+        series = numpy.fft.fft([float(row["radiation_pa_start"]) for row in frames]) / 20
+        wanted = [2 * abs(series[m] * numpy.sinc(m / 20)) ** 2 for m in range(1, 11)]
+        numpy.testing.assert_allclose([float(row["mean_square_pa2"]) for row in lines], wanted, rtol=1e-6, atol=1e-20)
+        self.assertGreater((out / "strip.png").stat().st_size, 5000)
+        self.run_ok("info", "out")
+
+        said = json.loads(self.run_ok("send", "out", "--json").stdout)
+        self.assertEqual((said["frames"], said["rate_hz"]), (20, 1000.0))
+        self.assertAlmostEqual(said["seconds"], 0.02)
+        slower = json.loads(self.run_ok("send", "out/pattern.h5", "--rate", "10", "--json").stdout)
+        self.assertAlmostEqual(slower["seconds"], 2)
+
+    def test_json(self):
+        scene = self.write("scene.yaml", CIRCLE)
+        said = json.loads(self.run_ok("pattern", scene, "-o", "out", "--json", "--set", "write=[h5]").stdout)
+        self.assertEqual(said["frames"], 20)
+        self.assertEqual([point["point"] for point in said["points"]], ["bottom", "start", "opposite"])
+        self.assertLess(said["relative_error"]["worst"], 1)
+        self.assertGreater(said["relative_error_ring_up"]["mean"], said["relative_error"]["mean"])
+        self.assertNotIn("above_frames_alone", said)
+
+    def test_refused(self):
+        still = self.write("still.yaml", CIRCLE[:CIRCLE.index("pattern:")])
+        done = self.touchfield("pattern", still, "-o", "out")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("the scene has no pattern: section", done.stderr)
+        scene = self.write("scene.yaml", CIRCLE)
+        for change, said in [("pattern.circle.at=botom", "pattern.circle.at = botom must be one of"),
+                             ("pattern.watch=[palm]", "pattern.watch[0] = palm must be one of"),
+                             ("target.pressure_pa=best", "must have pressure_pa"),
+                             ("pattern={}", "must have one of circle, line, points, amplitude"),
+                             ("pattern.diameter_mm=0.01", "holds no face of the mesh"),
+                             ("pattern.frames_per_second=333.33", "pattern: no time of at most"),
+                             ("pattern.line={from: bottom, to: top}", "pattern: ")]:
+            done = self.touchfield("pattern", scene, "-o", "out", "--set", change)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(said, done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
