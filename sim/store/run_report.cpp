@@ -35,7 +35,7 @@ std::string array_sentence(const TransducerArray& array) {
   if (array.kind == TransducerArray::Kind::kPlaneWave) {
     return fmt::format("The sound was a plane wave of {:.4g} Pa. ", array.amplitudes(0));
   }
-  return fmt::format("The array had {} transducers (directivity: {}). ", array.size(),
+  return fmt::format("The array: {} transducers (directivity: {}). ", array.size(),
                      directivity_name(array.directivity.kind()));
 }
 

@@ -29,8 +29,9 @@ class SkinStrokes {
 
   /// The strip on the skin through the points that are nearest to `points`, with square ends, or closed if the last
   /// point is the first. Between two points it goes by the skin nearest to their middle that faces as the skin at
-  /// both does on the mean, and likewise between each of them and that one, until no piece is longer than the width and kLongest. The pieces' own x is across the strip,
-  /// own y along it. They overlap; sharp bends are round, by a disc behind all pieces.
+  /// both does on the mean, and likewise between each of them and that one, until no piece is longer than the width
+  /// and kLongest. The pieces' own x is across the strip, own y along it. They overlap; sharp bends are round, by a
+  /// disc behind all pieces.
   ///
   /// points   2 or more [m]
   /// width    [m], > 0
