@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "sim/field/pressure_metrics.h"
-#include "tests/support/error_support.h"
 #include "tests/support/solve_support.h"
+#include "tests/support/testing.h"
 
 namespace touchfield {
 namespace {
