@@ -129,7 +129,7 @@ class KeptFiles(CommandTest):
         done = self.touchfield("compare", "kept/run", "again", "--tolerance", "1e-6").stdout
         # Keys that have come since are at their defaults; forces are estimated otherwise since.
         self.assertRegex(done, r"\nscene +the same\n")
-        self.assertIn("          A lacks 3 keys that B has at their defaults: solve.methods[1].paper.faces, "
+        self.assertIn("A lacks 3 keys that B has at their defaults: solve.methods[1].paper.faces, "
                       "solve.allow_coarse_mesh, solve.device\n", done)
         self.assertNotIn("scene_hash", done)
         self.assertNotIn("the scene:", done)
