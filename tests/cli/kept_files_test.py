@@ -129,8 +129,8 @@ class KeptFiles(CommandTest):
         done = self.touchfield("compare", "kept/run", "again", "--tolerance", "1e-6").stdout
         # Keys that have come since are at their defaults; forces are estimated otherwise since.
         self.assertRegex(done, r"\nscene +the same\n")
-        self.assertIn("A lacks 3 keys that B has at their defaults: solve.methods[1].paper.faces, "
-                      "solve.allow_coarse_mesh, solve.device\n", done)
+        self.assertIn("A lacks 4 keys that B has at their defaults: target.box.level, "
+                      "solve.methods[1].paper.faces, solve.allow_coarse_mesh, solve.device\n", done)
         self.assertNotIn("scene_hash", done)
         self.assertNotIn("the scene:", done)
         differing = re.findall(r"^  (?:focus|paper) +([a-z_]+) +\S+ +\S+ +\S+$", done, re.MULTILINE)
