@@ -7,13 +7,11 @@
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
-#include "apps/commands/run_json.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/acoustics/array_geometry.h"
 #include "sim/assess/check.h"
 #include "sim/batch/run_model.h"
 #include "sim/core/errors.h"
-#include "sim/core/json_text.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/store/run_file.h"
 
@@ -30,17 +28,17 @@ struct RunCommand {
   std::optional<PictureFormat> pictures;  // what the scene says if not given
 };
 
-nlohmann::ordered_json run_json(const Run& run, const std::string& directory) {
-  nlohmann::ordered_json seconds = nlohmann::ordered_json::object();
+Value run_result(const Run& run, const std::string& directory) {
+  Value::Group seconds;
   for (const auto& [stage, value] : run.seconds) {
-    seconds[stage] = value;
+    seconds.push_back({stage, value});
   }
   return {{"name", run.name},
           {"directory", directory},
           {"faces", run.mesh.face_count()},
           {"channels", run.array.size()},
           {"judged_skin", to_string(run.judged_skin)},
-          {"methods", methods_json(run)},
+          {"methods", method_values(run)},
           {"seconds", seconds},
           {"warnings", run.warnings},
           {"notes", run.notes}};
@@ -97,7 +95,7 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
       }
     }
     if (flags.json) {
-      put(fmt::format("{}\n", json_text(run_json(run, directory.path()), 2)));
+      put(run_result(run, directory.path()).json() + "\n");
     } else {
       put(fmt::format("{}{}", methods_table(run), flags.quiet ? directory.path() + "\n" : ""));
     }

@@ -12,7 +12,6 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
 #include "apps/commands/interrupt_guard.h"
-#include "apps/commands/run_json.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/batch/run_directory.h"
 #include "sim/batch/sweep.h"
@@ -79,7 +78,7 @@ Json record_json(const SweepRecord& record, const SweepProgress& progress) {
   json["done"] = progress.done;
   json["failed"] = progress.failed;
   json["cases"] = progress.cases;
-  json["seconds_left"] = number_or_null(progress.seconds_left);
+  json["seconds_left"] = progress.seconds_left;
   return json;
 }
 
