@@ -27,16 +27,6 @@ SkinProblem scaled(const SkinProblem& problem, double factor) {
           .quiet = factor * problem.quiet};
 }
 
-/// The level a of phasors u at which cost(mean a u) + added a^2 is least.
-double level_of(const SkinProblem& problem, const Eigen::VectorXcd& phasors, double mean, double added) {
-  SkinField field;
-  send(problem, mean * phasors, field);
-  const auto loudness = field.target.array().abs();
-  const double wanted = (problem.weights.array() * problem.amplitudes.array() * loudness).sum();
-  const double energy = (problem.weights.array() * loudness.square()).sum() + field.quiet.squaredNorm() + added;
-  return energy > 0 ? std::min(wanted / energy, 1.0) : 1.0;
-}
-
 }  // namespace
 
 ChannelMoments channel_moments(const ChannelTolerances& tolerances) {
@@ -73,7 +63,7 @@ PhaseSolution solve_robust_surface(const SkinProblem& problem, const Eigen::Matr
     const PhaseSolution found =
         search ? search_surface(at_level, from, each, {}) : solve_surface(at_level, from, each, {});
     const Eigen::VectorXcd phasors = drive(found);
-    level = level_of(problem, phasors, moments.mean, added);
+    level = std::min(1.0, best_level(problem, moments.mean * phasors, added));
     const double now = skin_cost(problem, moments.mean * level * phasors) + level * level * added;
     best.status = cost - now < kSettledShare * now ? PhaseStatus::kConverged : PhaseStatus::kIterationLimit;
     best.iterations += found.iterations;

@@ -123,12 +123,12 @@ Eigen::VectorXd skin_half_gradient(const SkinProblem& problem, const Eigen::Vect
   return (q.array().conjugate() * x.array()).imag();  // Re(conj(i q) x)
 }
 
-double best_level(const SkinProblem& problem, const Eigen::VectorXcd& q) {
+double best_level(const SkinProblem& problem, const Eigen::VectorXcd& q, double added) {
   SkinField field;
   send(problem, q, field);
   const auto loudness = field.target.array().abs();
   const double wanted = (problem.weights.array() * problem.amplitudes.array() * loudness).sum();
-  const double energy = (problem.weights.array() * loudness.square()).sum() + field.quiet.squaredNorm();
+  const double energy = (problem.weights.array() * loudness.square()).sum() + field.quiet.squaredNorm() + added;
   const double loudest = q.size() > 0 ? q.cwiseAbs().maxCoeff() : 0.0;
   const double limit = loudest > 0 ? 1.0 / loudest : std::numeric_limits<double>::infinity();
   return energy > 0 ? std::min(wanted / energy, limit) : std::min(1.0, limit);
