@@ -92,9 +92,7 @@ void add_skin(const Run& run, const SkinPictures& skin, PictureFormat format, st
     pictures.push_back({name, [&skin, values, top, text] { return skin.picture(values, top, text); }});
   };
   if (run.target) {
-    Eigen::VectorXd wanted = Eigen::VectorXd::Zero(run.mesh.face_count());
-    wanted(run.target->faces) = run.target->amplitudes;
-    add("target", wanted, "wanted pressure",
+    add("target", wanted_pressure(*run.target, run.mesh.face_count()), "wanted pressure",
         fmt::format("{} of {} faces, up to {:.4g} kPa", run.target->size(), run.mesh.face_count(),
                     1e-3 * *std::ranges::max_element(run.target->amplitudes)));
   }

@@ -125,12 +125,8 @@ void draw_column(Canvas& canvas, const Motion& motion, const MotionInstant& inst
   }
   for (int row = 0; row < layout.rows; ++row) {
     const auto& [method, pressure] = instant.pressure[static_cast<std::size_t>(row)];
-    std::vector<Colour> colours;
-    for (const double value : magnitudes(pressure)) {
-      colours.push_back(skin_colour(value / top));
-    }
     const PixelBox box = layout.panel(row, column);
-    canvas.image(box, sight.image(colours, canvas.format() == PictureFormat::kPng ? 1 : 2));
+    draw_sight(canvas, sight, skin_colours(pressure.cwiseAbs(), top), box);
     draw_outline(canvas, outline, {0.0, box.y - own.panel.y});
     canvas.frame(box, {110, 110, 110}, 1.0);
     draw_fitted(canvas, box.x + 0.5 * box.width, box.y - 0.5 * kBelow, error_text(motion, method, instant.time),

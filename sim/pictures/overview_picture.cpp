@@ -9,6 +9,7 @@
 #include "sim/pictures/picture_parts.h"
 #include "sim/pictures/skin_picture.h"
 #include "sim/pictures/skin_sight.h"
+#include "sim/store/run_layout.h"
 
 namespace touchfield {
 
@@ -29,9 +30,8 @@ struct Column {
 std::vector<Column> columns_of(const Run& run) {
   std::vector<Column> columns;
   if (run.target) {
-    Eigen::VectorXd wanted = Eigen::VectorXd::Zero(run.mesh.face_count());
-    wanted(run.target->faces) = run.target->amplitudes;
-    columns.push_back({"wanted", fmt::format("{:.3g} kPa", 1e-3 * run.target->amplitudes.maxCoeff()), wanted});
+    columns.push_back({"wanted", fmt::format("{:.3g} kPa", 1e-3 * run.target->amplitudes.maxCoeff()),
+                       wanted_pressure(*run.target, run.mesh.face_count())});
   }
   for (const MethodResult& result : run.methods) {
     if (result.pressure.size() != 0) {
@@ -41,14 +41,6 @@ std::vector<Column> columns_of(const Run& run) {
     }
   }
   return columns;
-}
-
-std::vector<Colour> colours_of(const Eigen::VectorXd& values, double top) {
-  std::vector<Colour> colours;
-  for (const double value : values) {
-    colours.push_back(skin_colour(value / top));
-  }
-  return colours;
 }
 
 /// One look at the skin, drawn in panels of one size.
@@ -65,7 +57,7 @@ class Look {
 
   void draw(Canvas& canvas, const std::vector<Colour>& colours, const PixelBox& box) const {
     const PixelBox& own = sight_.view().panel;
-    canvas.image(box, sight_.image(colours, canvas.format() == PictureFormat::kPng ? 1 : 2));
+    draw_sight(canvas, sight_, colours, box);
     draw_outline(canvas, outline_, Eigen::Vector2d(box.x - own.x, box.y - own.y));
     canvas.frame(box, {170, 170, 170}, 1.0);
   }
@@ -106,7 +98,7 @@ std::string overview_picture(const Run& run, double top, PictureFormat format) {
         run, all ? fitted_view(panel(0, look), panels.body.direction, run.mesh.vertices(), 0.94)
                  : fitted_view(panel(0, look), panels.body.direction, target_corners(run.mesh, *run.target), 0.6));
     for (int column = 0; column < count; ++column) {
-      seen.draw(canvas, colours_of(columns[static_cast<std::size_t>(column)].values, top), panel(column, look));
+      seen.draw(canvas, skin_colours(columns[static_cast<std::size_t>(column)].values, top), panel(column, look));
     }
     PixelBox last = panel(0, look);
     last.y += 26;  // within the panel

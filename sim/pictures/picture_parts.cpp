@@ -188,8 +188,19 @@ ColourBar skin_bar(double top, double most) {
   return {.label = "|p| [kPa]", .top = top / kKilopascal, .map = skin_colour, .most = most / kKilopascal};
 }
 
+std::vector<Colour> skin_colours(const Eigen::VectorXd& values, double top) {
+  std::vector<Colour> colours;
+  colours.reserve(static_cast<std::size_t>(values.size()));
+  std::ranges::transform(values, std::back_inserter(colours), [&](double value) { return skin_colour(value / top); });
+  return colours;
+}
+
 void draw_sight(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours) {
-  canvas.image(sight.view().panel, sight.image(colours, canvas.format() == PictureFormat::kPng ? 1 : 2));
+  draw_sight(canvas, sight, colours, sight.view().panel);
+}
+
+void draw_sight(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours, const PixelBox& panel) {
+  canvas.image(panel, sight.image(colours, canvas.format() == PictureFormat::kPng ? 1 : 2));
 }
 
 void draw_scale_bar(Canvas& canvas, const PixelBox& panel, double metres_per_pixel) {

@@ -77,8 +77,13 @@ void draw_colour_bar(Canvas& canvas, const ColourBar& bar);
 /// Of pressures on the skin up to `top` [Pa], the largest of which is `most` [Pa].
 ColourBar skin_bar(double top, double most);
 
-/// A mesh in its panel, one colour a face; finer than the picture in a PDF or SVG, which are made for print.
+/// The colours of pressures on the skin, one per face, up to `top`; both in one unit.
+std::vector<Colour> skin_colours(const Eigen::VectorXd& values, double top);
+
+/// A mesh in its panel, or in another one of the same size, one colour a face; finer than the picture in a PDF or SVG,
+/// which are made for print.
 void draw_sight(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours);
+void draw_sight(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours, const PixelBox& panel);
 
 /// A bar with its length in mm, below a panel at its left.
 void draw_scale_bar(Canvas& canvas, const PixelBox& panel, double metres_per_pixel);

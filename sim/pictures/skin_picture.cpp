@@ -253,10 +253,7 @@ void SkinPictures::draw_panel(Canvas& canvas, const SkinSight& sight, const std:
 }
 
 std::string SkinPictures::picture(const Eigen::VectorXd& values, double top, const SkinText& text) const {
-  std::vector<Colour> colours;
-  colours.reserve(static_cast<std::size_t>(values.size()));
-  std::ranges::transform(values, std::back_inserter(colours), [&](double value) { return skin_colour(value / top); });
-
+  const std::vector<Colour> colours = skin_colours(values, top);
   Canvas canvas(kPictureWidth, kPictureHeight, format_);
   describe(canvas, run_.provenance);
   draw_panel(canvas, body_, colours);

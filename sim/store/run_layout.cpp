@@ -76,6 +76,12 @@ void check_judge(const Run& run) {
 
 }  // namespace
 
+Eigen::VectorXd wanted_pressure(const Target& target, Eigen::Index faces) {
+  Eigen::VectorXd wanted = Eigen::VectorXd::Zero(faces);
+  wanted(target.faces) = target.amplitudes;
+  return wanted;
+}
+
 void require_size(const std::string& what, Eigen::Index size, Eigen::Index wanted) {
   require(size == wanted, "{} has {} values, must have {}", what, size, wanted);
 }

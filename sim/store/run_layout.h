@@ -27,6 +27,9 @@ inline bool has_judge_model(const std::string& judge) {
 /// omni, piston or t4010a1.
 std::string directivity_name(Directivity::Kind kind);
 
+/// The wanted |p| of each face of a mesh, 0 off the target, M [Pa].
+Eigen::VectorXd wanted_pressure(const Target& target, Eigen::Index faces);
+
 /// throws   InputError if a list that messages call `what` has another size than it must have
 void require_size(const std::string& what, Eigen::Index size, Eigen::Index wanted);
 

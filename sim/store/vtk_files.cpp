@@ -179,8 +179,7 @@ void write_skin_vtp(const std::string& path, const Result& from, const TriangleM
                            [&](Eigen::Index f) { return owner[static_cast<std::size_t>(f)]; });
   }
   if (target) {
-    Eigen::VectorXd wanted = Eigen::VectorXd::Zero(mesh.face_count());
-    wanted(target->faces) = target->amplitudes;
+    const Eigen::VectorXd wanted = wanted_pressure(*target, mesh.face_count());
     add_array<vtkDoubleArray>(surface->GetCellData(), "target_pa", wanted.size(),
                               [&](Eigen::Index f) { return wanted(f); });
   }
