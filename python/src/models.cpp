@@ -119,6 +119,17 @@ SharedTarget target_of_strip(const SkinMesh& skin, nb::handle points, double wid
   return shared(make_target(*skin.mesh, boxes, TargetProfile::kUniform, pressure));
 }
 
+SharedTarget target_of_mask(const SkinMesh& skin, nb::handle levels, double pressure) {
+  const Eigen::VectorXd given = real_list(levels, "Target.mask: levels");
+  require_above_zero("Target.mask: pressure", pressure, "Pa");
+  require_count("Target.mask: levels", given.size(), skin.mesh->face_count(), "per face");
+  require((given.array() >= 0).all() && (given.array() <= 1).all() && (given.array() > 0).any(),
+          "Target.mask: levels must be 0 to 1, one of them > 0");
+  const std::vector<double> each(given.begin(), given.end());
+  return shared(
+      make_target(*skin.mesh, {masked_box(*skin.mesh, each, "Target.mask")}, TargetProfile::kUniform, pressure));
+}
+
 Eigen::Index central_face_of(const SharedTarget& target, const SkinMesh& skin) {
   return central_face(*skin.mesh, *target);
 }
@@ -264,6 +275,9 @@ void add_models(nb::module_& module) {
                   nb::sig("def strip(mesh: Mesh, points: numpy.typing.ArrayLike, width: float, pressure: float) "
                           "-> Target"),
                   "The faces in a strip on the skin through the points nearest to these [m].")
+      .def_static("mask", &target_of_mask, nb::arg("mesh"), nb::arg("levels"), nb::arg("pressure"),
+                  nb::sig("def mask(mesh: Mesh, levels: numpy.typing.ArrayLike, pressure: float) -> Target"),
+                  "The faces whose level is above 0.")
       .def("central_face", &central_face_of, nb::arg("mesh"), "The number of the face nearest to the centre.")
       .def_prop_ro("faces", part_of<SharedTarget>(&Target::faces))
       .def_prop_ro("amplitudes", part_of<SharedTarget>(&Target::amplitudes), "The wanted pressure on each [Pa].")

@@ -66,6 +66,15 @@ def test_h_in_pytorch(h):
     assert np.allclose((tensor @ drives).numpy(), h @ drives.numpy())
 
 
+def test_h_in_jax(h):
+    jax = pytest.importorskip("jax")
+    jax.config.update("jax_enable_x64", True)  # else it makes single precision of it
+    taken = jax.numpy.from_dlpack(h)
+    assert taken.unsafe_buffer_pointer() == h.__array_interface__["data"][0] and taken.shape == h.shape
+    drives = np.exp(1j * np.linspace(0, 6, 16))
+    assert np.allclose(jax.jit(lambda q: taken @ q)(drives), h @ drives)
+
+
 def test_meshes_of_trimesh():
     trimesh = pytest.importorskip("trimesh")
     body = trimesh.creation.icosphere(3, 8.0)

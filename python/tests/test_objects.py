@@ -1,6 +1,7 @@
 """Objects that compose: bodies, arrays and targets by themselves and within scenes, against the program."""
 
 import json
+import pickle
 
 import h5py
 import numpy as np
@@ -183,7 +184,10 @@ def test_targets_on_the_skin(ball):
     assert set(np.flatnonzero((z < -1e-3) & (abs(y) < 2.2e-3))) <= set(line.faces) and set(line.amplitudes) == {300}
     assert (z[line.faces] < 1e-3).all() and (abs(y[line.faces]) < 2.8e-3).all()
     array = tf.Array.grid(4, 4, at=[0, 0, -0.06])
-    for target in (points, line):
+    mask = tf.Target.mask(ball, np.where(z < -6e-3, 1, np.where(z < -5e-3, 0.25, 0)), 400)
+    assert np.array_equal(mask.faces, np.flatnonzero(z < -5e-3)) and np.array_equal(mask.amplitudes == 400, z[mask.faces] < -6e-3)
+    assert set(mask.amplitudes) == {400, 100} and np.array_equal(pickle.loads(pickle.dumps(mask)).faces, mask.faces)
+    for target in (points, line, mask):
         model = tf.Model({"array": array, "body": marked(ball), "target": target, "solve": {"methods": ["focus"]}})
         assert np.array_equal(model.target.faces, target.faces)
         assert np.allclose(model.target.amplitudes, target.amplitudes, rtol=1e-12)
@@ -193,6 +197,10 @@ def test_targets_on_the_skin(ball):
                         (([low, side], 3e-3, 0), "Target.line: pressure = 0 Pa must be > 0")]:
         with pytest.raises(tf.InputError, match=says):
             tf.Target.line(ball, *given)
+    for levels, says in [([1, 0], "Target.mask: levels"), (z, "Target.mask: levels must be 0 to 1, one of them > 0"),
+                         (0 * z, "Target.mask: levels must be 0 to 1, one of them > 0")]:
+        with pytest.raises(tf.InputError, match=says):
+            tf.Target.mask(ball, levels, 200)
     with pytest.raises(tf.InputError, match="Target.points: diameter = -1 m must be > 0"):
         tf.Target.points(ball, [low], -1, 200)
     with pytest.raises(tf.InputError, match="Target.points: pressure must be > 0 Pa on each"):
@@ -221,7 +229,7 @@ def test_a_scene_of_objects_is_that_of_the_program(touchfield, ball, array, targ
 def test_scenes_with_errors_name_the_key(ball, array):
     with pytest.raises(tf.InputError, match="solve.iteration: unknown key, did you mean iterations"):
         tf.run({"array": array, "body": ball, "solve": {"methods": ["focus"], "iteration": 3}})
-    with pytest.raises(tf.InputError, match="a scene describes boxes, points and lines"):
+    with pytest.raises(tf.InputError, match="a scene has no list of faces with pressures; use Target.mask"):
         tf.run({"array": array, "body": ball, "target": tf.Target(ball, [1, 2], 3), "solve": {"methods": ["focus"]}})
     with pytest.raises(tf.InputError, match="no such file"):
         tf.run("not_there.yaml")

@@ -187,8 +187,8 @@ def transfer(mesh, array, wave=None, *, faces=None, scheme="burton_miller_polish
     Returns
     -------
     numpy.ndarray of complex, shape (M, N) or (K, N)
-        Pressure of each channel at full drive on each face [Pa]. Your own, in Fortran order: PyTorch and JAX take it by
-        `from_dlpack` without a copy.
+        Pressure of each channel at full drive on each face [Pa]. Your own, in Fortran order: PyTorch and JAX (with
+        `jax_enable_x64`) take it by `from_dlpack` without a copy.
 
     Raises
     ------

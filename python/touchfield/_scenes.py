@@ -32,6 +32,15 @@ def _file_of(mesh):
     return path
 
 
+def _file_of_levels(levels):
+    """A file of a mask's levels, likewise."""
+    path = os.path.join(_folder(), hashlib.sha256(levels.tobytes()).hexdigest()[:32] + ".txt")
+    if not os.path.exists(path):
+        with open(path, "w") as file:
+            file.writelines(f"{level!r}\n" for level in levels.tolist())
+    return path
+
+
 def _mesh_keys(mesh):
     keys = {"file": _file_of(mesh), "unit": "m"}
     if mesh.landmarks:
@@ -50,7 +59,7 @@ def written(value, key=""):
     if isinstance(value, Array):
         return value._scene_keys()
     if isinstance(value, Target):
-        return value._scene_keys()
+        return {name: _file_of_levels(part) if name == "mask_file" else part for name, part in value._scene_keys().items()}
     return value
 
 

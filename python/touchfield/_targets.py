@@ -160,6 +160,37 @@ class Target(Part):
         part = {"points": [{"centre_mm": millimetres(node)} for node in nodes], "width_mm": millimetres(width)}
         return cls._of(found, mesh, {"lines": [part], "pressure_pa": float(pressure)})
 
+    @classmethod
+    def mask(cls, mesh, levels, pressure):
+        """Faces marked one by one, as `target.mask_file` of a scene.
+
+        Parameters
+        ----------
+        mesh : Mesh
+            The skin. In a scene, `body` must be the same mesh; edges of another length are allowed.
+        levels : array_like, shape (M,)
+            The share of the pressure wanted on each face, 0 to 1, or booleans.
+        pressure : float
+            The wanted pressure where the level is 1 [Pa].
+
+        Returns
+        -------
+        Target
+
+        Raises
+        ------
+        InputError
+            If no level is above 0, or every one.
+
+        Examples
+        --------
+        >>> ball = tf.sphere(8e-3, 1e-3)
+        >>> target = tf.Target.mask(ball, ball.normals[:, 2] < -0.9, pressure=800)
+        """
+        levels = np.asarray(levels, float)
+        found = _core.Target.mask(core(mesh, Mesh, "mesh"), levels, pressure)
+        return cls._of(found, mesh, {"mask_file": levels, "pressure_pa": float(pressure)})
+
     @property
     def faces(self):
         """Numbers of the faces, shape (K,)."""
@@ -177,7 +208,7 @@ class Target(Part):
 
     def _scene_keys(self):
         if self._keys is None:
-            raise _core.InputError("target: a scene describes boxes, points and lines; for a target of single faces use H and Problem instead")
+            raise _core.InputError("target: a scene has no list of faces with pressures; use Target.mask, or H and Problem")
         return self._keys
 
     def __len__(self):

@@ -297,7 +297,7 @@ Model MovingModel::at(const MotionState& state) const {
   }
   if (model.posture.target) {
     const bool on_skin = model.fixed->scene.motion->target == MotionSpec::Target::kOnSkin;
-    model.boxes = build_boxes(*model.posture.target, on_skin ? model.body : first_.body);
+    model.boxes = build_boxes(*model.posture.target, on_skin ? model : first_);
   }
   return model;
 }

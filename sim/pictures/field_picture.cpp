@@ -101,7 +101,7 @@ void draw_boxes(Canvas& canvas, const Run& run, const FieldGrid& grid, const Pla
   }
   for (const TargetBox& box : run.target->boxes) {
     const std::vector<Eigen::Vector2d> corners = cut_of_box(view, grid.origin[view.normal], box);
-    for (std::size_t i = 0; i < corners.size(); ++i) {
+    for (std::size_t i = 0; i < corners.size() && box.shape != TargetShape::kMask; ++i) {
       const Eigen::Vector2d& a = corners[i];
       const Eigen::Vector2d& b = corners[(i + 1) % corners.size()];
       if (place.holds(a) && place.holds(b)) {

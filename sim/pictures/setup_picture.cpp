@@ -50,15 +50,15 @@ SkinView side_view(const Vector3& facing, const Points& points) {
   return fitted_view(kPanel, direction, vertical, points, kShare);
 }
 
-/// Whether a box is a disc, or goes on in another as a piece of a line does.
+/// Whether a box is a disc or a mask, or goes on in another as a piece of a line does.
 bool goes_on(const std::vector<TargetBox>& boxes, const TargetBox& box) {
   const Vector3 to_end = 0.5 * box.size.y() * box.rotation.col(1);
-  return box.round || std::ranges::any_of(boxes, [&](const TargetBox& other) {
+  return box.shape != TargetShape::kBox || std::ranges::any_of(boxes, [&](const TargetBox& other) {
            return &other != &box && (holds(other, box.centre + to_end) || holds(other, box.centre - to_end));
          });
 }
 
-/// The edges of boxes; of discs, lines and single faces the outline on the skin.
+/// The edges of boxes; of discs, lines, masks and single faces the outline on the skin.
 void draw_target(Canvas& canvas, const Run& run, const SkinView& view) {
   const auto draw = [&](const Lines& lines) {
     for (Eigen::Index e = 0; e < lines.ends.cols(); ++e) {

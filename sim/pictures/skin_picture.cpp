@@ -40,21 +40,22 @@ SkinView inside(SkinView close, const SkinView& whole) {
   return close;
 }
 
-/// Sides of the target's faces that no other face of the target shares.
-Eigen::Matrix2Xi sides_of_faces(const TriangleMesh& mesh, const Target& target) {
+/// Adds the ends of the sides of faces of the target that one of them alone has: of those in masks, and of all if the
+/// target does not say its boxes.
+void add_sides(const TriangleMesh& mesh, const Target& target, std::vector<Vector3>& ends) {
   std::map<std::pair<int, int>, int> uses;
-  for (const Eigen::Index face : target.faces) {
-    for (int c = 0; c < 3; ++c) {
-      ++uses[std::minmax({mesh.triangles()(c, face), mesh.triangles()((c + 1) % 3, face)})];
+  for (std::size_t k = 0; k < target.faces.size(); ++k) {
+    const bool sided =
+        target.boxes.empty() || target.boxes[static_cast<std::size_t>(target.box[k])].shape == TargetShape::kMask;
+    for (int c = 0; c < 3 && sided; ++c) {
+      ++uses[std::minmax({mesh.triangles()(c, target.faces[k]), mesh.triangles()((c + 1) % 3, target.faces[k])})];
     }
   }
-  std::erase_if(uses, [](const auto& use) { return use.second != 1; });
-  Eigen::Matrix2Xi edges(2, static_cast<Eigen::Index>(uses.size()));
-  Eigen::Index e = 0;
   for (const auto& [edge, count] : uses) {
-    edges.col(e++) << edge.first, edge.second;
+    if (count == 1) {
+      ends.insert(ends.end(), {mesh.vertices().col(edge.first), mesh.vertices().col(edge.second)});
+    }
   }
-  return edges;
 }
 
 /// The part of a line from a to b that has |x| <= half along an axis; false if none is left.
@@ -109,17 +110,18 @@ std::vector<Vector3> round_cut_of_face(const Eigen::Matrix3d& corners, double ra
 /// The ends of the lines along which a box's sides cut a face, both in the box's own frame, from its centre.
 std::vector<Vector3> cuts_of_face(const Eigen::Matrix3d& corners, const TargetBox& box) {
   const Vector3 half = 0.5 * box.size;
+  const bool is_round = box.shape == TargetShape::kCylinder;
   std::vector<Vector3> ends;
-  for (int side = box.round ? 4 : 0; side < 6; ++side) {
+  for (int side = is_round ? 4 : 0; side < 6; ++side) {
     const int axis = side / 2;
     std::vector<Vector3> cut = cut_of_face(corners, axis, side % 2 == 0 ? half[axis] : -half[axis]);
     if (!cut.empty() && clip(cut[0], cut[1], (axis + 1) % 3, half[(axis + 1) % 3]) &&
         clip(cut[0], cut[1], (axis + 2) % 3, half[(axis + 2) % 3]) &&
-        (!box.round || (0.5 * (cut[0] + cut[1])).head<2>().norm() <= half.x())) {
+        (!is_round || (0.5 * (cut[0] + cut[1])).head<2>().norm() <= half.x())) {
       ends.insert(ends.end(), cut.begin(), cut.end());
     }
   }
-  if (box.round) {
+  if (is_round) {
     std::vector<Vector3> cut = round_cut_of_face(corners, half.x());
     if (!cut.empty() && clip(cut[0], cut[1], 2, half.z())) {
       ends.insert(ends.end(), cut.begin(), cut.end());
@@ -193,12 +195,12 @@ Points target_corners(const TriangleMesh& mesh, const Target& target) {
 }
 
 Lines target_outline(const TriangleMesh& mesh, const Target& target) {
-  if (target.boxes.empty()) {
-    return {mesh.vertices(), sides_of_faces(mesh, target)};
-  }
   std::vector<Vector3> ends;
+  add_sides(mesh, target, ends);
   for (std::size_t b = 0; b < target.boxes.size(); ++b) {
-    add_section(mesh, target.boxes, b, ends);
+    if (target.boxes[b].shape != TargetShape::kMask) {
+      add_section(mesh, target.boxes, b, ends);
+    }
   }
   Lines lines{Points(3, static_cast<Eigen::Index>(ends.size())),
               Eigen::Matrix2Xi(2, static_cast<Eigen::Index>(ends.size() / 2))};

@@ -119,10 +119,17 @@ struct TargetLineSpec {
   double level = 1.0;               // of the target's pressure
 };
 
+/// Levels of the faces of a body's mesh file.
+struct TargetMaskSpec {
+  std::string file;            // absolute
+  std::vector<double> levels;  // of the target's pressure, one per face of the mesh file, 0 to 1, one of them > 0
+};
+
 struct TargetSpec {
   std::vector<TargetBoxSpec> boxes;
   std::vector<TargetPointSpec> points;
   std::vector<TargetLineSpec> lines;
+  std::optional<TargetMaskSpec> mask;  // on the scene's only body
   TargetProfile profile = TargetProfile::kUniform;
   std::optional<double> pressure;  // [Pa]; absent: best
 };

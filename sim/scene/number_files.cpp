@@ -105,33 +105,48 @@ std::vector<Eigen::Index> dead_of(FileReport& report, const NumberTable& table) 
   return dead;
 }
 
+/// The numbers of a file that holds nothing else.
+///
+/// each   what one of them is
+std::vector<double> numbers_of(FileReport& report, const Range& range, const char* each) {
+  std::vector<double> numbers;
+  const auto text = report.text();
+  for_each_line(text.value_or(""), [&](int line, std::string_view content) {
+    for (const auto part : words(content)) {
+      if (report.full()) {
+        return;
+      }
+      const auto value = report.number(line, part);
+      const auto rule = value ? range.broken_by(*value) : std::nullopt;
+      if (rule) {
+        report.add(line, fmt::format("{} = {:.15g} must be {}", each, *value, *rule));
+      } else if (value) {
+        numbers.push_back(*value);
+      }
+    }
+  });
+  if (!report.failed() && numbers.empty()) {
+    report.add(fmt::format("no number in it, must hold at least one {}", each));
+  }
+  return numbers;
+}
+
 }  // namespace
 
 std::optional<std::vector<double>> read_phases(const Input& in, const std::string& path) {
   FileReport report(in, path);
-  const auto text = report.text();
-  if (!text) {
-    return std::nullopt;
-  }
-  std::vector<double> phases;
-  for_each_line(*text, [&](int number, std::string_view line) {
-    for (const auto part : words(line)) {
-      if (report.full()) {
-        return;
-      }
-      if (const auto value = report.number(number, part)) {
-        phases.push_back(*value);
-      }
-    }
-  });
-  if (!report.failed() && phases.empty()) {
-    report.add("no number in it, must hold at least one phase");
-  }
+  auto phases = numbers_of(report, {}, "phase");
   report.require_few(phases.size(), "phases");
-  if (report.failed()) {
-    return std::nullopt;
+  return report.failed() ? std::nullopt : std::optional(std::move(phases));
+}
+
+std::optional<std::vector<double>> read_levels(const Input& in, const std::string& path) {
+  FileReport report(in, path, kMostLevelBytes);
+  auto levels = numbers_of(report, between(0, 1), "level");
+  if (!report.failed() && std::ranges::all_of(levels, [](double level) { return level == 0.0; })) {
+    report.add("all levels are 0, one must be > 0");
   }
-  return phases;
+  return report.failed() ? std::nullopt : std::optional(std::move(levels));
 }
 
 std::optional<PositionsFile> read_positions(const Input& in, const std::string& path) {

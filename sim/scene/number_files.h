@@ -9,6 +9,10 @@
 
 namespace touchfield::schema {
 
+/// Levels of faces, 0 to 1, in the same form; one of them is > 0.
+std::optional<std::vector<double>> read_levels(const Input& in, const std::string& path);
+inline constexpr std::size_t kMostLevelBytes = std::size_t{64} << 20U;  // of five million faces, 12 bytes each
+
 /// Columns of a positions file; axes as written, not yet of unit length.
 struct PositionsFile {
   Points points;                     // [m]

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/scene/number_files.h"
 #include "sim/scene/suggest.h"
 
 namespace touchfield::schema {
@@ -73,13 +74,24 @@ Codec<TargetLineSpec> target_line_codec() {
                     "Width of the line [mm]."));
 }
 
+Codec<TargetMaskSpec> target_mask_codec() {
+  return kept_as<TargetMaskSpec, std::string>(
+      absolute_file(),
+      [](const Input& in, const std::string& path) -> std::optional<TargetMaskSpec> {
+        auto levels = read_levels(in, path);
+        return levels ? std::optional(TargetMaskSpec{path, std::move(*levels)}) : std::nullopt;
+      },
+      [](const TargetMaskSpec& mask) { return mask.file; });
+}
+
 bool check_target(const Input& in, const TargetSpec& target, bool good) {
-  const bool drawn = !target.points.empty() || !target.lines.empty();
+  const bool drawn = !target.points.empty() || !target.lines.empty() || target.mask;
   if (good && !drawn && target.boxes.empty()) {
-    return in.problem("none of box, boxes, points, lines given, must be one or more");
+    return in.problem("none of box, boxes, points, lines, mask_file given, must be one or more");
   }
   if (good && drawn && target.profile == TargetProfile::kPenetration) {
-    return in.key("profile").problem("penetration is of boxes alone; leave points and lines out, or write uniform");
+    return in.key("profile").problem(
+        "penetration is of boxes alone; leave points, lines and mask_file out, or write uniform");
   }
   return good;
 }
@@ -91,13 +103,18 @@ Codec<TargetSpec> target_codec() {
       .maybe("boxes", &TargetSpec::boxes, list_of(box, 1, kMostItems), "", "Several boxes, instead of one.")
       .written_if([](const TargetSpec& target) { return !target.boxes.empty(); })
       .maybe("points", &TargetSpec::points, list_of(target_point_codec(), 1, kMostItems), "",
-             "Round discs on the skin, each about the point of the skin that is nearest to a place. Boxes, points and "
-             "lines may be given together; a face in several of them belongs to the first, in this order.")
+             "Round discs on the skin, each about the point of the skin that is nearest to a place. Boxes, points, "
+             "lines and a mask may be given together; a face in several of them belongs to the first, in this order.")
       .written_if([](const TargetSpec& target) { return !target.points.empty(); })
       .maybe("lines", &TargetSpec::lines, list_of(target_line_codec(), 1, kMostItems), "",
              "Lines and paths on the skin. Their metrics have the width across the first piece, if nothing is given "
              "before it.")
       .written_if([](const TargetSpec& target) { return !target.lines.empty(); })
+      .maybe(
+          "mask_file", &TargetSpec::mask, target_mask_codec(), "mask.txt",
+          "A text file of one number per face of the body's mesh file, in the order of its faces: the pressure wanted "
+          "there as a share of target.pressure_pa, 0 to 1. The numbers are separated by commas or white space; # "
+          "starts a comment. A relative name starts from the scene's folder.")
       .key("profile", &TargetSpec::profile,
            choice<TargetProfile>({{"uniform", TargetProfile::kUniform}, {"penetration", TargetProfile::kPenetration}}),
            "Wanted pressure on the faces: the same on each, or proportional to the depth below the side of the box "

@@ -144,7 +144,7 @@ std::vector<Landmark> joined_landmarks(const Scene& scene, const std::vector<Bod
 
 /// What messages write behind "target" of what it consists of.
 const char* boxes_of(const TargetSpec& target) {
-  if (!target.points.empty() || !target.lines.empty()) {
+  if (!target.points.empty() || !target.lines.empty() || target.mask) {
     return "";
   }
   return target.boxes.size() == 1 ? ".box" : ".boxes";
@@ -344,6 +344,15 @@ BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const Trian
     std::vector<Vector3> points;
     std::ranges::transform(line.points, std::back_inserter(points), position_of);
     add_along(points, std::max(line.width, SkinStrokes::kLongest), plan.targets);
+  }
+  if (scene.target->mask) {
+    require(scene.bodies.size() == 1, "target.mask_file: the scene has {} bodies, a mask needs the only one",
+            scene.bodies.size());
+    const MaskedPart part = masked_part(scene.bodies.front(), *scene.target->mask);
+    plan.mask = part.box;
+    plan.bodies.front().pressed = true;
+    std::ranges::transform(part.places, std::back_inserter(plan.targets),
+                           [&](const Vector3& own) { return world(0, own); });
   }
   Vector3 mean = Vector3::Zero();
   for (const Vector3& centre : plan.targets) {

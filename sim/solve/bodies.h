@@ -24,8 +24,9 @@ struct BodyPlan {
     bool pressed = false;                  // a place of the target is a landmark of the body
   };
   std::vector<Entry> bodies;
-  std::vector<Vector3> targets;          // centres of the target's boxes and points, and along the straight lines
-                                         // between the points of its lines, in the world [m]
+  std::vector<Vector3> targets;          // centres of the target's boxes and points, along the straight lines between
+                                         // the points of its lines, and all over its mask, in the world [m]
+  std::optional<TargetBox> mask;         // the target's, in the own frame of the scene's only body
   std::vector<std::string> warnings;     // about the units of mesh files
   std::vector<std::string> notes;        // what resurfacing did to mesh files, a line each
   std::vector<GivenLandmark> landmarks;  // of mesh files

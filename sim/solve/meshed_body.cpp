@@ -1,6 +1,8 @@
 #include "sim/solve/meshed_body.h"
 
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <type_traits>
 #include <utility>
 
@@ -17,6 +19,7 @@
 #include "sim/mesh/repair/repair.h"
 #include "sim/mesh/repair/resurface.h"
 #include "sim/scene/scene_reader.h"
+#include "sim/target/skin_strokes.h"
 
 namespace touchfield {
 
@@ -116,6 +119,31 @@ MeshedBody closed_body(const BodySpec& spec) {
   return made;
 }
 
+/// The faces of a file that have an area, and their numbers there.
+std::pair<TriangleMesh, std::vector<std::size_t>> faces_with_area(const FileSurface& surface, double unit) {
+  constexpr double kLeastArea = 1e-12;  // of the longest edge squared, as TriangleMesh has it
+  Points points(3, static_cast<Eigen::Index>(surface.points.size()));
+  for (Eigen::Index v = 0; v < points.cols(); ++v) {
+    points.col(v) = unit * surface.points[static_cast<std::size_t>(v)];
+  }
+  std::vector<std::size_t> kept;
+  Triangles triangles(3, static_cast<Eigen::Index>(surface.triangles.size()));
+  for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
+    const auto corner = [&](std::size_t c) -> Vector3 { return points.col(surface.triangles[f][c]); };
+    const Vector3 ab = corner(1) - corner(0);
+    const Vector3 ac = corner(2) - corner(0);
+    const double longest = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
+    if (0.5 * ab.cross(ac).norm() > 2.0 * kLeastArea * longest) {
+      for (int c = 0; c < 3; ++c) {
+        triangles(c, static_cast<Eigen::Index>(kept.size())) =
+            static_cast<int>(surface.triangles[f][static_cast<std::size_t>(c)]);
+      }
+      kept.push_back(f);
+    }
+  }
+  return {{std::move(points), triangles.leftCols(static_cast<Eigen::Index>(kept.size()))}, std::move(kept)};
+}
+
 }  // namespace
 
 HandOptions hand_options(const HandShape& shape, double edge) {
@@ -168,6 +196,28 @@ Body body_from_file(const BodySpec& spec, KeptBodies* kept, std::vector<std::str
     *notes = std::move(made.notes);
   }
   return std::move(made.body);
+}
+
+MaskedPart masked_part(const BodySpec& spec, const TargetMaskSpec& mask) {
+  const auto* shape = std::get_if<MeshShape>(&spec.shape);
+  require(shape != nullptr,
+          "target.mask_file: {} has no mesh file. A mask has one number per face of such a file; write the body to one "
+          "(a built-in hand: "
+          "touchfield hand -o hand.stl) and name it in body.mesh.file",
+          called(spec));
+  require(!shape->series, "target.mask_file: {} is a series of meshes; a mask is for one, body.mesh", called(spec));
+  const FileSurface surface = surface_of(*shape);
+  require(
+      mask.levels.size() == surface.triangles.size(),
+      "target.mask_file: {} has {} levels, it must have one for each of the {} faces of {} (a polygon counts as the "
+      "triangles that it is cut into)",
+      mask.file, mask.levels.size(), surface.triangles.size(), shape->file);
+  const auto [mesh, kept] = faces_with_area(surface, shape->unit);
+  std::vector<double> levels;
+  std::ranges::transform(kept, std::back_inserter(levels), [&](std::size_t face) { return mask.levels[face]; });
+  require(std::ranges::any_of(levels, [](double level) { return level > 0; }),
+          "target.mask_file: {} marks only faces of {} that have no area", mask.file, shape->file);
+  return {masked_box(mesh, levels, "target.mask_file"), masked_places(mesh, levels)};
 }
 
 Body plain_body(const BodySpec& spec, double edge, KeptBodies* kept) {

@@ -56,6 +56,16 @@ void require_body(const BodySpec& body);
 ///         given_landmarks
 Body body_from_file(const BodySpec& spec, KeptBodies* kept, std::vector<std::string>* notes = nullptr);
 
+/// The mask of a target on a body, in the body's own frame.
+struct MaskedPart {
+  TargetBox box;
+  std::vector<Vector3> places;  // all over it [m]
+};
+
+/// body     of a mesh file
+/// throws   InputError if the body has no mesh file or several, or the file not as many faces as the mask has levels
+MaskedPart masked_part(const BodySpec& spec, const TargetMaskSpec& mask);
+
 /// A body in its own frame with faces of one size [m], or those of its file.
 Body plain_body(const BodySpec& spec, double edge, KeptBodies* kept);
 

@@ -291,30 +291,37 @@ void require_clear(const Model& model) {
   }
 }
 
-std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Body& body) {
+std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Model& model) {
+  const Body& body = model.body;
   const auto place = [&](const TargetPlace& given) -> Vector3 {
     return given.at.empty() ? given.centre : position(body.mesh, find_landmark(body, given.at)) + given.offset;
   };
   std::vector<TargetBox> boxes;
   for (std::size_t i = 0; i < spec.boxes.size(); ++i) {
     const TargetBoxSpec& box = spec.boxes[i];
-    boxes.push_back({place(box), box.size, extrinsic_rotation(box.angles), false, box.level,
+    boxes.push_back({place(box), box.size, extrinsic_rotation(box.angles), TargetShape::kBox, box.level,
                      spec.boxes.size() == 1 ? "target.box" : fmt::format("target.boxes[{}]", i)});
   }
-  if (spec.points.empty() && spec.lines.empty()) {
-    return boxes;
+  std::optional<SkinStrokes> skin;
+  if (!spec.points.empty() || !spec.lines.empty()) {
+    skin.emplace(body.mesh);
   }
-  const SkinStrokes skin(body.mesh);
   for (std::size_t i = 0; i < spec.points.size(); ++i) {
     const TargetPointSpec& point = spec.points[i];
-    boxes.push_back(skin.disc(place(point), point.diameter, point.level, fmt::format("target.points[{}]", i)));
+    boxes.push_back(skin->disc(place(point), point.diameter, point.level, fmt::format("target.points[{}]", i)));
   }
   for (std::size_t i = 0; i < spec.lines.size(); ++i) {
     const TargetLineSpec& line = spec.lines[i];
     std::vector<Vector3> points;
     std::ranges::transform(line.points, std::back_inserter(points), place);
-    std::ranges::move(skin.strip(points, line.width, line.level, fmt::format("target.lines[{}]", i)),
+    std::ranges::move(skin->strip(points, line.width, line.level, fmt::format("target.lines[{}]", i)),
                       std::back_inserter(boxes));
+  }
+  if (model.plan.mask) {
+    const Eigen::Matrix3d to_world = model.own_frame.rotation.transpose();
+    boxes.push_back(*model.plan.mask);
+    boxes.back().centre = to_world * (boxes.back().centre - model.own_frame.shift);
+    boxes.back().rotation = to_world * boxes.back().rotation;
   }
   return boxes;
 }
@@ -500,7 +507,7 @@ Model build_model(const Scene& scene, KeptBodies* kept, double per_drive) {
     fixed->array_truth = {std::move(responses.truth), scene.array.phase_levels.value_or(0)};
   }
   if (scene.target) {
-    model.boxes = build_boxes(*scene.target, model.body);  // where the skin is, not where it is seen
+    model.boxes = build_boxes(*scene.target, model);  // where the skin is, not where it is seen
   }
   if (scene.sensing) {
     model.truth = model.body.mesh;

@@ -41,16 +41,16 @@ void box_parts(const GroupWriter& io, const std::vector<TargetBox>& boxes) {
   io.columns("centre", centres, "m");
   io.columns("size", sizes, "m");
   io.columns("axis", axes, "1");
-  const auto differs = [](const TargetBox& box) { return box.round || box.level != 1.0; };
+  const auto differs = [](const TargetBox& box) { return box.shape != TargetShape::kBox || box.level != 1.0; };
   if (std::ranges::any_of(boxes, differs)) {
     Eigen::VectorXd levels(count);
-    std::vector<int> round;
+    std::vector<int> shapes;
     for (const TargetBox& box : boxes) {
-      levels(static_cast<Eigen::Index>(round.size())) = box.level;
-      round.push_back(box.round ? 1 : 0);
+      levels(static_cast<Eigen::Index>(shapes.size())) = box.level;
+      shapes.push_back(static_cast<int>(box.shape));
     }
     io.list("level", levels, "1");
-    io.list("round", round, "1");
+    io.list("shape", shapes, "1");
   }
 }
 
@@ -68,16 +68,21 @@ void box_parts(const GroupReader& io, std::vector<TargetBox>& boxes) {
     io.fail("centre, size and axis must be finite, size > 0");
   }
   Eigen::VectorXd levels;
-  std::vector<int> round;
+  std::vector<int> shapes;
   io.optional_list("level", levels, "1");
-  io.optional_list("round", round, "1");
-  const bool plain = levels.size() == 0 && round.empty();
-  if (!plain && (levels.size() != centres.cols() || round.size() != static_cast<std::size_t>(centres.cols()))) {
-    io.fail("level and round must have as many values as centre has rows");
+  io.optional_list("shape", shapes, "1");
+  const bool plain = levels.size() == 0 && shapes.empty();
+  if (!plain && (levels.size() != centres.cols() || shapes.size() != static_cast<std::size_t>(centres.cols()))) {
+    io.fail("level and shape must have as many values as centre has rows");
+  }
+  if (std::ranges::any_of(shapes,
+                          [](int shape) { return shape < 0 || shape > static_cast<int>(TargetShape::kMask); })) {
+    io.fail("shape must be 0 (box), 1 (cylinder) or 2 (mask)");
   }
   for (Eigen::Index b = 0; b < centres.cols(); ++b) {
-    const bool is_round = !plain && round[static_cast<std::size_t>(b)] != 0;
-    boxes.push_back({centres.col(b), sizes.col(b), axes.middleCols<3>(3 * b), is_round, plain ? 1.0 : levels(b)});
+    boxes.push_back({centres.col(b), sizes.col(b), axes.middleCols<3>(3 * b),
+                     plain ? TargetShape::kBox : static_cast<TargetShape>(shapes[static_cast<std::size_t>(b)]),
+                     plain ? 1.0 : levels(b)});
   }
 }
 

@@ -1,9 +1,14 @@
 #include "sim/target/skin_strokes.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
+#include <map>
+#include <memory>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include "sim/core/place_text.h"
@@ -53,7 +58,7 @@ TargetBox SkinStrokes::disc(const Vector3& at, double diameter, double level, co
   const bool along_x = std::abs(axes(0, 2)) > std::abs(axes(1, 2));  // the normal: then the width is along y
   axes.col(0) = made_tangent(along_x ? Vector3::UnitY() : Vector3::UnitX(), axes.col(2));
   axes.col(1) = axes.col(2).cross(axes.col(0));
-  return {centre, {diameter, diameter, kDepth}, axes, true, level, key};
+  return {centre, {diameter, diameter, kDepth}, axes, TargetShape::kCylinder, level, key};
 }
 
 /// The skin between two points of it: on their side of a finger, though the middle may lie nearer to the other.
@@ -120,7 +125,8 @@ std::vector<TargetBox> SkinStrokes::strip(const std::vector<Vector3>& points, do
     const double first = beyond(i);
     const double last = beyond(i + 1);
     const double length = (nodes[i + 1] - nodes[i]).norm() + first + last;
-    boxes.push_back({middle + 0.5 * (last - first) * along[i], {width, length, kDepth}, axes, false, level, key});
+    boxes.push_back(
+        {middle + 0.5 * (last - first) * along[i], {width, length, kDepth}, axes, TargetShape::kBox, level, key});
   }
   for (std::size_t node = 0; node < count; ++node) {
     if (is_inner(node) && bend(before(node), behind(node)) >= kSharp) {
@@ -128,6 +134,57 @@ std::vector<TargetBox> SkinStrokes::strip(const std::vector<Vector3>& points, do
     }
   }
   return boxes;
+}
+
+TargetBox masked_box(const TriangleMesh& surface, const std::vector<double>& levels, const std::string& key) {
+  std::vector<Eigen::Index> faces;
+  Vector3 normal = Vector3::Zero();
+  for (Eigen::Index f = 0; f < surface.face_count(); ++f) {
+    if (levels[static_cast<std::size_t>(f)] > 0) {
+      faces.push_back(f);
+      normal += surface.areas()(f) * surface.normals().col(f);
+    }
+  }
+  const Eigen::VectorXd weights = surface.areas()(faces) / surface.areas()(faces).sum();
+  const Points places = surface.centroids()(Eigen::all, faces);
+  const Points from = places.colwise() - Vector3(places * weights);
+  // A mask all round a body has no mean normal to speak of: then any direction will do.
+  normal = normal.norm() > 0 ? normal.normalized() : Vector3::UnitZ();
+  const Points beside = from - normal * (normal.transpose() * from);
+  const Eigen::Matrix3d spread = beside * weights.asDiagonal() * beside.transpose() + normal * normal.transpose();
+  Eigen::Matrix3d axes;
+  axes.col(2) = normal;  // of the largest eigenvalue, 1 m2
+  axes.col(0) = made_tangent(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(0), normal);
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  Eigen::AlignedBox3d bounds;
+  for (const Eigen::Index f : faces) {
+    for (int c = 0; c < 3; ++c) {
+      bounds.extend(Vector3(axes.transpose() * surface.corner(f, c)));
+    }
+  }
+  const Vector3 centre = axes * bounds.center();
+  const TriangleMesh own = transformed(surface, axes.transpose(), -axes.transpose() * centre);
+  return {centre,
+          bounds.sizes() + 2.0 * SkinMask::kReach * Vector3::UnitZ(),
+          axes,
+          TargetShape::kMask,
+          1.0,
+          key,
+          std::make_shared<SkinMask>(own, levels)};
+}
+
+std::vector<Vector3> masked_places(const TriangleMesh& surface, const std::vector<double>& levels) {
+  std::map<std::array<std::int64_t, 3>, Vector3> places;
+  for (Eigen::Index f = 0; f < surface.face_count(); ++f) {
+    if (levels[static_cast<std::size_t>(f)] > 0) {
+      const Vector3 at = surface.centroids().col(f);
+      const auto cell = [&](int axis) { return std::llround(at[axis] / SkinStrokes::kLongest); };
+      places.emplace(std::array<std::int64_t, 3>{cell(0), cell(1), cell(2)}, at);
+    }
+  }
+  std::vector<Vector3> all;
+  std::ranges::transform(places, std::back_inserter(all), [](const auto& place) { return place.second; });
+  return all;
 }
 
 }  // namespace touchfield

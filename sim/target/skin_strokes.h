@@ -49,4 +49,14 @@ class SkinStrokes {
   FaceTree tree_;
 };
 
+/// The box round the faces of a surface whose level is above 0, 3 mm above and below them, as a mask. Its own z is their
+/// mean normal, and its own x the direction across which they are spread least.
+///
+/// levels   one per face, 0 to 1, one of them > 0
+TargetBox masked_box(const TriangleMesh& surface, const std::vector<double>& levels, const std::string& key);
+
+/// Points of the faces of a surface whose level is above 0, one in every cube of side SkinStrokes::kLongest that holds
+/// the centroid of one [m].
+std::vector<Vector3> masked_places(const TriangleMesh& surface, const std::vector<double>& levels);
+
 }  // namespace touchfield

@@ -22,7 +22,7 @@ Vector3 in_box_frame(const TargetBox& box, const Vector3& x) { return box.rotati
 
 double distance_to(const TargetBox& box, const Vector3& x) {
   const Vector3 own = in_box_frame(box, x).cwiseAbs();
-  if (box.round) {
+  if (box.shape == TargetShape::kCylinder) {
     const double beside = std::max(own.head<2>().norm() - 0.5 * box.size.x(), 0.0);
     return std::hypot(beside, std::max(own.z() - 0.5 * box.size.z(), 0.0));
   }
@@ -99,12 +99,15 @@ Eigen::VectorXd penetration_depths(const TriangleMesh& mesh, const std::vector<T
 
 }  // namespace
 
-bool holds(const TargetBox& box, const Vector3& x) {
-  const Vector3 own = in_box_frame(box, x).cwiseAbs();
-  if (box.round) {
-    return own.head<2>().norm() <= 0.5 * box.size.x() && own.z() <= 0.5 * box.size.z();
+double level_at(const TargetBox& box, const Vector3& x) {
+  const Vector3 own = in_box_frame(box, x);
+  if (box.shape == TargetShape::kMask) {
+    return box.mask ? box.level * box.mask->level(own) : 0.0;
   }
-  return (own.array() <= 0.5 * box.size.array()).all();
+  const bool beside = box.shape == TargetShape::kCylinder
+                          ? own.head<2>().norm() <= 0.5 * box.size.x()
+                          : (own.head<2>().cwiseAbs().array() <= 0.5 * box.size.head<2>().array()).all();
+  return beside && std::abs(own.z()) <= 0.5 * box.size.z() ? box.level : 0.0;
 }
 
 bool hold_faces(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes) {
@@ -164,7 +167,8 @@ Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes
     target.amplitudes = pressure / depths.maxCoeff() * depths;
   }
   for (std::size_t i = 0; i < target.faces.size(); ++i) {
-    target.amplitudes(static_cast<Eigen::Index>(i)) *= boxes[static_cast<std::size_t>(target.box[i])].level;
+    target.amplitudes(static_cast<Eigen::Index>(i)) *=
+        level_at(boxes[static_cast<std::size_t>(target.box[i])], mesh.centroids().col(target.faces[i]));
   }
   return target;
 }

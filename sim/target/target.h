@@ -1,24 +1,38 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "sim/mesh/triangle_mesh.h"
+#include "sim/target/skin_mask.h"
 
 namespace touchfield {
 
-/// A virtual box in space, or a cylinder in it. Its width axis is its own x, its depth axis its own z.
+/// What of a box belongs to the target.
+enum class TargetShape {
+  kBox,       // all of it
+  kCylinder,  // the cylinder about its own z of diameter size.x
+  kMask,      // the skin that its mask marks
+};
+
+/// A virtual box in space, or what it holds of a cylinder or of a mask. Its width axis is its own x, its depth axis its
+/// own z.
 struct TargetBox {
   Vector3 centre;                                          // [m]
   Vector3 size;                                            // side lengths along its own axes [m]
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // own axes as columns
-  bool round = false;                                      // the cylinder about its own z of diameter size.x
-  double level = 1.0;                                      // of the target's pressure, > 0 and <= 1
-  std::string key{};  // what messages call the part of the target that it belongs to, with others of the same key;
-                      // empty: a part of its own, by its number
+  TargetShape shape = TargetShape::kBox;
+  double level = 1.0;  // of the target's pressure, > 0 and <= 1
+  std::string key{};   // what messages call the part of the target that it belongs to, with others of the same key;
+                       // empty: a part of its own, by its number
+  std::shared_ptr<const SkinMask> mask{};  // of kMask, in the box's own frame; null in a result, which does not keep it
 };
 
-bool holds(const TargetBox& box, const Vector3& x);
+/// The share of the target's pressure that a box asks for on the skin at x [m]: 0 where it does not hold x.
+double level_at(const TargetBox& box, const Vector3& x);
+
+inline bool holds(const TargetBox& box, const Vector3& x) { return level_at(box, x) > 0; }
 
 enum class TargetProfile {
   kUniform,      // the same pressure on every face in a box
@@ -43,7 +57,7 @@ struct Target {
 
 /// Faces whose centroid lies in a box. A face in several belongs to the first.
 ///
-///   uniform:      p' = level pressure
+///   uniform:      p' = level pressure, with level_at the face's centroid
 ///   penetration:  p' = level pressure depth / max depth; depth is measured along the box's depth axis from its face
 ///                 through which the skin enters, the one opposite to the mean outward normal of the faces in that box
 ///

@@ -142,6 +142,29 @@ solve: {methods: [focus]}
                 ("profile: penetration\n  points: [{at: bottom, diameter_mm: 3}]", "target.profile: penetration is of boxes alone")]:
             self.refused("run", self.scene(FINGER.replace(box, part)), "-o", "out", says=says)
 
+    def test_mask_of_a_target(self):
+        write_ply(self.folder / "ball.ply", *icosphere(2, 8.0))
+        body = "body: {mesh: {file: ball.ply, unit: mm}}\n"
+        scene = MESH_SCENE.replace("body: {mesh: {file: skin.obj, unit: mm}}\n", body + "target: {mask_file: mask.txt}\n")
+        text = self.scene(scene)
+        for levels, says in [
+                ("1 0 0 # three\n", ["has 3 levels, it must have one for each of the 320 faces of", "ball.ply"]),
+                ("0 " * 320, "mask.txt: all levels are 0, one must be > 0"),
+                ("0\n1.5\n", "mask.txt:2: level = 1.5 must be 0 to 1"),
+                ("1 x 0", "mask.txt:1: x must be a number"),
+                ("# nothing\n", "mask.txt: no number in it, must hold at least one level"),
+                ("1 " * 320, "target.mask_file covers the whole body")]:
+            self.write("mask.txt", levels)
+            self.refused("run", text, "-o", "out", says=says)
+        self.write("mask.txt", "1 " * 20 + "0 " * 300)
+        self.refused("run", self.scene(scene.replace("{mask_file: mask.txt}", "{mask_file: mask.txt, profile: penetration}")),
+                     "-o", "out", says="target.profile: penetration is of boxes alone; leave points, lines and mask_file out")
+        self.refused("run", self.scene(scene.replace(body, "body: {sphere: {radius_mm: 8}, edge_mm: 2}\n")), "-o", "out",
+                     says=["target.mask_file: body has no mesh file", "body.mesh.file"])
+        self.refused("run", self.scene(scene.replace(body, "bodies: [{name: a, mesh: {file: ball.ply, unit: mm}}, "
+                                                           "{name: b, sphere: {radius_mm: 8}, edge_mm: 2, place: {at_mm: [30, 0, 0]}}]\n")),
+                     "-o", "out", says="target.mask_file: the scene has 2 bodies, a mask needs the only one")
+
     def test_array_inside_the_body(self):
         scene = self.scene(FINGER.replace("at_mm: [0, 0, 60]", "at_mm: [5.08, 5.08, -8]"))
         self.refused("run", scene, "-o", "out", says=["transducer", "inside the body"])

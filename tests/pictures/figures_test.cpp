@@ -382,13 +382,25 @@ TEST(SkinPicture, ABoxHasTwelveEdges) {
 
 TEST(SkinPicture, TheOutlineLeavesOutSharedSides) {
   const TriangleMesh mesh = sheet(2, 1, 0.01);
-  const Target square{.faces = {0, 1}, .amplitudes = Eigen::Vector2d(1, 1), .box = {0, 0}};
-  const Eigen::Matrix2Xi outline = target_outline(mesh, square).ends;
-  std::set<std::pair<int, int>> sides;
-  for (Eigen::Index e = 0; e < outline.cols(); ++e) {
-    sides.emplace(outline(0, e), outline(1, e));
-  }
-  EXPECT_EQ(sides, (std::set<std::pair<int, int>>{{0, 1}, {1, 4}, {3, 4}, {0, 3}}));  // not the diagonal 1-3
+  Target square{.faces = {0, 1}, .amplitudes = Eigen::Vector2d(1, 1), .box = {0, 0}};
+  const auto vertex_at = [&](const Vector3& x) {
+    Eigen::Index vertex = -1;
+    EXPECT_EQ((mesh.vertices().colwise() - x).colwise().norm().minCoeff(&vertex), 0.0);
+    return static_cast<int>(vertex);
+  };
+  const auto sides = [&] {
+    const Lines outline = target_outline(mesh, square);
+    std::set<std::pair<int, int>> found;
+    for (Eigen::Index e = 0; e < outline.ends.cols(); ++e) {
+      found.insert(std::minmax(
+          {vertex_at(outline.points.col(outline.ends(0, e))), vertex_at(outline.points.col(outline.ends(1, e)))}));
+    }
+    return found;
+  };
+  const std::set<std::pair<int, int>> around = {{0, 1}, {1, 4}, {3, 4}, {0, 3}};  // not the diagonal 1-3
+  EXPECT_EQ(sides(), around);
+  square.boxes = {{Vector3::Zero(), Vector3::Ones(), Eigen::Matrix3d::Identity(), TargetShape::kMask}};
+  EXPECT_EQ(sides(), around);  // of a mask: its box is no border
 }
 
 }  // namespace touchfield::figures_test

@@ -62,6 +62,7 @@ bool operator==(const TargetPointSpec& a, const TargetPointSpec& b) {
   const TargetPlace& place = a;
   return place == b && a.diameter == b.diameter && a.level == b.level;
 }
+bool operator==(const TargetMaskSpec& a, const TargetMaskSpec& b) { return a.file == b.file && a.levels == b.levels; }
 bool operator==(const TargetLineSpec& a, const TargetLineSpec& b) {
   return a.points == b.points && a.width == b.width && a.level == b.level;
 }
@@ -145,6 +146,7 @@ void expect_same(const Scene& a, const Scene& b) {
     EXPECT_TRUE(a.target->boxes == b.target->boxes);
     EXPECT_TRUE(a.target->points == b.target->points);
     EXPECT_TRUE(a.target->lines == b.target->lines);
+    EXPECT_TRUE(a.target->mask == b.target->mask);
     EXPECT_EQ(a.target->profile, b.target->profile);
     EXPECT_EQ(a.target->pressure, b.target->pressure);
   }
@@ -286,6 +288,15 @@ TEST(ResolvedScene, WritesNumbersAsAUserWould) {
   EXPECT_THAT(text, ::testing::HasSubstr("temperature_c: 21.7\n"));
   EXPECT_THAT(text, ::testing::HasSubstr("pitch_mm: 10.16\n"));
   EXPECT_THAT(text, ::testing::HasSubstr("radius_mm: 8\n"));
+}
+
+TEST(ResolvedScene, NamesTheMaskOfATarget) {
+  const TempFolder folder;
+  folder.write("mask.txt", "0 0.25, 1 # three faces\n0\n");
+  const Scene scene = read_scene(folder.write("scene.yaml", kSmallScene),
+                                 {"target={mask_file: " + folder.path().string() + "/mask.txt}"});
+  EXPECT_EQ(scene.target->mask->levels, (std::vector<double>{0, 0.25, 1, 0}));
+  expect_round_trip(scene);
 }
 
 TEST(ResolvedScene, HoldsTheNumbersOfFiles) {

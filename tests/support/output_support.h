@@ -87,7 +87,9 @@ inline Run full_run() {
   run.target = Target{.faces = {3, 4, 10}, .amplitudes = Eigen::Vector3d(1000, 2000, 1e-3), .box = {0, 0, 1}};
   run.target->boxes = {
       {Vector3(0, 0, 0.2), Vector3(0.01, 0.02, 0.03)},
-      {Vector3(0.01, 0, 0.2), Vector3(0.01, 0.01, 0.01), extrinsic_rotation(Vector3(0, 0.3, 0.1)), true, 0.25}};
+      {Vector3(0.01, 0, 0.2), Vector3(0.01, 0.01, 0.01), extrinsic_rotation(Vector3(0, 0.3, 0.1)),
+       TargetShape::kCylinder, 0.25},
+      {Vector3(0, 0.01, 0.2), Vector3(0.02, 0.01, 0.01), Eigen::Matrix3d::Identity(), TargetShape::kMask}};
   run.judge = "edge";
   run.judge_model =
       JudgeModel{.scheme = "burton_miller_polished",

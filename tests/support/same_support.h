@@ -75,7 +75,7 @@ inline void expect_same(const Target& a, const Target& b) {
   ASSERT_EQ(a.boxes.size(), b.boxes.size());
   for (std::size_t i = 0; i < a.boxes.size(); ++i) {
     expect_equal_parts(a.boxes[i], b.boxes[i], &TargetBox::centre, &TargetBox::size, &TargetBox::rotation,
-                       &TargetBox::round, &TargetBox::level);
+                       &TargetBox::shape, &TargetBox::level);
   }
 }
 

@@ -117,6 +117,89 @@ TEST(SkinStrokes, AClosedPathHasNoGapAtItsCorners) {
   expect_along(mesh, boxes, path_on(mesh, points, -Vector3::UnitZ()), 5e-3, 1.5);
 }
 
+/// Levels of a mesh's faces by their centroids.
+template <class Level>
+std::vector<double> levels_of(const TriangleMesh& mesh, const Level& level) {
+  std::vector<double> levels;
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    levels.push_back(level(Vector3(mesh.centroids().col(f))));
+  }
+  return levels;
+}
+
+/// 1 in a strip 8 mm wide along y at the lowest skin of a ball, 0.5 beside it where x > 0.
+double strip_level(const Vector3& x) {
+  if (x.z() > 0 || std::abs(x.y()) > 12e-3) {
+    return 0.0;
+  }
+  return std::abs(x.x()) < 4e-3 ? 1.0 : x.x() > 0 && x.x() < 7e-3 ? 0.5 : 0.0;
+}
+
+TEST(SkinStrokes, AMaskHoldsTheFacesThatItMarksWithTheirLevels) {
+  const TriangleMesh mesh = icosphere(20e-3, 20);
+  const std::vector<double> levels = levels_of(mesh, strip_level);
+  const TargetBox box = masked_box(mesh, levels, "target.mask_file");
+  const Target target = make_target(mesh, {box}, TargetProfile::kUniform, 200.0);
+  std::size_t k = 0;
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    if (levels[static_cast<std::size_t>(f)] > 0) {
+      ASSERT_LT(k, target.faces.size());
+      EXPECT_EQ(target.faces[k], f);
+      EXPECT_EQ(target.amplitudes(static_cast<Eigen::Index>(k)), 200.0 * levels[static_cast<std::size_t>(f)]);
+      ++k;
+    }
+  }
+  EXPECT_EQ(k, target.faces.size());
+  EXPECT_GT(k, 100U);
+  EXPECT_GT(std::abs(box.rotation.col(0).x()), 0.98);  // own x is across the strip
+  EXPECT_LT(box.rotation.col(2).z(), -0.98);           // own z leads outwards
+  for (const Eigen::Index f : target.faces) {
+    const Vector3 own = box.rotation.transpose() * (mesh.centroids().col(f) - box.centre);
+    EXPECT_TRUE((own.cwiseAbs().array() <= 0.5 * box.size.array()).all());
+  }
+}
+
+TEST(SkinStrokes, AMaskIsThatOfAnyMeshOfTheSkinAndMovesWithIt) {
+  const TriangleMesh marked = icosphere(20e-3, 40);
+  TargetBox box = masked_box(marked, levels_of(marked, strip_level), "target.mask_file");
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(2.0, Vector3(1, 2, 3).normalized()).toRotationMatrix();
+  const Vector3 shift(0.01, -0.2, 0.03);
+  box.centre = turn * box.centre + shift;
+  box.rotation = turn * box.rotation;
+  const TriangleMesh other = icosphere(20e-3, 27);  // another mesh of it
+  const Target target = make_target(transformed(other, turn, shift), {box}, TargetProfile::kUniform, 1.0);
+  const double edge = marked.mean_edge();
+  std::size_t held = 0;
+  for (Eigen::Index f = 0; f < other.face_count(); ++f) {
+    const Vector3 x = other.centroids().col(f);
+    const auto found = std::ranges::find(target.faces, f);
+    const double level = found == target.faces.end() ? 0.0 : target.amplitudes(found - target.faces.begin());
+    held += level > 0 ? 1 : 0;
+    const bool at_border = strip_level(x - Vector3(edge, 0, 0)) != strip_level(x + Vector3(edge, 0, 0)) ||
+                           strip_level(x - Vector3(0, edge, 0)) != strip_level(x + Vector3(0, edge, 0));
+    if (!at_border) {
+      EXPECT_EQ(level, strip_level(x)) << x.transpose();
+    }
+  }
+  EXPECT_GT(held, 200U);
+  EXPECT_THAT(support::message_of<InputError>([&] {
+                make_target(transformed(other, turn, shift + Vector3(0, 0, 0.05)), {box}, TargetProfile::kUniform, 1.0);
+              }),
+              HasSubstr("target.mask_file: no face has its centroid in the box about"));  // the skin is elsewhere
+}
+
+TEST(SkinStrokes, PlacesOfAMaskAreNearEachOfItsFaces) {
+  const TriangleMesh mesh = icosphere(20e-3, 20);
+  const std::vector<double> levels = levels_of(mesh, strip_level);
+  const std::vector<Vector3> places = masked_places(mesh, levels);
+  EXPECT_LT(places.size(), 40U);
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    if (levels[static_cast<std::size_t>(f)] > 0) {
+      EXPECT_LT(distance_to_path(mesh.centroids().col(f), places), std::sqrt(3.0) * SkinStrokes::kLongest);
+    }
+  }
+}
+
 TEST(SkinStrokes, LinesThatLeaveTheSkinAreRefused) {
   const TriangleMesh mesh = together(icosphere(5e-3, 8), shifted(icosphere(5e-3, 8), {20e-3, 0, 0}));
   const auto refusal = [&](const std::vector<Vector3>& points, double width) {

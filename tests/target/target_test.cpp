@@ -113,7 +113,7 @@ TEST(Target, APartNeedsAFaceButNotEachOfItsBoxes) {
 
 TEST(Target, ARoundBoxIsACylinder) {
   TargetBox round{{0, 0, -10e-3}, {8e-3, 8e-3, 4e-3}};
-  round.round = true;
+  round.shape = TargetShape::kCylinder;
   EXPECT_TRUE(holds(round, {3.9e-3, 0, -11.9e-3}));
   EXPECT_FALSE(holds(round, {3e-3, 3e-3, -10e-3}));
   EXPECT_FALSE(holds(round, {0, 0, -12.1e-3}));
