@@ -49,8 +49,8 @@ class SkinStrokes {
   FaceTree tree_;
 };
 
-/// The box round the faces of a surface whose level is above 0, 3 mm above and below them, as a mask. Its own z is their
-/// mean normal, and its own x the direction across which they are spread least.
+/// The box round the faces of a surface whose level is above 0, 3 mm above and below them, as a mask. Its own z is
+/// their mean normal, and its own x the direction in which they are spread least.
 ///
 /// levels   one per face, 0 to 1, one of them > 0
 TargetBox masked_box(const TriangleMesh& surface, const std::vector<double>& levels, const std::string& key);
