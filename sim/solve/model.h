@@ -124,7 +124,7 @@ bool presses(const Model& model);
 ///          the board of an array's unit, two bodies are not apart, or the target reaches a cap of keep_within
 void require_clear(const Model& model);
 
-/// The boxes of a target on a model's body, with those that its points, lines and mask are made of: at a landmark of the
+/// The boxes of a target on a model's body, with those of its points, lines and mask: at a landmark of the
 /// body where it is now, or where the scene says.
 /// throws   InputError on an unknown landmark, or as SkinStrokes
 std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Model& model);
