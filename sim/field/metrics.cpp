@@ -21,6 +21,8 @@ const std::vector<MetricField>& metric_fields() {
       {"cost_skin", "Pa2 m2", &Metrics::cost_skin},
       {"cost_bound", "Pa2 m2", &Metrics::cost_bound},
       {"optimality_gap", "1", &Metrics::optimality_gap, true},
+      {"error_bound", "1", &Metrics::error_bound, true},
+      {"power_share", "1", &Metrics::power_share, true},
       {"iterations", "1", &Metrics::iterations},
       {"seconds_solve", "s", &Metrics::seconds_solve},
       {"seconds_total", "s", &Metrics::seconds_total},

@@ -27,6 +27,8 @@ struct Metrics {
   double cost_skin = kNotComputed;   // surface's, at the method's best common level up to 1
   double cost_bound = kNotComputed;  // the least that surface's can be at full level
   double optimality_gap = kNotComputed;
+  double error_bound = kNotComputed;  // sqrt(cost_bound / cost of silence)
+  double power_share = kNotComputed;  // mean of the squares of the excitations' amplitudes
   double iterations = kNotComputed;
   double seconds_solve = kNotComputed;
   double seconds_total = kNotComputed;

@@ -51,6 +51,8 @@ void judge_method(MethodResult& result, const TriangleMesh& mesh, const SurfaceG
     metrics.cost = result.solution.cost_history.back();
   }
   metrics.iterations = result.solution.iterations;
+  metrics.power_share =
+      result.solution.amplitudes.squaredNorm() / static_cast<double>(result.solution.amplitudes.size());
   metrics.seconds_solve = result.seconds.front().second;
   metrics.seconds_total = 0.0;
   for (const auto& [stage, seconds] : result.seconds) {

@@ -138,11 +138,13 @@ void certify_methods(const Model& model, Models& models, Run& run, Progress& pro
           "pressure. It does not prove anything for the whole body; without keep_within_mm it does"}},
         run, progress);
   }
+  const double silent = skin_cost(problem, Eigen::VectorXcd::Zero(model.fixed->array.size()));
   for (MethodResult& method : run.methods) {
     const Eigen::VectorXcd q = drive(method.solution);
     const double reached = skin_cost(problem, best_level(problem, q) * q);
     method.metrics.cost_skin = reached;
     method.metrics.cost_bound = certificate.bound;
+    method.metrics.error_bound = std::sqrt(certificate.bound / silent);
     method.metrics.optimality_gap = optimality_gap(problem, certificate, reached);
   }
 }

@@ -96,6 +96,8 @@ TEST(SolveModel, TheCertificateIsBelowWhatAnyMethodReaches) {
   const touchfield::Run run = solved(small_model({"solve.certificate=true", "solve.methods=[surface, paper, focus]"}));
   for (const MethodResult& method : run.methods) {
     EXPECT_GT(method.metrics.cost_bound, 0.0);
+    EXPECT_LE(method.metrics.error_bound, method.metrics.relative_error_raw * (1 + 1e-9)) << method.name;
+    EXPECT_GT(method.metrics.error_bound, 0.0);
     EXPECT_LE(method.metrics.cost_bound, method.metrics.cost_skin * (1 + 1e-9)) << method.name;
   }
 }
