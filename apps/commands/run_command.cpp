@@ -33,15 +33,17 @@ Value run_result(const Run& run, const std::string& directory) {
   for (const auto& [stage, value] : run.seconds) {
     seconds.push_back({stage, value});
   }
-  return {{"name", run.name},
-          {"directory", directory},
-          {"faces", run.mesh.face_count()},
-          {"channels", run.array.size()},
-          {"judged_skin", to_string(run.judged_skin)},
-          {"methods", method_values(run)},
-          {"seconds", seconds},
-          {"warnings", run.warnings},
-          {"notes", run.notes}};
+  Value result = {{"name", run.name},
+                  {"directory", directory},
+                  {"faces", run.mesh.face_count()},
+                  {"channels", run.array.size()},
+                  {"judged_skin", to_string(run.judged_skin)},
+                  {"methods", method_values(run)},
+                  {"seconds", seconds},
+                  {"warnings", run.warnings},
+                  {"notes", run.notes}};
+  result.add(levels_value(run));
+  return result;
 }
 
 /// The scene of the command: a file, or the one that a run has kept, whose paths are absolute.
@@ -97,7 +99,7 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
     if (flags.json) {
       put(run_result(run, directory.path()).json() + "\n");
     } else {
-      put(fmt::format("{}{}", methods_table(run), flags.quiet ? directory.path() + "\n" : ""));
+      put(fmt::format("{}{}{}", methods_table(run), levels_text(run), flags.quiet ? directory.path() + "\n" : ""));
     }
   });
   return 0;

@@ -243,6 +243,14 @@ void add_evaluation(nb::class_<SharedRun>& run) {
           nb::sig("def fields(self) -> dict[str, dict[str, numpy.typing.NDArray[typing.Any]]]"),
           "By name of the grid and method [Pa], axes z, y, x; `points`: the positions, with a last axis x, y, z [m].")
       .def_prop_ro(
+          "levels", [](const SharedRun& self) { return object_of(levels_value(*self)["sound_levels"]); },
+          nb::sig("def levels(self) -> list[dict[str, typing.Any]]"),
+          "Of every point among the fields and method: point, method, amplitude_pa (peak), level_db (re 20 uPa, rms).")
+      .def_prop_ro(
+          "exposure_limits", [](const SharedRun& self) { return object_of(levels_value(*self)["exposure_limits"]); },
+          nb::sig("def exposure_limits(self) -> list[dict[str, typing.Any]]"),
+          "Published for the frequency, if there are points: source, for, limit_db. No assessment of safety.")
+      .def_prop_ro(
           "seconds", [](const SharedRun& self) { return numbers_dict(self->seconds); },
           nb::sig("def seconds(self) -> dict[str, float]"))
       .def_prop_ro("warnings", [](const SharedRun& self) { return self->warnings; })

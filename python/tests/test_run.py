@@ -133,3 +133,21 @@ def test_figures_of_a_part_are_told_apart(finger, run, tmp_path):
     alone.save(tmp_path / "run.h5")
     kept = tf.read_run(tmp_path / "run.h5")
     assert (kept.solved_skin, kept.judged_skin) == ("part", "part")
+
+
+def test_levels_at_points_are_of_the_field_there(finger):
+    at = [-80, 30, 300]
+    run = tf.run(finger, set={"solve.methods": ["surface", "focus"], "judge": "same", "write": ["h5"], "field": [
+        {"name": "ear", "at_mm": at}, {"name": "arm", "at_mm": [0, 100, 80]}]})
+    assert [(row["point"], row["method"]) for row in run.levels] == [
+        ("ear", "surface"), ("ear", "focus"), ("arm", "surface"), ("arm", "focus")]
+    pressure = run.field([np.array(at) * 1e-3])
+    for row in run.levels[:2]:
+        assert row["amplitude_pa"] == abs(run.fields["ear"][row["method"]][0, 0, 0])
+        assert np.isclose(row["amplitude_pa"], abs(pressure[row["method"]][0]), rtol=1e-12)
+        assert np.isclose(row["level_db"], 20 * np.log10(row["amplitude_pa"] / (np.sqrt(2) * 20e-6)), rtol=0, atol=1e-9)
+    assert {row["limit_db"] for row in run.exposure_limits} == {100, 110, 115}
+
+
+def test_no_points_no_levels(run):
+    assert run.levels == [] and run.exposure_limits == []

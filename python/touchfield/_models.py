@@ -278,6 +278,16 @@ class Run(Part):
         return self._core.fields
 
     @property
+    def levels(self):
+        """Of every point among the fields and method a dict: point, method, amplitude_pa (peak), level_db (re 20 uPa, rms)."""
+        return self._core.levels
+
+    @property
+    def exposure_limits(self):
+        """Published for the frequency, if there are points, as dicts: source, for, limit_db. No assessment of safety."""
+        return self._core.exposure_limits
+
+    @property
     def seconds(self):
         """By stage [s]."""
         return self._core.seconds

@@ -10,6 +10,7 @@
 #include "sim/assess/cost.h"
 #include "sim/assess/expected_steps.h"
 #include "sim/core/errors.h"
+#include "sim/core/place_text.h"
 #include "sim/core/units.h"
 #include "sim/field/evaluate.h"
 #include "sim/solve/alarm.h"
@@ -267,7 +268,9 @@ Value check_value(const Model& model, const CheckReport& report, const Remarks& 
   }
   Value::Group fields;
   for (const FieldGrid& grid : model.fixed->fields) {
-    fields.push_back({grid.name, fmt::format("{} x {} x {} points", grid.count[0], grid.count[1], grid.count[2])});
+    fields.push_back({grid.name, grid.size() == 1 ? place_text(grid.origin)
+                                                  : fmt::format("{} x {} x {} points", grid.count[0], grid.count[1],
+                                                                grid.count[2])});
   }
   Remarks remarks = model_remarks(model);
   add(more, remarks);

@@ -30,6 +30,9 @@ void write_vtk(const WriteSpec& write, const Run& run, const RunDirectory& direc
   }
   if (write.vti) {
     for (const FieldResult& field : run.fields) {
+      if (field.grid.size() == 1) {
+        continue;  // nothing to see
+      }
       together.push_back(field.grid.name + ".vti");
       write_field_vti(directory.file(together.back()), run, field);
     }

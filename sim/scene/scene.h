@@ -23,9 +23,9 @@ struct MediumSpec {
 
 struct FieldSpec {
   std::string name;
-  std::string plane;                 // xy, xz, yz; empty: a box of points
-  Vector3 centre = Vector3::Zero();  // of the plane or box [m]
-  Vector3 size = Vector3::Zero();    // extents along x, y, z [m], 0 across a plane
+  std::string plane;                 // xy, xz, yz; empty: a box of points, or one point
+  Vector3 centre = Vector3::Zero();  // of the plane or box, or the point [m]
+  Vector3 size = Vector3::Zero();    // extents along x, y, z [m], 0 across a plane and of one point
   double spacing = 1e-3;             // [m]
 };
 

@@ -245,7 +245,7 @@ Codec<Scene> make_scene_codec() {
            "auto: same, if it has whole bodies with edges of at most 0.35 wavelengths; otherwise a new mesh of the "
            "whole bodies.")
       .key("field", &Scene::fields, fields_codec(),
-           "Planes and boxes of points in the air where the pressure is computed.")
+           "Planes, boxes of points and single points in the air where the pressure is computed.")
       .key("write", &Scene::write, write_codec(),
            "Files to write: results (h5), surfaces (vtp) and fields (vti) for ParaView, pictures (png). With transfer "
            "the results also hold the transfer matrix.")

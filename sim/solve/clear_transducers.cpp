@@ -12,6 +12,7 @@
 #include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/clearance.h"
+#include "sim/mesh/query/face_tree.h"
 #include "sim/solve/meshed_body.h"
 
 namespace touchfield {
@@ -120,6 +121,30 @@ void require_clear_transducers(const Posture& posture, const TransducerArray& ar
   if (signed_distance(*nearest) < kLeastClearance) {
     const auto body = static_cast<std::size_t>(owner[static_cast<std::size_t>(nearest->face)]);
     refuse_place(posture.bodies[body], array, nearest - clearances.begin(), signed_distance(*nearest));
+  }
+}
+
+void require_clear_points(const std::vector<FieldGrid>& fields, const TransducerArray& array,
+                          const TriangleMesh& mesh) {
+  constexpr double kOff = 0.5 * kMillimetre;  // from the skin, of the place that the message offers
+  for (const FieldGrid& field : fields) {
+    if (field.size() > 1) {
+      continue;
+    }
+    const Vector3& at = field.origin;
+    Index nearest = 0;
+    require(array.kind == TransducerArray::Kind::kPlaneWave ||
+                (array.positions.colwise() - at).colwise().norm().minCoeff(&nearest) >= kLeastClearance,
+            "field {}: at_mm {} must be >= {} mm away from every transducer; it is nearer to transducer {}", field.name,
+            place_text(at, 2), kLeastClearance / kMillimetre, nearest);
+    const FaceTree tree(mesh);
+    if (tree.winding_number(at) > 0.5) {
+      const SkinPoint skin = tree.nearest(at);
+      throw InputError(fmt::format(
+          "field {}: at_mm {} is {:.2f} mm inside a body, where there is no sound; the nearest place in the air is {}",
+          field.name, place_text(at, 2), skin.distance / kMillimetre,
+          place_text(skin.at + kOff * mesh.normals().col(skin.face), 2)));
+    }
   }
 }
 

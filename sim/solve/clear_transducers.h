@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "sim/acoustics/transducer_array.h"
+#include "sim/field/field_grid.h"
 #include "sim/solve/bodies.h"
 
 namespace touchfield {
@@ -20,6 +21,9 @@ bool lies_apart(const TransducerArray& array, const TriangleMesh& mesh, double d
 /// throws     InputError that names body.place.at_mm if a transducer is in the mesh or nearer than 1 mm to it
 void require_clear_transducers(const Posture& posture, const TransducerArray& array, const TriangleMesh& mesh,
                                const std::vector<int>& owner);
+
+/// throws   InputError that names a field of one point if it is in the body or nearer than 1 mm to a transducer
+void require_clear_points(const std::vector<FieldGrid>& fields, const TransducerArray& array, const TriangleMesh& mesh);
 
 /// The same before any body is meshed as the scene asks for it, from where the plan puts its shape.
 ///

@@ -526,6 +526,10 @@ Model build_model(const Scene& scene, KeptBodies* kept, double per_drive) {
   for (const FieldSpec& field : scene.fields) {
     fixed->fields.push_back(centred_grid(field.name, field.centre, field.size, field.spacing));
   }
+  require_clear_points(fixed->fields, fixed->array, model.body.mesh);
+  for (const PlacedBodies::Whole& whole : bodies.whole) {
+    require_clear_points(fixed->fields, fixed->array, whole.mesh);
+  }
   return model;
 }
 

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <omp.h>
 
+#include "sim/core/counted.h"
 #include "sim/core/text_hash.h"
 #include "sim/core/version.h"
 #include "sim/gpu/gpu_library.h"
@@ -43,6 +44,7 @@ Run begin_run(const Model& model, const SolveOptions& options) {
           .mesh = model.body.mesh,
           .array = model.fixed->array,
           .array_truth = model.fixed->array_truth,
+          .frequency = model.fixed->wave.frequency(),
           .judge = judge,
           .solved_skin = solved_extent(model),
           .judged_skin = judged_extent(model),
@@ -349,8 +351,15 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
   Gpu* const gpu = models.of(first.scheme).scattering().gpu();
   for (const FieldGrid& grid : model.fixed->fields) {
     run.fields.push_back(timed(progress, run.seconds, "field_" + grid.name,
-                               fmt::format("field {}: {} points", grid.name, grid.size()),
+                               fmt::format("field {}: {}", grid.name, counted(grid.size(), "point", "points")),
                                [&] { return evaluate_grid(grid, model, run, gpu, progress); }));
+    if (grid.size() == 1 && run.fields.back().inside.front() != 0) {
+      say({{fmt::format("point_inside: field {}: the point is inside the evaluation mesh, where there is no sound; "
+                        "move at_mm off the skin",
+                        grid.name)},
+           {}},
+          run, progress);
+    }
   }
   run.complete = true;
   run.provenance.card = used_card(run.solves);

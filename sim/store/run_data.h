@@ -115,6 +115,7 @@ struct Run {
   TriangleMesh mesh;                        // in the world's frame; of several bodies one behind the other
   TransducerArray array{};                  // as the solver reckons with it
   std::optional<ArrayTruth> array_truth{};  // then judge and fields are of it
+  double frequency = kNotComputed;          // [Hz]; not known of files from before 0.3
   std::optional<Target> target{};
   std::string judge = "none";                   // none, same (the solving mesh), truth, edge, split
   std::optional<JudgeModel> judge_model{};      // there if judge is truth, edge or split

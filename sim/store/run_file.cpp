@@ -288,6 +288,7 @@ void write_run(const GroupWriter& io, const Run& run) {
   io.attribute("name", run.name);
   io.attribute("complete", run.complete ? 1 : 0);
   io.attribute("alarm", run.alarm);
+  io.attribute("frequency", run.frequency);
   io.write_text("scene", run.scene);
   io.part("mesh", true, [&](const GroupWriter& part) {
     mesh_parts(part, run.mesh);
@@ -305,6 +306,7 @@ Run read_run(const GroupReader& io) {
           .mesh = read_mesh(mesh),
           .complete = io.integer_attribute("complete") != 0};
   io.later_attribute("alarm", run.alarm);
+  io.later_attribute("frequency", run.frequency);
   bodies_parts(mesh, run);
   run_parts(io, run);
   extent_parts(io, run, kSaysSkinOfRun, run.judge != "none");

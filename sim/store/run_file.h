@@ -30,6 +30,11 @@ std::string run_file_at(const std::string& path);
 /// the best pressure and whose it is where the scene asked for it.
 std::string methods_table(const Run& run);
 
+/// Sound levels at the fields of one point, and the limits that are published for the frequency: a row a point and
+/// method, a row a limit; and both as text, empty without such fields.
+Value levels_value(const Run& run);
+std::string levels_text(const Run& run);
+
 /// Name, mesh and array sizes, solutions and provenance of a run; its methods with every metric; and the first with
 /// methods_table as text for a person.
 Value run_value(const Run& run);

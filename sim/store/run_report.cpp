@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "sim/store/result_text.h"
+#include "sim/store/run_file.h"
 #include "sim/store/run_layout.h"
 #include "sim/store/text_table.h"
 #include "solvers/phase/phase_methods.h"
@@ -138,11 +139,12 @@ std::string run_report(const Run& run, const std::vector<std::string>& pictures)
     (picture.starts_with("overview") ? first : others).push_back(picture);
   }
   const std::string name = markup_text(run.name);
+  const std::string levels = levels_text(run);
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"/>\n"
       "<meta name=\"viewport\" "
       "content=\"width=device-width\"/>\n<title>{0}</title>\n<style>{1}</style></head>\n<body>\n"
-      "<h1>{0}</h1>\n{2}<h2>Results</h2>\n{3}{4}{5}{6}"
+      "<h1>{0}</h1>\n{2}<h2>Results</h2>\n{3}{4}{11}{5}{6}"
       "<h2>For a methods section</h2>\n<p>{7}</p>\n<h2>To cite</h2>\n<pre>{8}</pre>\n"
       "<h2>All pictures</h2>\n{9}<h2>Provenance</h2>\n<pre>{10}</pre>\n"
       "<p>The scene is in <a href=\"scene.yaml\">scene.yaml</a>, all figures in <a "
@@ -152,7 +154,8 @@ std::string run_report(const Run& run, const std::vector<std::string>& pictures)
       run.judged_skin == SkinExtent::kPart ? "<p>" + markup_text(extent_label(run.judged_skin)) + "</p>\n" : "",
       list_of("Warnings", run.warnings), list_of("Notes", run.notes), markup_text(methods_paragraph(run)),
       markup_text(bibtex(run.provenance.version)), shown(others),
-      markup_text(lines_text(provenance_value(run.provenance))));
+      markup_text(lines_text(provenance_value(run.provenance))),
+      levels.empty() ? "" : "<h2>Sound levels</h2>\n<pre>" + markup_text(levels) + "</pre>\n");
 }
 
 }  // namespace touchfield

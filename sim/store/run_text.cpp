@@ -8,6 +8,7 @@
 
 #include "sim/core/atomic_file.h"
 #include "sim/core/units.h"
+#include "sim/field/exposure_limits.h"
 #include "sim/store/result_text.h"
 #include "sim/store/run_file.h"
 #include "sim/store/run_layout.h"
@@ -35,6 +36,9 @@ Value::Group field_values(const Run& run) {
   Value::Group fields;
   for (const FieldResult& field : run.fields) {
     const FieldGrid& grid = field.grid;
+    if (grid.size() == 1) {
+      continue;  // levels_value has it
+    }
     std::vector<std::string> methods;
     std::ranges::transform(field.pressure, std::back_inserter(methods), [](const auto& entry) { return entry.first; });
     fields.push_back(
@@ -186,9 +190,48 @@ Value run_value(const Run& run) {
                  {"alarm", std::isnan(run.alarm) ? Value() : Value::share(run.alarm)},
                  {"alarms", Value::by_name(alarms)},
                  {"seconds", stage_values(run.seconds)}};
+  value.add(levels_value(run));
   value.add(provenance_value(run.provenance));
   value.add({{"warnings", run.warnings}, {"notes", run.notes}});
   return value;
+}
+
+Value levels_value(const Run& run) {
+  Value::List levels;
+  for (const FieldResult& field : run.fields) {
+    for (const auto& [method, pressure] : field.pressure) {
+      if (field.grid.size() == 1) {
+        const double amplitude = field.inside.front() == 0 ? std::abs(pressure(0)) : kNotComputed;
+        levels.push_back(Value{{"point", field.grid.name},
+                               {"method", method},
+                               {"amplitude_pa", amplitude},
+                               {"level_db", sound_level(amplitude)}});
+      }
+    }
+  }
+  Value::List limits;
+  for (const ExposureLimit& limit : exposure_limits(levels.empty() ? kNotComputed : run.frequency)) {
+    limits.push_back(Value{{"source", limit.source}, {"for", limit.people}, {"limit_db", limit.level}});
+  }
+  return {{"sound_levels", levels}, {"exposure_limits", limits}};
+}
+
+std::string levels_text(const Run& run) {
+  const Value values = levels_value(run);
+  const Value::List& levels = values["sound_levels"].list();
+  const Value::List& limits = values["exposure_limits"].list();
+  if (levels.empty()) {
+    return "";
+  }
+  const std::string text =
+      "sound levels, dB re 20 uPa rms, of the carrier at full amplitude, without the listener's head\n" +
+      table_text(levels, levels.size());
+  return limits.empty()
+             ? text + fmt::format("no published limit is known here for {:.4g} kHz\n", 1e-3 * run.frequency)
+             : text +
+                   fmt::format("published limits in the third-octave band of {:.4g} kHz; no assessment of safety\n",
+                               1e-3 * run.frequency) +
+                   table_text(limits);
 }
 
 Value method_values(const Run& run) {

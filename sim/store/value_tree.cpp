@@ -30,7 +30,7 @@ struct ShownUnit {
   double factor = 1;
 };
 
-constexpr std::array<ShownUnit, 13> kUnits = {{{"mm", "mm"},
+constexpr std::array<ShownUnit, 14> kUnits = {{{"mm", "mm"},
                                                {"m", "mm", 1 / kMillimetre},
                                                {"deg", "deg"},
                                                {"rad", "deg", 1 / kDegree},
@@ -39,6 +39,7 @@ constexpr std::array<ShownUnit, 13> kUnits = {{{"mm", "mm"},
                                                {"hz", "Hz"},
                                                {"mib", "MiB"},
                                                {"pa", "Pa"},
+                                               {"db", "dB"},
                                                {"n", "N"},
                                                {"cm2", "cm2"},
                                                {"cm3", "cm3"},

@@ -86,6 +86,49 @@ class RunTest(CommandTest):
             numpy.testing.assert_array_equal(a["methods/focus/pressure"][:], b["methods/focus/pressure"][:])
         self.assertFalse((self.folder / "again/report.html").exists())
 
+    def test_levels_at_points_stand_beside_published_limits(self):
+        scene = self.write("scene.yaml", FINGER.replace("write: [h5, vtp, vti]", "write: [h5, vti, png]").replace(
+            "[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[focus, unscattered]") +
+            "field: [{name: ear, at_mm: [-80, 0, 400]}, {name: arm, at_mm: [0, 100, 80]}]\n")
+        said = self.run_ok("run", scene, "-o", "out", "--force").stdout
+        found = json.loads(self.run_ok("run", scene, "-o", "out", "--force", "--json").stdout)
+        info = json.loads(self.run_ok("info", "out", "--json").stdout)
+        for name in ["sound_levels", "exposure_limits"]:
+            self.assertEqual(info[name], found[name])
+        self.assertEqual([(row["point"], row["method"]) for row in found["sound_levels"]],
+                         [("ear", "focus"), ("ear", "unscattered"), ("arm", "focus"), ("arm", "unscattered")])
+        with open_run(self.folder / "out") as run:
+            self.assertEqual(run.attrs["frequency"], 40e3)
+            for row in found["sound_levels"]:
+                (pressure,) = run[f"field/{row['point']}/pressure/{row['method']}"][:].ravel()
+                self.assertEqual(row["amplitude_pa"], abs(pressure))
+                self.assertAlmostEqual(row["level_db"], 20 * math.log10(abs(pressure) / math.sqrt(2) / 20e-6), places=9)
+        self.assertEqual({(row["source"], row["for"], row["limit_db"]) for row in found["exposure_limits"]},
+                         {("INIRC-IRPA 1984", "public", 100), ("INIRC-IRPA 1984", "workers", 110),
+                          ("Health Canada 1991", "industry and commerce", 110), ("ACGIH 2004", "workers, never above", 115)})
+        report = (self.folder / "out/report.html").read_text()
+        self.assertEqual(ElementTree.fromstring(report).tag, "html")
+        table = said[said.index("sound levels, "):]
+        for part in [table, self.run_ok("info", "out").stdout, report]:
+            for row in found["sound_levels"]:
+                self.assertRegex(part, rf"{row['point']} +{row['method']} .*{row['level_db']:.4g}")
+            self.assertRegex(part, "INIRC-IRPA 1984 +public +100")
+        self.assertIn("no assessment of safety", table)
+        self.assertEqual([*(self.folder / "out").glob("*.vti")], [])  # of a point there is nothing to see
+        self.assertIn("(-80.0, 0.0, 400.0) mm", self.run_ok("check", scene).stdout)
+
+    def test_points_of_a_field_must_be_in_the_air_and_have_names_of_their_own(self):
+        scene = self.write("scene.yaml", FINGER)
+        ear = "{name: ear, at_mm: [-80, 0, 400]}"
+        for fields, problem in [("{name: ear, at_mm: [0, 0, 65]}", "field ear: at_mm (0.00, 0.00, 65.00) mm is"),
+                                (f"{ear}, {ear}", "ear"), ("{name: ear, at_mm: [0, 0, 400], size_mm: [1, 1]}", "size_mm")]:
+            for command in ["run", "check"]:
+                self.is_refused(command, scene, "--set", f"field=[{fields}]", says=[problem])
+        self.assertFalse((self.folder / "results").exists())
+        high = self.run_ok("run", scene, "--set", f"field=[{ear}]", "--set", "frequency_khz=15", "--set", "solve.methods=[focus]",
+                           "--set", "solve.allow_coarse_mesh=true")
+        self.assertIn("no published limit is known here for 15 kHz", high.stdout)
+
     def test_twice_in_a_row_without_an_output(self):
         scene = self.write("scene.yaml", FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[focus]"))
         self.run_ok("run", scene)

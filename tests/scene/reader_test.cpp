@@ -410,6 +410,22 @@ TEST(SceneReader, PutsAPlanesSizeOnItsAxes) {
   EXPECT_EQ(scene.fields[2].spacing, 0.5e-3);
 }
 
+TEST(SceneReader, AFieldOfOnePointHasNoSize) {
+  const auto field = [](const std::string& keys) { return kSmallScene + "field: [{name: ear, " + keys + "}]\n"; };
+  const Scene scene = scene_from(field("at_mm: [1, 2, 3]"));
+  EXPECT_EQ(scene.fields.at(0).centre, Vector3(1e-3, 2e-3, 3e-3));
+  EXPECT_TRUE(scene.fields.at(0).size.isZero());
+  const auto refusal = [&](const std::string& keys) {
+    return message_of<InputError>([&] { scene_from(field(keys)); });
+  };
+  EXPECT_THAT(refusal("at_mm: [1, 2, 3], size_mm: [1, 1, 1]"), HasSubstr("size_mm"));
+  EXPECT_THAT(refusal("at_mm: [1, 2, 3], spacing_mm: 2"), HasSubstr("spacing_mm"));
+  EXPECT_THAT(refusal("at_mm: [1, 2, 3], plane: xy, size_mm: [1, 1]"), HasSubstr("plane"));
+  EXPECT_THAT(refusal("at_mm: [1, 2]"), HasSubstr("at_mm"));
+  EXPECT_THAT(refusal("at_mm: [1, 2, 3]}, {name: ear, at_mm: [4, 5, 6]"), HasSubstr("ear"));
+  EXPECT_THAT(refusal("plane: xy"), HasSubstr("size_mm"));
+}
+
 // 20 million points are allowed, one more is not: 4000 x 5000 points are 3999 x 4999 steps of 1 mm.
 TEST(SceneReader, AllowsTwentyMillionFieldPoints) {
   const auto field = [](const std::string& size) {

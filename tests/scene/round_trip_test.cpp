@@ -234,7 +234,7 @@ const std::vector<Variant> kVariants = {
     {"fields",
      {"field=[{name: a, plane: xy, through_mm: [0.1, 0, 0], size_mm: [0.3, 0.7], spacing_mm: 0.1}, {name: b, "
       "plane: yz, through_mm: [1, 2, 3], size_mm: [3, 7]}, {name: c, centre_mm: [1, 2, 3], size_mm: [3, 7, "
-      "0.9]}]"}},
+      "0.9]}, {name: d, at_mm: [0.1, -0.7, 3]}, {name: e, at_mm: [0, 0, 0]}]"}},
     {"schemes", {"solve={methods: [{fixed: {phases_rad: 0, scheme: chief}}], scheme: burton_miller}"}},
     {"solver",
      {"solve={methods: [{fixed: {phases_rad: 0}}], solver: lu, precision: double, tolerance: 1e-13, refine: false, "

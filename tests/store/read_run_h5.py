@@ -36,6 +36,7 @@ def check(run):
     assert run.attrs["name"] == "width \u00fc 5mm"
     assert run.attrs["complete"] == 1
     assert run.attrs["alarm"] == 0.0125
+    assert run.attrs["frequency"] == 40e3
     assert run["scene"].asstr()[()] == "name: width\nfrequency_khz: 40\n# \u00e9\n"
 
     def has_unit(name, item):

@@ -57,6 +57,37 @@ TEST(Describe, ATableOfMethodsFitsAScreenOf100Columns) {
   }
 }
 
+/// A run at a frequency with fields of one point.
+RunData with_points(double frequency) {
+  RunData run = full_run();
+  run.frequency = frequency;
+  for (const auto& [name, inside] : {std::pair{"left_ear", 0}, std::pair{"lost", 1}}) {
+    FieldResult field{{name, Vector3(0, 0, 0.5), Vector3::Ones(), {1, 1, 1}}, {static_cast<unsigned char>(inside)}, {}};
+    field.pressure.emplace_back("surface", Eigen::VectorXcd::Constant(1, Complex(0.0, inside != 0 ? 0.0 : 20.0)));
+    run.fields.push_back(field);
+  }
+  return run;
+}
+
+TEST(Levels, AreOfFieldsOfOnePointBesideTheLimitsOfTheirBand) {
+  const std::string text = levels_text(with_points(40e3));
+  EXPECT_THAT(text, ContainsRegex("left_ear +surface +20 +117\n"));
+  EXPECT_THAT(text, ContainsRegex("lost +surface +- +-\n"));
+  EXPECT_THAT(text, ContainsRegex("INIRC-IRPA 1984 +public +100\n"));
+  EXPECT_THAT(text, HasSubstr("band of 40 kHz; no assessment of safety"));
+  EXPECT_THAT(text, Not(HasSubstr("side")));  // a plane
+  EXPECT_THAT(describe_run(with_points(40e3)), ContainsRegex("left_ear +surface +20 +117\n"));
+  const std::string high = levels_text(with_points(150e3));
+  EXPECT_THAT(high, AllOf(HasSubstr("no published limit is known here for 150 kHz"), Not(HasSubstr("INIRC"))));
+}
+
+TEST(Levels, AreOfNobodyWhoAsksForNone) {
+  RunData run = full_run();
+  run.frequency = 40e3;
+  EXPECT_EQ(levels_text(run), "");
+  EXPECT_TRUE(levels_value(run)["exposure_limits"].empty());
+}
+
 TEST(MetricsCsv, OneLineAMethodAndQuotesWhereTheyAreNeeded) {
   const TemporaryDirectory directory;
   const std::string path = directory.file("metrics.csv");

@@ -137,6 +137,7 @@ inline Run full_run() {
                     .channels_left_out = 1e-5 / 3,
                     .quiet_left_out = 1e-6 / 7}};
   run.alarm = 0.0125;
+  run.frequency = 40e3;
   for (const auto& [name, count] : {std::pair{"side", std::array{5, 1, 4}}, std::pair{"cube", std::array{3, 4, 2}}}) {
     FieldResult field;
     field.grid = {name, Vector3(-0.01, 0.02, 0.19), Vector3(1e-3, 2e-3, 3e-3), count};

@@ -170,6 +170,7 @@ inline void expect_same(const Run& a, const Run& b) {
   expect_same(a.target, b.target);
   expect_same(a.judge_model, b.judge_model);
   expect_same_bits(a.alarm, b.alarm);
+  expect_same_bits(a.frequency, b.frequency);
   expect_same(a.solves, b.solves);
   expect_same(a.transfers, b.transfers);
   expect_same(a.methods, b.methods);
