@@ -47,7 +47,9 @@ std::optional<FieldSpec> to_field(const Input& in, const FieldForm& form) {
 }
 
 FieldForm to_form(const FieldSpec& field) {
-  FieldForm form{.name = field.name, .plane = {}, .spacing = field.spacing};
+  FieldForm form;
+  form.name = field.name;
+  form.spacing = field.spacing;
   if (field.size.isZero()) {
     form.at = field.centre;
     return form;

@@ -30,7 +30,17 @@ PhaseSolution search_surface(const SkinProblem& problem, const Eigen::MatrixXcd&
   options.trial = kTrial;
   options.initial_damping = kDamping;
   options.standstill = kStandstill;
-  return solve_surface(problem, starts, options, callback);
+  if (!options.free_amplitudes) {
+    return solve_surface(problem, starts, options, callback);
+  }
+  // Some steps do not tell which of the two ways ends lower, so both are gone to their ends, each half of the work.
+  const auto half = [&](int done) -> IterationCallback {
+    return [&callback, done](int iteration, double cost) { callback((done + iteration + 1) / 2, cost); };
+  };
+  PhaseSolution first_way = solve_surface(problem, starts, options, callback ? half(0) : callback);
+  PhaseSolution fitted =
+      solve_surface(problem, fitted_start(problem), options, callback ? half(options.iterations) : callback);
+  return fitted.cost_history.back() < first_way.cost_history.back() ? fitted : first_way;
 }
 
 }  // namespace touchfield

@@ -9,6 +9,9 @@ namespace touchfield {
 /// done or six of them together lower the cost by less than 2e-4 of it. On problems with traps single starts end up to
 /// 30 % above one another; this takes about twice the time of one (docs/phases.md has both figures, over 60 scenes).
 ///
+/// Free amplitudes: fitted_start is followed as well, to its end, and the lower of the two answers is taken. Annealed
+/// starts are at full drive. Where the array is far too strong they end in traps with amplitudes, up to 12 % above.
+///
 /// others    drives, N a column, there may be none: the phases of the frame before, say
 /// options   where the level is free the annealed starts have the level that suits them, and if it is below 1 one at
 ///           full drive joins them, after five steps; trial, damping and standstill are this function's own

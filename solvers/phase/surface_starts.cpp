@@ -18,6 +18,8 @@ namespace {
 
 constexpr double kDriveTolerance = 0.01;    // on ln(epsilon): the start need not be better
 constexpr double kLeastDrivePrice = 1e-10;  // epsilon over the largest eigenvalue of A A^H: above its rounding error
+constexpr double kFittedPrice = 1e-6;       // the same of fitted_start
+constexpr int kFittedRounds = 30;
 
 /// The rows that matter to a drive, A = [diag(sqrt w) H_T over the faces that want sound; R], and what they want.
 struct Rows {
@@ -62,12 +64,25 @@ class PricedDrive {
     const Eigen::VectorXcd y = hermitian_eigen(hermitian_product(scaled.adjoint())).vectors.col(0) *
                                std::sqrt(static_cast<double>(weighted_.rows()));
     coefficients_ = priced.asDiagonal() * (weighted_.adjoint() * y);
-    return (eigen_.values.array().max(0.0) * coefficients_.array().abs2()).sum();
+    return energy();
+  }
+
+  /// The same for phases y that are those of the pressures that they lead to, from y = 1. Returns |q|^2.
+  double fit(double epsilon) {
+    const Eigen::VectorXd values = eigen_.values.array().max(0.0);
+    Eigen::VectorXcd y = Eigen::VectorXcd::Ones(weighted_.rows());
+    for (int round = 0; round < kFittedRounds; ++round) {
+      coefficients_ = (values.array() + epsilon).inverse().matrix().asDiagonal() * (weighted_.adjoint() * y);
+      y = phasors_of(weighted_ * values.cwiseProduct(coefficients_));
+    }
+    return energy();
   }
 
   Eigen::VectorXcd drives() const { return rows_.matrix.adjoint() * (eigen_.vectors * coefficients_); }
 
  private:
+  double energy() const { return (eigen_.values.array().max(0.0) * coefficients_.array().abs2()).sum(); }
+
   const Rows& rows_;
   HermitianEigen eigen_;           // of A A^H
   Eigen::MatrixXcd weighted_;      // diag(b) V_T
@@ -105,6 +120,21 @@ Eigen::VectorXcd spectral_start(const SkinProblem& problem) {
     priced.solve(std::exp(high));
   }
   return phasors_of(priced.drives());
+}
+
+Eigen::VectorXcd fitted_start(const SkinProblem& problem) {
+  require_valid(problem, "fitted_start");
+  const Rows rows = wanting_rows(problem);
+  if (rows.wanted.size() == 0 || rows.matrix.isZero(0.0)) {
+    return Eigen::VectorXcd::Zero(problem.channel_count());
+  }
+  PricedDrive priced(rows);
+  double price = kFittedPrice;
+  while (priced.fit(price * priced.largest_eigenvalue()) > static_cast<double>(problem.channel_count()) && price < 1) {
+    price *= 10;
+  }
+  const Eigen::VectorXcd drives = priced.drives();
+  return drives.array() / drives.array().abs().max(1.0);
 }
 
 Eigen::VectorXcd random_start(Eigen::Index channels, unsigned seed) {

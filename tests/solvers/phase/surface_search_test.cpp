@@ -156,4 +156,14 @@ TEST(SurfaceSearch, TheNumberOfThreadsChangesNothingBeyondRounding) {
   EXPECT_NEAR(one, three, 1e-6 * one);
 }
 
+// Eleven rows and 30 free amplitudes: a weak pattern can be made exactly, and the search finds it.
+TEST(SurfaceSearch, FreeAmplitudesMakeAWeakPatternExactly) {
+  SkinProblem problem = random_problem(5, 6, 30, 0.3, 860);
+  problem.amplitudes *= 1e-3;
+  SurfaceOptions options;
+  options.free_amplitudes = true;
+  const PhaseSolution found = search_surface(problem, Eigen::MatrixXcd(30, 0), options);
+  EXPECT_LT(found.cost_history.back(), 1e-6 * skin_cost(problem, Eigen::VectorXcd::Zero(30)));
+}
+
 }  // namespace touchfield::surface_search_test

@@ -793,6 +793,38 @@ TEST(SurfaceStarts, AllAreUnitDrivesAndBeatChance) {
   EXPECT_LT(cost(spectral_start(problem)), cost(random));
 }
 
+TEST(SurfaceStarts, FittedSolvesTheLinearProblemOfItsOwnPhases) {
+  for (unsigned seed = 850; seed < 856; ++seed) {
+    SkinProblem problem = random_problem(4, 6, 30, 0.3, seed);
+    problem.amplitudes *= seed % 2 == 0 ? 1e-3 : 1.0;  // what few channels at full drive make, and far less
+    const Eigen::MatrixXcd h = problem.weights.cwiseSqrt().asDiagonal() * problem.target;
+    const Eigen::VectorXcd b = (problem.weights.cwiseSqrt().array() * problem.amplitudes.array()).cast<Complex>();
+    Eigen::MatrixXcd all(h.rows() + problem.quiet.rows(), 30);
+    all << h, problem.quiet;
+    const Eigen::MatrixXcd normal = all.adjoint() * all;
+    const double largest = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXcd>(normal).eigenvalues().maxCoeff();
+    Eigen::VectorXcd expected;
+    double price = 1e-6;
+    do {
+      const Eigen::MatrixXcd back = (normal + price * largest * Eigen::MatrixXcd::Identity(30, 30)).inverse() *
+                                    h.adjoint() * b.asDiagonal();
+      Eigen::VectorXcd y = Eigen::VectorXcd::Ones(b.size());
+      for (int round = 0; round < 30; ++round) {
+        expected = back * y;
+        y = (h * expected).array() / (h * expected).array().abs();
+      }
+      price *= 10;
+    } while (expected.squaredNorm() > 30.0 && price < 10.0);
+    const Eigen::VectorXcd clipped = expected.array() / expected.array().abs().max(1.0);
+    const Eigen::VectorXcd start = fitted_start(problem);
+    EXPECT_LT((start - clipped).norm(), 1e-6 * clipped.norm()) << seed;  // the normal matrix squares the condition
+    EXPECT_LE(start.cwiseAbs().maxCoeff(), 1.0 + 1e-15);
+  }
+  SkinProblem silent = random_problem(4, 6, 30, 0.3, 857);
+  silent.amplitudes.setZero();
+  EXPECT_EQ(fitted_start(silent), Eigen::VectorXcd::Zero(30));
+}
+
 TEST(SurfaceStarts, RandomFollowsItsSeedAndFillsTheCircle) {
   EXPECT_EQ(random_start(50, 3), random_start(50, 3));
   EXPECT_GT((random_start(50, 3) - random_start(50, 4)).norm(), 1.0);
