@@ -27,6 +27,7 @@
 #include "sim/motion/sensed_motion.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/solve/stages.h"
+#include "sim/store/checksum.h"
 #include "sim/store/run_file.h"
 #include "solvers/linear/program_start.h"
 
@@ -59,6 +60,12 @@ const MethodSpec& method_of(const Scene& scene, const std::string& name) {
   }
   throw InputError(name.empty() ? fmt::format("the scene has the methods {}; --method picks one", known)
                                 : fmt::format("the scene has no method '{}', it has {}", name, known));
+}
+
+std::string checksum_of(const DriveFrame& frame) {
+  std::string bytes(frame.phase.begin(), frame.phase.end());
+  bytes.append(frame.intensity.begin(), frame.intensity.end());
+  return checksum(bytes);
 }
 
 Scene moving_scene(const LiveCommand& command) {
@@ -102,6 +109,7 @@ class Live {
     plan.array = layout_of(sensed_->solved().first().fixed->array);
     plan.must_match = {sensed_->solved().first().fixed->array};
     plan.drives = [this](const ArrayLayout&) { return std::vector<Drive>{prepared()}; };
+    plan.observer = [this](std::size_t number, const DriveFrame& frame) { sent_[number] = checksum_of(frame); };
     plan.stream = [this](const Rounding& rounded) { return stream_of(*loop_, motion_, rounded); };
     EmissionReport report;
     std::exception_ptr failure;
@@ -203,7 +211,7 @@ class Live {
           omp_set_num_threads(1);
           return sensed_->sensor->sample(number, seconds);
         },
-        prepare, time_);
+        prepare, time_, sensed_->sensor->recording());
     while (!loop_->ready(kLook)) {
       leave_if_interrupted();
     }
@@ -245,9 +253,9 @@ class Live {
     for (const MotionFrame& frame : loop.frames) {
       report.play.worst_delay = std::max(report.play.worst_delay, frame.late);
     }
-    const LiveResult result{motion_, loop, report.play};
+    const LiveResult result{motion_, loop, report.play, sent_};
     if (directory_) {
-      write_text_file(directory_->file("live.csv"), live_csv(with_target_off(loop)));
+      write_text_file(directory_->file("live.csv"), live_csv(with_target_off(loop), sent_));
       if (!report.failure) {
         directory_->settle();
       }
@@ -279,6 +287,7 @@ class Live {
   Progress silent_;
   std::optional<SensedMotion> sensed_;
   std::optional<RunDirectory> directory_;
+  SentChecksums sent_;
   SteadyTime time_;
   std::optional<LiveLoop> loop_;  // the last of all: its threads use what is above
 };

@@ -1,6 +1,7 @@
 #include "apps/commands/live_text.h"
 
 #include <algorithm>
+#include <iterator>
 #include <vector>
 
 #include "sim/core/units.h"
@@ -29,10 +30,11 @@ Times solve_times(const LiveReport& report) {
   return times;
 }
 
-Times stage_times(const LiveReport& report, const std::string& stage) {
+/// From the phases of a frame until the link had taken it.
+Times send_times(const LiveReport& report) {
   Times times;
-  for (const MotionFrame& frame : report.frames) {
-    times.push_back(stage_seconds(frame, stage));
+  for (std::size_t f = 0; f < report.frames.size(); ++f) {
+    times.push_back(report.frames[f].shown - report.solved[f]);
   }
   return times;
 }
@@ -40,6 +42,24 @@ Times stage_times(const LiveReport& report, const std::string& stage) {
 Value spread(const Times& times) {
   const Statistics over_frames = statistics(times);
   return {{"median_s", {over_frames.median, 3}}, {"p95_s", {over_frames.p95, 3}}, {"worst_s", {over_frames.worst, 3}}};
+}
+
+/// The spread of each stage.
+Value stage_spreads(const std::vector<StageSeconds>& stages) {
+  Value spreads = Value::by_name({});
+  for (const std::string& name : stages_of(stages)) {
+    Times times;
+    for (const StageSeconds& seconds : stages) {
+      times.push_back(stage_seconds(seconds, name));
+    }
+    spreads.add(name, spread(times));
+  }
+  return spreads;
+}
+
+/// Frames that a newer one, or the end, overtook before the link took them.
+std::size_t unsent_frames(const LiveResult& result) {
+  return result.loop.frames.size() - result.play.sent - result.play.stale;
 }
 
 /// Frames a second.
@@ -54,10 +74,8 @@ long lost_frames(const LiveReport& report) { return std::ranges::count(report.fr
 
 Value live_value(const LiveResult& result) {
   const LiveReport& loop = result.loop;
-  Value stages = Value::by_name({});
-  for (const std::string& stage : stages_of(loop.frames)) {
-    stages.add(stage, spread(stage_times(loop, stage)));
-  }
+  std::vector<StageSeconds> solve_stages;
+  std::ranges::transform(loop.frames, std::back_inserter(solve_stages), &MotionFrame::seconds);
   return {{"frames", loop.frames.size()},
           {"seconds", result.play.seconds},
           {"rate_hz", {rate_of(result), 3}},
@@ -68,6 +86,7 @@ Value live_value(const LiveResult& result) {
           {"quiet_frames", quiet_frames(loop)},
           {"lost_frames", lost_frames(loop)},
           {"stale", result.play.stale},
+          {"unsent", unsent_frames(result)},
           {"stale_after_s", result.motion.stale},
           {"silences", result.play.silences},
           {"silent_s", {result.play.silent, 3}},
@@ -75,12 +94,14 @@ Value live_value(const LiveResult& result) {
           {"samples", loop.sensed.size()},
           {"overtaken", loop.overtaken},
           {"sense", spread(loop.sensed)},
+          {"sense_stages", stage_spreads(loop.sensed_stages)},
           {"latency", spread(latencies(loop))},
           {"solve", spread(solve_times(loop))},
-          {"stages", stages}};
+          {"stages", stage_spreads(solve_stages)},
+          {"send", spread(send_times(loop))}};
 }
 
-std::string live_csv(const LiveReport& report) {
+std::string live_csv(const LiveReport& report, const SentChecksums& sent) {
   const std::vector<std::string> stages = stages_of(report.frames);
   const auto row_of = [&](std::size_t number, const MotionFrame& frame, double solved) {
     Value row = {{"frame", number},
@@ -92,7 +113,8 @@ std::string live_csv(const LiveReport& report) {
                  {"shown_s", frame.shown},
                  {"quiet", frame.quiet},
                  {"lost", frame.lost},
-                 {"target_off_mm", frame.target_off / kMillimetre}};
+                 {"target_off_mm", frame.target_off / kMillimetre},
+                 {"sent_crc32", sent.contains(number) ? sent.at(number) : ""}};
     for (const std::string& stage : stages) {
       row.add(stage + "_s", stage_seconds(frame, stage));
     }

@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/steady_now.h"
 #include "sim/core/units.h"
 #include "sim/motion/loop_clock.h"
-#include "sim/motion/recorded_times.h"
 #include "sim/motion/whole_skin.h"
 #include "sim/sensing/camera_folder.h"
 #include "sim/sensing/simulated_camera.h"
@@ -57,7 +57,7 @@ HandImages recorded_images(const std::string& folder, Progress* progress) {
             }
             return last->second;
           },
-          times.covered(), images->warnings()};
+          times.covered(), images->warnings(), times};
 }
 
 FittedSensor::FittedSensor(const Scene& scene, HandImages images, const MovingModel* truth, KeptBodies* kept)
@@ -168,9 +168,12 @@ Seen FittedSensor::seen(const DepthFrame& frame) {
 }
 
 Seen FittedSensor::sample(std::int64_t number, double seconds) {
+  const double begin = steady_now();
   const DepthFrame frame = images_.at(number, seconds);
   if (!last_ || frame.seconds > last_->seconds) {
+    const double taken = steady_now();
     last_ = seen(frame);
+    last_->stages = {{"images", taken - begin}, {"fit", steady_now() - taken}};
   }
   return *last_;
 }

@@ -19,8 +19,9 @@ struct HandImages {
   std::vector<DepthCamera> cameras;  // as they are told to stand
   /// The images of sample `number`, taken at most at `seconds`; its own time is that of the motion.
   std::function<DepthFrame(std::int64_t number, double seconds)> at;
-  double seconds = 0;                   // that there are images for
-  std::vector<std::string> warnings{};  // CameraFolder's
+  double seconds = 0;                       // that there are images for
+  std::vector<std::string> warnings{};      // CameraFolder's
+  std::optional<RecordedTimes> recorded{};  // when, unless at any time
 };
 
 /// Simulated cameras that look at the true skin, whole.
@@ -51,6 +52,7 @@ class FittedSensor final : public MotionSensor {
   const MovingModel& solved() const override { return skin_.solved(); }
   void start(Progress& progress) override;
   bool remembers() const override { return true; }
+  const RecordedTimes* recording() const override { return images_.recorded ? &*images_.recorded : nullptr; }
   Seen sample(std::int64_t number, double seconds) override;
   std::vector<TriangleMesh> places(int count) const override;
   std::vector<std::string> notes() const override { return notes_; }

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "sim/motion/joints_hand.h"
-#include "sim/motion/recorded_times.h"
 #include "sim/sensing/joint_table.h"
 
 namespace touchfield {
@@ -22,6 +21,7 @@ class JointsSensor final : public MotionSensor {
                KeptBodies* kept = nullptr);
 
   const MovingModel& solved() const override { return hand_.solved(); }
+  const RecordedTimes* recording() const override { return &times_; }
   /// The newest frame at that time.
   Seen sample(std::int64_t number, double seconds) override;
   std::vector<TriangleMesh> places(int count) const override;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <pthread.h>
 #include <utility>
 
 #include "sim/core/steady_now.h"
@@ -17,6 +18,9 @@ constexpr int kFirstPlaces = 9;       // of a motion, where the target is looked
 constexpr double kLongestWait = 1e3;  // [s] at a time: no clock overflows
 
 std::chrono::duration<double> seconds_of(double seconds) { return std::chrono::duration<double>(seconds); }
+
+/// As `top -H` shows this thread, and the threads that it makes.
+void name_thread(const char* name) { ::pthread_setname_np(::pthread_self(), name); }
 
 /// The motion of a loop whose solve times are its own.
 MotionSpec measured(MotionSpec motion) {
@@ -37,8 +41,12 @@ void SteadyTime::wait_until(double t, const std::stop_token& stop) {
   }
 }
 
-LiveLoop::LiveLoop(const MotionSpec& motion, LiveSensor sensor, std::function<LiveSolver()> prepare, LiveTime& time)
-    : motion_(measured(motion)), sensor_(std::move(sensor)), time_(time) {
+LiveLoop::LiveLoop(const MotionSpec& motion, LiveSensor sensor, std::function<LiveSolver()> prepare, LiveTime& time,
+                   const RecordedTimes* recorded)
+    : motion_(measured(motion)),
+      sensor_(std::move(sensor)),
+      recorded_(recorded != nullptr ? std::optional(*recorded) : std::nullopt),
+      time_(time) {
   LoopClock checked(motion_);
   const auto slots = static_cast<std::size_t>(std::ceil(motion.seconds * motion.frames_hz));
   report_.frames.reserve(slots);
@@ -120,28 +128,40 @@ void LiveLoop::run(const std::function<void()>& work) {
   changed_.notify_all();
 }
 
+bool LiveLoop::has_sample(std::int64_t number) const {
+  return (!recorded_ || number < static_cast<std::int64_t>(recorded_->size())) &&
+         sample_time(number) < to_ticks(motion_.seconds);
+}
+
+Tick LiveLoop::sample_time(std::int64_t number) const {
+  return recorded_ ? to_ticks(recorded_->seconds(static_cast<std::size_t>(number)))
+                   : instant(number, motion_.sensor.hz);
+}
+
+std::int64_t LiveLoop::newest_due(Tick at) const {
+  return recorded_ ? static_cast<std::int64_t>(recorded_->newest(to_seconds(at))) : last_instant(at, motion_.sensor.hz);
+}
+
 void LiveLoop::sense(const std::stop_token& stop) {
+  name_thread("sensor");
   const double begin = begun();
   const Tick latency = to_ticks(motion_.sensor.latency);
   LiveSample sample{.now = {.lost = true}, .prediction = MotionPrediction(motion_.predict, 1 / motion_.sensor.hz)};
-  for (std::int64_t number = 0; true; ++number) {
-    const Tick at = instant(number, motion_.sensor.hz);
-    if (at >= to_ticks(motion_.seconds)) {
-      return;
-    }
-    time_.wait_until(begin + to_seconds(at + latency), stop);
+  for (std::int64_t number = 0; has_sample(number); ++number) {
+    time_.wait_until(begin + to_seconds(sample_time(number) + latency), stop);
     if (stop.stop_requested()) {
       return;
     }
     // Those that were known while this thread had no processor are overtaken.
     const double begun_at = time_.now();
-    const std::int64_t newest = std::max(number, last_instant(to_ticks(begun_at - begin) - latency, motion_.sensor.hz));
+    const std::int64_t newest = std::max(number, newest_due(to_ticks(begun_at - begin) - latency));
     const std::int64_t overtaken = newest - number;
     number = newest;
-    Seen now = sensor_(number, to_seconds(instant(number, motion_.sensor.hz)));
+    Seen now = sensor_(number, to_seconds(sample_time(number)));
     {
       const std::lock_guard lock(mutex_);
       report_.sensed.push_back(time_.now() - begun_at);
+      report_.sensed_stages.push_back(std::move(now.stages));
       report_.overtaken += overtaken;
     }
     sample.prediction.see(now);
@@ -151,6 +171,7 @@ void LiveLoop::sense(const std::stop_token& stop) {
 }
 
 void LiveLoop::solve(const std::stop_token& stop, const std::function<LiveSolver()>& prepare) {
+  name_thread("solver");
   const LiveSolver solver = prepare();
   double begin = 0;
   {

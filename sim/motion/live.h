@@ -73,8 +73,9 @@ struct LiveReport {
   std::vector<MotionFrame> frames;  // by their numbers, without phases
   std::vector<double> solved;       // a frame
   std::vector<double> sensed;       // what each sample took to make [s]
-  std::int64_t overtaken = 0;       // samples that were not made, as a newer one was there already
-  std::int64_t late = 0;            // as LoopClock has them
+  std::vector<StageSeconds> sensed_stages;
+  std::int64_t overtaken = 0;  // samples that were not made, as a newer one was there already
+  std::int64_t late = 0;       // as LoopClock has them
   std::int64_t dropped = 0;
   std::int64_t waiting = 0;
   double residual = 0;
@@ -91,8 +92,10 @@ class LiveLoop {
  public:
   /// motion    with the time that the loop goes on
   /// prepare   makes the solver, in the thread that will call it; may take its time
+  /// recorded  whose frames are the samples, each at its own time; null: sensor.hz samples a second. Copied
   /// throws    InputError as LoopClock
-  LiveLoop(const MotionSpec& motion, LiveSensor sensor, std::function<LiveSolver()> prepare, LiveTime& time);
+  LiveLoop(const MotionSpec& motion, LiveSensor sensor, std::function<LiveSolver()> prepare, LiveTime& time,
+           const RecordedTimes* recorded = nullptr);
   /// Waits for the threads, for ever if one hangs: see stop.
   ~LiveLoop();
   LiveLoop(const LiveLoop&) = delete;
@@ -127,6 +130,11 @@ class LiveLoop {
 
  private:
   void run(const std::function<void()>& work);
+  /// Whether it comes before the motion or the recording is over.
+  bool has_sample(std::int64_t number) const;
+  Tick sample_time(std::int64_t number) const;
+  /// The last sample due by then.
+  std::int64_t newest_due(Tick at) const;
   void sense(const std::stop_token& stop);
   void solve(const std::stop_token& stop, const std::function<LiveSolver()>& prepare);
   /// The newest sample, once there is one; null when it is told to stop.
@@ -137,6 +145,7 @@ class LiveLoop {
 
   MotionSpec motion_;
   LiveSensor sensor_;
+  std::optional<RecordedTimes> recorded_;
   LiveTime& time_;
   LatestSlot<LiveSample> sensed_;
   LatestSlot<LiveFrame> solved_;

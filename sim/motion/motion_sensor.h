@@ -9,6 +9,8 @@
 
 #include "sim/core/progress.h"
 #include "sim/motion/moving_model.h"
+#include "sim/motion/recorded_times.h"
+#include "sim/store/motion_data.h"
 
 namespace touchfield {
 
@@ -17,9 +19,10 @@ inline bool is_exact(const MotionSpec::Sensor& sensor) { return std::holds_alter
 
 /// What a sensor saw of what moves.
 struct Seen {
-  double seconds = 0;   // when it was so, from the beginning of the motion
-  MotionState state{};  // of the model that is solved; of no meaning if lost
-  bool lost = false;    // it does not know where the body is
+  double seconds = 0;     // when it was so, from the beginning of the motion
+  MotionState state{};    // of the model that is solved; of no meaning if lost
+  bool lost = false;      // it does not know where the body is
+  StageSeconds stages{};  // what it took
 };
 
 /// What the solver knows of a motion: nothing but the samples of its sensor.
@@ -41,6 +44,9 @@ class MotionSensor {
 
   /// Whether a sample depends on those before it, so that none should be left out.
   virtual bool remembers() const { return false; }
+
+  /// When what it sees was recorded; null where it sees at any time.
+  virtual const RecordedTimes* recording() const { return nullptr; }
 
   /// One sample, in a sensor that remembers with a number beyond those before it.
   ///

@@ -11,6 +11,7 @@ class RecordedTimes {
   /// seconds   rising, from any start; one or more
   explicit RecordedTimes(std::vector<double> seconds);
 
+  std::size_t size() const { return seconds_.size(); }
   double seconds(std::size_t frame) const { return seconds_.at(frame); }
   /// The newest frame at a time [s], which may be half a tick of the clock early.
   std::size_t newest(double seconds) const;

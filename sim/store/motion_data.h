@@ -9,6 +9,9 @@
 
 namespace touchfield {
 
+/// Stages of some work and the seconds that this machine took for each.
+using StageSeconds = std::vector<std::pair<std::string, double>>;
+
 /// How far what a sensor made of the skin was from the true one, rms about the target (seen_error.h) [m].
 struct SkinOff {
   double skin = kNotComputed;
@@ -28,7 +31,7 @@ struct MotionFrame {
   bool quiet = false;                // all drives are 0: the target held no skin, or
   bool lost = false;                 // the sensor did not know where the hand was
   PhaseSolution solution{};          // of a quiet frame: N zeros
-  std::vector<std::pair<std::string, double>> seconds{};  // stage -> seconds this machine took
+  StageSeconds seconds{};
 };
 
 /// What is on the array at an instant, on the true hand as it is then.

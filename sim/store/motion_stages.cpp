@@ -1,13 +1,14 @@
 #include "sim/store/motion_stages.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace touchfield {
 
-std::vector<std::string> stages_of(const std::vector<MotionFrame>& frames) {
+std::vector<std::string> stages_of(const std::vector<StageSeconds>& all) {
   std::vector<std::string> stages;
-  for (const MotionFrame& frame : frames) {
-    for (const auto& [stage, seconds] : frame.seconds) {
+  for (const StageSeconds& one : all) {
+    for (const auto& [stage, seconds] : one) {
       if (std::ranges::find(stages, stage) == stages.end()) {
         stages.push_back(stage);
       }
@@ -16,9 +17,15 @@ std::vector<std::string> stages_of(const std::vector<MotionFrame>& frames) {
   return stages;
 }
 
-double stage_seconds(const MotionFrame& frame, const std::string& stage) {
-  const auto found = std::ranges::find(frame.seconds, stage, &std::pair<std::string, double>::first);
-  return found == frame.seconds.end() ? kNotComputed : found->second;
+std::vector<std::string> stages_of(const std::vector<MotionFrame>& frames) {
+  std::vector<StageSeconds> all;
+  std::ranges::transform(frames, std::back_inserter(all), &MotionFrame::seconds);
+  return stages_of(all);
+}
+
+double stage_seconds(const StageSeconds& stages, const std::string& stage) {
+  const auto found = std::ranges::find(stages, stage, &std::pair<std::string, double>::first);
+  return found == stages.end() ? kNotComputed : found->second;
 }
 
 double total_seconds(const MotionFrame& frame) {

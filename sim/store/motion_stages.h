@@ -8,11 +8,15 @@
 /// What files, tables and pictures of a motion read off its frames and scores.
 namespace touchfield {
 
-/// The stages of all frames, in the order in which they first appear.
+/// All stages, in the order in which they first appear.
+std::vector<std::string> stages_of(const std::vector<StageSeconds>& all);
 std::vector<std::string> stages_of(const std::vector<MotionFrame>& frames);
 
-/// How long a stage of a frame took [s]; NaN if the frame was without it.
-double stage_seconds(const MotionFrame& frame, const std::string& stage);
+/// How long a stage took [s]; NaN if there was none.
+double stage_seconds(const StageSeconds& stages, const std::string& stage);
+inline double stage_seconds(const MotionFrame& frame, const std::string& stage) {
+  return stage_seconds(frame.seconds, stage);
+}
 
 /// All stages of a frame [s].
 double total_seconds(const MotionFrame& frame);

@@ -197,7 +197,7 @@ class Live : public ::testing::Test {
         return solution;
       };
     };
-    loop_.emplace(motion_, sensor, prepare, time_);
+    loop_.emplace(motion_, sensor, prepare, time_, recorded_ ? &*recorded_ : nullptr);
     while (!loop_->ready(1)) {
     }
     PlayReport report;
@@ -215,6 +215,7 @@ class Live : public ::testing::Test {
   std::function<void(double)> sensing_ = [](double) {};
   std::function<void(std::size_t, LiveSolution&)> solving_ = [this](std::size_t, LiveSolution&) { pass(0.02); };
   std::vector<Asked> asked_;
+  std::optional<RecordedTimes> recorded_;
   std::optional<LiveLoop> loop_;
 };
 
@@ -298,6 +299,37 @@ TEST_F(Live, OvertakenFramesAreNotSent) {
   }
   ASSERT_TRUE(ended(*loop_, time_));
   EXPECT_TRUE(std::isnan(loop_->report().frames[1].shown));
+}
+
+// The camera's clock is not the loop's: by a rate alone, some images would be read twice and their neighbours never.
+TEST_F(Live, TakesEachRecordedImageAtItsOwnTime) {
+  std::vector<double> images;
+  for (int k = 0; k < 20; ++k) images.push_back(1000 + k / 30.0 + (k % 3 - 1) * 4e-3);
+  recorded_.emplace(images);
+  for (double& image : images) image -= 1000 - 4e-3;
+  std::vector<std::pair<double, double>> sensed;  // image, and when it was asked for
+  sensing_ = [&](double seconds) { sensed.emplace_back(seconds, time_.now() - kBegin); };
+  play_it();
+  ASSERT_TRUE(ended(*loop_, time_));
+  ASSERT_EQ(sensed.size(), images.size());
+  for (std::size_t k = 0; k < images.size(); ++k) {
+    EXPECT_NEAR(sensed[k].first, images[k], 1e-6);
+    EXPECT_NEAR(sensed[k].second, images[k] + motion_.sensor.latency, 2e-6);
+  }
+  EXPECT_EQ(loop_->report().overtaken, 0);
+}
+
+TEST_F(Live, CountsRecordedImagesThatAreOvertaken) {
+  std::vector<double> images;
+  for (int k = 0; k < 20; ++k) images.push_back(k / 30.0);
+  recorded_.emplace(images);
+  motion_.seconds = 1.5;
+  sensing_ = [this](double) { pass(0.05); };
+  play_it();
+  ASSERT_TRUE(ended(*loop_, time_));
+  const LiveReport report = loop_->report();
+  EXPECT_EQ(report.sensed.size() + static_cast<std::size_t>(report.overtaken), images.size());
+  EXPECT_NEAR(static_cast<double>(report.overtaken), 7, 1);  // a sample in 50 ms, an image in 33
 }
 
 TEST_F(Live, IsQuietAtTheEnd) {
