@@ -51,6 +51,7 @@ Codec<SpreadSpec> spread_codec() {
   return Map<SpreadSpec>()
       .key("gain_percent", &SpreadSpec::gain, number(percent, between(0, 100)),
            "Standard deviation of the gains, normal about 1 [%]; negative values become 0.")
+      .shown_as("10")
       .key("phase_deg", &SpreadSpec::phase, number(kDegrees, between(0, 360)),
            "Standard deviation of the phases, normal about 0 [deg].")
       .key("dead_percent", &SpreadSpec::dead, number(percent, between(0, 100)),

@@ -97,6 +97,7 @@ Codec<PatternSpec> pattern_codec() {
              "Wanted pressure amplitude [Pa]; default: target.pressure_pa.")
       .key("watch", &PatternSpec::watch, list_of<std::string>(text(1), 0, kMostItems),
            "Landmarks at which the pressure over time is written, beside points of the pattern itself.")
+      .shown_as("[index_tip]")
       .key("ring_up_ms", &PatternSpec::ring_up, number_or("none", number(kMilliseconds, above_to(0, 1000))),
            "Time constant of the transducers [ms]; the errors with it are written beside the others.")
       .at_most_one({"circle", "line", "points"})

@@ -67,7 +67,8 @@ Codec<TargetLineSpec> target_line_codec() {
   return with_level(
       Map<TargetLineSpec>()
           .required("points", &TargetLineSpec::points,
-                    list_of(place_keys<TargetPlace>("the point").codec(), 2, kMostItems), "",
+                    list_of(place_keys<TargetPlace>("the point").codec(), 2, kMostItems),
+                    "[{at: index_pad}, {at: middle_pad}]",
                     "Two or more points. The line goes along the skin nearest to the straight lines between them, and "
                     "is closed if the last point is the first.")
           .required("width_mm", &TargetLineSpec::width, number(kMillimetres, above(0)), "6",
@@ -234,7 +235,7 @@ Codec<Scene> make_scene_codec() {
       .written_if(is_single)
       .maybe("bodies", &Scene::bodies, bodies_codec(), "", "Several bodies, each with a name; they must not touch.")
       .exactly_one({"body", "bodies"})
-      .maybe("sensing", &Scene::sensing, sensing_codec(), "{noise_mm_rms: 0.5}",
+      .maybe("sensing", &Scene::sensing, sensing_codec(), "",
              "Bodies as the solver sees them, with the errors of a sensor: displaced by smooth noise and moved. The "
              "evaluation uses the true bodies.")
       .maybe("target", &Scene::target, target_codec(), "",
@@ -271,6 +272,7 @@ Codec<SensingNoise> sensing_codec() {
   return Map<SensingNoise>()
       .key("noise_mm_rms", &SensingNoise::rms, number(kMillimetres, between(0, 3)),
            "Displacement along the normal of the skin, root mean square [mm].")
+      .shown_as("0.5")
       .key("correlation_mm", &SensingNoise::correlation, number(kMillimetres, between(1, 100)),
            "Correlation length of the displacement [mm].")
       .key("offset_mm", &SensingNoise::offset, vector3(kMillimetres, between(-100, 100)),

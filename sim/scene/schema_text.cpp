@@ -7,6 +7,7 @@
 
 #include "sim/scene/scene_reader.h"
 #include "sim/scene/scene_table.h"
+#include "sim/scene/schema_example.h"
 
 namespace touchfield {
 
@@ -93,8 +94,8 @@ Json map_json(const MapInfo& info) {
     if (!key.fallback.empty()) {
       property["default"] = value_json(schema::parse_yaml(key.fallback, 0));
     }
-    if (!key.example.empty()) {
-      property["examples"] = Json::array({value_json(schema::parse_yaml(key.example, 0))});
+    if (const Node example = schema::example_of(key); schema::flow_text(example) != key.fallback) {
+      property["examples"] = Json::array({value_json(example)});
     }
     properties[key.name] = property;
   }
@@ -192,14 +193,24 @@ std::string escaped(const std::string& text) {
   return result;
 }
 
+// Whether the key must be given, its default, and an example unless the default is one.
 std::string need_text(const KeyInfo& key) {
-  if (key.required) {
-    return key.only_with.empty() ? "required" : fmt::format("required with {}", fmt::join(key.only_with, ", "));
+  std::vector<std::string> parts;
+  const bool shows_default = !key.fallback.empty() && key.type.kind != Kind::kMap;
+  if (shows_default) {
+    parts.push_back("`" + key.fallback + "`");
   }
-  if (!key.fallback.empty() && key.type.kind != Kind::kMap) {
-    return "`" + key.fallback + "`";
+  const std::string needed = key.required ? "required" : "only";
+  if (!key.only_with.empty()) {
+    parts.push_back(fmt::format("{} with {}", needed, fmt::join(key.only_with, ", ")));
+  } else if (key.required) {
+    parts.push_back(needed);
   }
-  return key.only_with.empty() ? "" : fmt::format("only with {}", fmt::join(key.only_with, ", "));
+  const std::string example = schema::flow_text(schema::example_of(key));
+  if (!shows_default || example != key.fallback) {
+    parts.push_back(fmt::format("e.g. `{}`", escaped(example)));
+  }
+  return fmt::format("{}", fmt::join(parts, "; "));
 }
 
 std::string value_text(const KeyInfo& key) {
@@ -229,7 +240,7 @@ class MarkdownPage {
       text_ += fmt::format("\n{} one of {}.\n", info.group->required ? "Exactly" : "At most",
                            fmt::join(info.group->keys, ", "));
     }
-    text_ += "\n| key | value | default | meaning |\n|---|---|---|---|\n";
+    text_ += "\n| key | value | default, example | meaning |\n|---|---|---|---|\n";
     for (const auto& key : info.keys) {
       text_ += fmt::format("| `{}` | {} | {} | {} |\n", key.name, value_text(key), need_text(key), escaped(key.help));
     }
@@ -254,6 +265,7 @@ A scene is a YAML file that describes a run: the transducers, the body that scat
 to press on, and the methods that find the phases. `touchfield run scenes/quick.yaml` runs a scene. `touchfield check`
 checks it without solving anything. `touchfield check --resolved` prints it with all defaults.
 
+- Every key has an example in the tables: its default, or a value after "e.g.". A default of a map is that of its keys.
 - The key of a number names its unit. Nothing else is converted.
 - A key that is not listed here, is given twice, has the wrong type or is out of its range is an error. All errors of a
   scene are reported together, each as `file:line:column: path: problem, rule`.

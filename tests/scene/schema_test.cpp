@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cstdlib>
+#include <functional>
 #include <set>
 #include <sstream>
 
@@ -6,6 +8,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "sim/scene/scene_table.h"
+#include "sim/scene/schema_example.h"
 #include "tests/support/scene_support.h"
 
 namespace touchfield {
@@ -65,6 +69,73 @@ TEST(Schema, PageNamesEveryKey) {
   for (const auto& key : keys) {
     EXPECT_NE(page.find("| `" + key + "` |"), std::string::npos) << key;
   }
+}
+
+// A scene in which the examples of all keys have what they refer to.
+constexpr const char* kWholeScene =
+    "name: whole\n"
+    "array: {grid: {}}\n"
+    "body: {hand: {}}\n"
+    "target: {box: {centre_mm: [0, 0, 200], size_mm: [9, 9, 9]}, pressure_pa: 3000}\n"
+    "solve: {methods: [surface]}\n";
+
+using Wrap = std::function<schema::Node(const schema::Node&)>;
+using Visit = std::function<void(const std::string& path, const schema::Node& root)>;
+
+// Calls visit for each key below a type that the page lists, with a map of the scene's top that has the key's example.
+void visit_examples(const schema::TypeInfo& type, const std::string& path, const Wrap& wrap, const Visit& visit,
+                    std::set<const schema::MapInfo*>& listed) {
+  for (const schema::TypeInfo& part : type.of) {
+    const Wrap inside = [&](const schema::Node& node) {
+      const std::vector<schema::Node> items(std::max<std::size_t>(type.fewest, 1), node);
+      return wrap(type.kind == schema::TypeInfo::Kind::kList ? schema::list(items) : node);
+    };
+    visit_examples(part, path, inside, visit, listed);
+  }
+  if (!type.map || !listed.insert(type.map.get()).second) return;
+  for (const schema::KeyInfo& key : type.map->keys) {
+    const std::string name = path.empty() ? key.name : path + "." + key.name;
+    const Wrap inside = [&](const schema::Node& node) { return wrap(schema::example_with(*type.map, key.name, node)); };
+    const schema::Node example = schema::example_of(key);
+    EXPECT_NE(example.kind, schema::Node::Kind::kNull) << name;
+    visit(name, inside(example));
+    visit_examples(key.type, name, inside, visit, listed);
+  }
+}
+
+// What the examples of some keys need besides, by the end of the key's path or of its map's.
+std::vector<std::string> needed_by(const std::string& path) {
+  if (path.starts_with("array.calibration")) {
+    return {"array.grid=null", "array.positions={points_mm: [[-5, 0, 0], [5, 0, 0]]}"};
+  }
+  for (const std::string edge : {"body.edge_mm", "bodies.edge_mm", "judge.edge_mm"}) {
+    if (path.starts_with(edge + ".")) return {(edge[3] == 'i' ? "bodies.0.edge_mm" : edge) + ".near_target=1.2"};
+  }
+  return {};
+}
+
+// The example of every key is what the reader takes. The files that examples name are there.
+TEST(Schema, ExamplesAreRead) {
+  const TempFolder folder;
+  folder.write("array.csv", "x_mm,y_mm\n-5,0\n5,0\n");
+  folder.write("calibration.csv", "channel,gain,phase_rad\n0,1,0\n1,0.9,0.2\n");
+  folder.write("phases.txt", "0\n");
+  std::filesystem::create_directory(folder.path() / "tracked");
+  folder.write("tracked/a.stl", "");
+  folder.write("tracked/times.csv", "file,time_s\na.stl,0\n");
+  std::set<std::string> paths;
+  std::set<const schema::MapInfo*> listed;
+  const auto visit = [&](const std::string& path, const schema::Node& top) {
+    const std::string chosen = path.substr(0, path.find('.'));
+    std::vector<std::string> changes = needed_by(path);
+    changes.insert(changes.begin(), chosen + "=" + schema::flow_text(top.find(chosen)->value));
+    if (chosen == "bodies") changes.push_back("body=null");
+    EXPECT_NO_THROW(read_scene_text(kWholeScene, path, folder.path(), changes)) << path;
+    paths.insert(path);
+  };
+  visit_examples(
+      schema::scene_codec().type, "", [](const schema::Node& top) { return top; }, visit, listed);
+  EXPECT_GT(paths.size(), 250U);
 }
 
 // The template says that its last lines are a motion once their # is gone.
