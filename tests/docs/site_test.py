@@ -1,8 +1,9 @@
 """The site is built without a warning; every page is in its navigation, every link and anchor leads somewhere, and nothing is
-fetched from elsewhere."""
+fetched from elsewhere. Where Debian's chromium is installed, no page is wider than its window or reports an error there."""
 
 import functools
 import html
+import json
 import os
 import pathlib
 import re
@@ -21,6 +22,23 @@ MISSING += [str(path) for path in map(pathlib.Path, ["/usr/share/javascript/kate
 if MISSING:
     print(f"skipped: {', '.join(MISSING)} not there; scripts/docs installs what the site needs")
     sys.exit(77)
+
+
+# Shows pages in a frame of two widths and lists: page, width, width of its content.
+WIDTHS = """<pre></pre><iframe height=900></iframe><script>
+const frame = document.querySelector("iframe"), said = document.querySelector("pre");
+const shown = page => new Promise(done => { frame.onload = done; frame.src = page; });
+(async () => {
+  for (const page of PAGES) {
+    frame.width = 1400;
+    await shown(page);
+    for (const width of [1400, 400]) {
+      frame.width = width;
+      said.append(`${page} ${width} ${frame.contentDocument.documentElement.scrollWidth}\\n`);
+    }
+  }
+})();
+</script>"""
 
 
 @functools.lru_cache(maxsize=None)
@@ -78,11 +96,27 @@ class Site(unittest.TestCase):
         self.assertIn("Burton", (self.site / "docs/theory.html").read_text())
         model = (self.site / "reference/cpp/structtouchfield_1_1Model.html").read_text()
         self.assertIn("#include &lt;touchfield/sim/solve/model.h&gt;", model)
-        self.assertIn("on <code>body</code>", model)
+        self.assertIn("where it is <code>incident</code>", model)
         self.assertNotIn("&lt; namespace", (self.site / "reference/cpp/namespacetouchfield.html").read_text())
         python = (self.site / "reference/python.html").read_text()
         for word in ("surface(h, target=None", "Mesh.vertices", "InputError"):
             self.assertIn(word, python)
+
+    @unittest.skipUnless(shutil.which("chromium"), "chromium is not there")
+    def test_pages_fit_wide_and_narrow_windows(self):
+        pages = [str(page.relative_to(self.site)) for page in sorted(self.site.rglob("*.html"))
+                 if page.name != "404.html" and ("cpp" not in page.parts or page.name.startswith("structtouchfield_1_1M"))]
+        sheet = self.site / "widths.html"
+        sheet.write_text(WIDTHS.replace("PAGES", json.dumps(pages)))
+        self.addCleanup(sheet.unlink)
+        shown = subprocess.run(["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--allow-file-access-from-files",
+                                "--enable-logging=stderr", f"--user-data-dir={self.out / 'chromium'}",
+                                "--virtual-time-budget=1000000", "--dump-dom", sheet.as_uri()],
+                               capture_output=True, text=True, timeout=250, check=True)
+        widths = re.findall(r"^(?:.*<pre>)?(\S+) (\d+) (\d+)$", shown.stdout, re.MULTILINE)
+        self.assertEqual(len(widths), 2 * len(pages))
+        self.assertEqual([row for row in widths if int(row[2]) > int(row[1])], [])
+        self.assertEqual([line for line in shown.stderr.splitlines() if "CONSOLE" in line], [])
 
     def test_formulas_are_marked_for_rendering(self):
         theory = (SOURCE / "docs/theory.md").read_text()
