@@ -65,7 +65,7 @@ class ArrayLink {
   /// Plays the first `count` stored frames from now on, again and again, until the next frame that is sent.
   /// rate   [frames/s], one that abilities().stored has
   virtual void play_stored(std::size_t count, double rate);
-  /// Notices a device that went away while nothing was sent; called some times a second while a frame is held.
+  /// Notices a device that went away while nothing was sent; called several times per second while a frame is held.
   virtual void check() {}
   /// What the device says it emits; nothing if it cannot say.
   virtual std::optional<DriveFrame> read_back() { return std::nullopt; }

@@ -18,7 +18,7 @@ inline constexpr double kShownGap = 0.05;
 inline constexpr double kLongestGap = 0.25;
 
 /// Whether a process looks after an array all the time. One that was stopped, frozen or throttled, or whose machine
-/// slept, cannot be told of it: it sees it from the clock when it goes on.
+/// slept, cannot be told of it: it sees it from the clock when it continues.
 class Attention {
  public:
   /// It has to look from now on.

@@ -48,7 +48,7 @@ using FrameObserver = std::function<void(std::size_t number, const DriveFrame& f
 
 /// Sends frame n at time n / rate after the start. Latest wins: a source or a device that takes too long makes the
 /// frames that are overtaken drop out, it never makes a queue; only the last one of a sequence is always sent. While a
-/// frame is held the device is asked for several times a second whether it is still there.
+/// frame is held the device is asked for several times per second whether it is still there.
 ///
 /// count    frames there are, >= 1
 /// report   gets what was done, also until something is thrown
@@ -58,7 +58,7 @@ void play(std::size_t count, const FrameSource& source, ArrayLink& link, const P
           PlayReport& report, const FrameObserver& observer = {});
 
 /// Lets the device store frames and play them by its own clock, again and again, for the time of the options. While it
-/// plays it is asked several times a second whether it is still there.
+/// plays it is asked several times per second whether it is still there.
 ///
 /// frames   at least 2
 /// report   gets what was done, also until something is thrown: `sent` are the stored frames

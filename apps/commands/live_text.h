@@ -25,8 +25,8 @@ struct LiveResult {
 /// Frames, silences, and the median, 95th percentile and worst of times, those of `solve` by stage.
 Value live_value(const LiveResult& result);
 
-/// live.csv: a header line and a line a frame: number, times since the loop began [s], whether it is quiet, and lost,
-/// checksum as it was sent, seconds a stage; nan, or no checksum, where a frame was without it.
+/// live.csv: a header line and one line per frame: number, times since the loop began [s], whether it is quiet, and
+/// lost, checksum as it was sent, seconds per stage; nan, or no checksum, where a frame was without it.
 std::string live_csv(const LiveReport& report, const SentChecksums& sent);
 
 }  // namespace touchfield

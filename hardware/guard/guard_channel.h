@@ -23,7 +23,7 @@ class GuardChannel {
 
   int descriptor() const { return descriptor_.number(); }
   /// The process that made the pair of sockets.
-  /// throws   IoError if it is none
+  /// throws   IoError if it is not one
   pid_t maker() const;
   /// returns  false if the other end is gone
   bool send(const GuardMessage& message);
@@ -34,7 +34,7 @@ class GuardChannel {
   bool waits(double seconds) const;
   /// seconds    for the whole message
   /// returns    nothing if the other end is gone
-  /// throws     IoError if the message does not come, or is none
+  /// throws     IoError if the message does not come, or is not one
   std::optional<GuardMessage> receive(double seconds);
   void close() { descriptor_.close(); }
 

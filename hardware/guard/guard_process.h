@@ -8,12 +8,12 @@ namespace touchfield {
 
 /// The guard: owns a device on behalf of the program at the other end of a socket, and outlives it.
 ///
-/// It sends a quiet frame, commits and closes the device, each within kLinkPatience, when it is told to, when any of
-/// StopSignals::all() comes, when the time that the program may emit is over by kGuardGrace, when the device fails, and
-/// when the program or the guard's own watchdog is gone, or, while the device may emit, is stopped or silent for
-/// 250 ms, and when the guard itself did not look for longer than kLongestGap meanwhile. Of every stop but the first it
-/// tells on standard error. It refuses frames above the level it was given. SIGKILL and SIGSTOP of the guard itself are
-/// its watchdog's business, see run_watchdog.
+/// It stops the device: it sends a quiet frame, commits and closes, each within kLinkPatience. It does so when it is
+/// told to, when any of StopSignals::all() comes, when the device fails, and kGuardGrace after the time that the
+/// program may emit. It also does so when the program or the guard's own watchdog is gone, or is stopped or silent for
+/// 250 ms while the device may emit. The last reason is that the guard itself did not look for longer than kLongestGap
+/// meanwhile. It reports every stop but the first on standard error. It refuses frames above the level it was given.
+/// SIGKILL and SIGSTOP of the guard itself are its watchdog's business, see run_watchdog.
 ///
 /// descriptor   its end of the program's socket; the next one is that of the watchdog's
 /// returns      the exit code of the process: 0, or kDeviceFailed if the device could not be quieted

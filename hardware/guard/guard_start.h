@@ -17,11 +17,11 @@ inline constexpr int kGuardDescriptor = 3;
 /// throws        IoError if it cannot be started
 pid_t start_apart(const std::vector<std::string>& command, const std::vector<int>& descriptors);
 
-/// In a program that was started so: refuses to go on without the sockets it was to be handed.
+/// In a program that was started so: refuses to continue without the sockets it was to be handed.
 /// throws   InputError
 void require_handed_over(int count);
 
-/// In a program that was started so: if it is stopped when the one who started it ends, it goes on, and can see that.
+/// In a program that was started so: if it is stopped when the one who started it ends, it continues, and can see that.
 void wake_at_parents_end();
 
 }  // namespace touchfield

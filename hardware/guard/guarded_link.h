@@ -52,7 +52,7 @@ class GuardedLink final : public ArrayLink {
 
  private:
   GuardBytes ask(GuardRequest request, GuardBytes with = {}, double patience = kGuardPatience);
-  /// Lets guard and watchdog go on if they are stopped: each then sees to the other and to the array.
+  /// Lets guard and watchdog continue if they are stopped: each then sees to the other and to the array.
   void resume_others() const;
   /// Waits for the watchdog's end, and takes its exit code; nothing if it does not end, or was ended by a signal.
   std::optional<int> end_of_watchdog();

@@ -14,9 +14,9 @@ struct ProcessState {
   double worked = 0;  // time that it had a processor [s]
 };
 
-/// How long another process has said nothing, counted in looks. A look counts for kLongestLook at most, and of a
-/// process that could run for the time that it did: a pause of the whole machine, or of the one who looks, is not the
-/// other's silence, and neither is waiting for a processor.
+/// How long another process has said nothing, counted in looks. A look counts for kLongestLook at most, and only the
+/// time in which the watched process could run counts. A pause of the whole machine, or of the one who looks, is not
+/// the other's silence. Neither is waiting for a processor.
 class Silence {
  public:
   explicit Silence(double now) : last_(now) {}
@@ -52,7 +52,7 @@ class Vigil {
   std::optional<std::string> fault(double now);
   /// Whether a signal has stopped it.
   bool is_stopped() const;
-  /// Lets it go on if it is stopped.
+  /// Lets it continue if it is stopped.
   void resume() const;
 
  private:

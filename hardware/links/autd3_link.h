@@ -26,20 +26,20 @@ struct Autd3Options {
 struct Autd3UnitState {
   DriveFrame drives;
   std::vector<std::uint8_t> modulation;
-  int modulation_divider = 0;  // 40 kHz over the samples a second
+  int modulation_divider = 0;  // 40 kHz over the samples per second
   int phase_steps = 0;         // of the smoothing
   int intensity_steps = 0;
   bool fixed_steps = false;  // the smoothing is of the kind of kAutd3PhaseSteps
 };
 
-/// AUTD3 units, through the vendor's own library: 249 transducers a unit, 256 phases and 256 intensities.
+/// AUTD3 units, through the vendor's own library: 249 transducers per unit, 256 phases and 256 intensities.
 ///
 /// Intensities are linear in pressure: the firmware's own table of pulse widths makes them so. Reads back with audit.
 class Autd3Link final : public ArrayLink {
  public:
   /// Loads the library; touches no device.
-  /// throws   InputError: the library (see Autd3Library), an unknown mode, no unit, a rotation that is none, a port out
-  ///          of range
+  /// throws   InputError: the library (see Autd3Library), an unknown mode, no unit, a rotation that is not one, a port
+  ///          out of range
   explicit Autd3Link(Autd3Options options);
   ~Autd3Link() override;
 

@@ -9,7 +9,7 @@
 
 namespace touchfield {
 
-/// AUTD3 units with firmware 0.10 and later on a network: 249 transducers a unit, 256 phases and 256 intensities.
+/// AUTD3 units with firmware 0.10 and later on a network: 249 transducers per unit, 256 phases and 256 intensities.
 /// Intensities are linear in pressure: the firmware's own table of pulse widths makes them so.
 ///
 /// Every frame is confirmed by every unit before the next. While a frame is held, check() keeps the units on: without a

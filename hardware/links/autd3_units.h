@@ -9,7 +9,7 @@
 
 namespace touchfield {
 
-/// Samples a second that an AUTD3's modulation buffer is played at, and 40 kHz over that.
+/// Samples per second that an AUTD3's modulation buffer is played at, and 40 kHz over that.
 inline constexpr double kAutd3ModulationRate = 4000;
 inline constexpr std::uint16_t kAutd3ModulationDivider = 10;
 
@@ -38,9 +38,9 @@ ArrayLayout autd3_layout(const std::vector<UnitPlacement>& units);
 
 /// Where the units of a layout sit.
 ///
-/// The rotation takes x to the way from channel 0 to the last of its row and y to the way from channel 0 to the last
-/// row; every transducer must then be within kAutd3PositionTolerance of where autd3_layout puts it, and its axis within
-/// 1e-5 rad.
+/// The rotation takes x to the direction from channel 0 to the last of its row, and y to that from channel 0 to the
+/// last row. Every transducer must then be within kAutd3PositionTolerance of its place in autd3_layout, and its axis
+/// within 1e-5 rad.
 ///
 /// layout   of AUTD3 units, in any order; devices from 0, channels 0..248 on each
 /// returns  one placement a device, in their order

@@ -22,8 +22,8 @@ struct LinkSettings {
 /// The link that an address names, not yet open: no device is touched.
 ///
 /// An AUTD3 link without an array is one unit at the origin.
-/// throws   InputError: the address, an array that is not of AUTD3 units, a library that is none, a dry run without an
-///          array
+/// throws   InputError: the address, an array that is not of AUTD3 units, a library that is not one, a dry run without
+///          an array
 std::unique_ptr<ArrayLink> make_link(const LinkSettings& settings);
 
 }  // namespace touchfield

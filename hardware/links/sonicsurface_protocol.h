@@ -26,7 +26,7 @@ inline constexpr std::uint8_t kSelectBoard = 192;  // plus the board's number
 inline constexpr std::uint8_t kOff = 32;
 inline constexpr int kTransducers = 256;
 inline constexpr int kBytesPerFrame = kTransducers + 2;
-inline constexpr unsigned kBaud = 230400;       // 8 data bits, no parity, one stop bit: ten bits a byte
+inline constexpr unsigned kBaud = 230400;       // 8 data bits, no parity, one stop bit: ten bits per byte
 inline constexpr double kFramesPerSecond = 89;  // kBaud / (10 kBytesPerFrame) is 89.3
 
 /// Which of the 256 bytes of a frame drives transducer n of sonicsurface_layout().

@@ -25,10 +25,10 @@ double shock_distance_share(const TransducerArray& array, const Wave& wave, cons
 /// Where the way from the array's centre (the mean of its transducers) to a point begins to be counted: the first point
 /// from which on no transducer is nearer than a wavelength; `to` itself if there is none.
 ///
-/// Before that there is no front that belongs to the array, only each transducer's own near field, where the law of a
-/// point, P0 d/r, does not hold: its integral grows without bound towards a transducer that happens to sit in the
-/// centre, while the pressure before a real face of radius b and velocity u is at most 2 rho c u = 4 P0 / (k b^2). What
-/// is left out is therefore at most 4 beta P0 lambda / (rho c^2 b^2): 0.06 for an AUTD3's transducer.
+/// Before that the array has no common front, only the near field of each transducer. There P0 d/r, the law of a point,
+/// does not hold: its integral has no bound towards a transducer in the centre. The pressure before a real face of
+/// radius b and velocity u is at most 2 rho c u = 4 P0 / (k b^2). What is left out is therefore at most 4 beta P0
+/// lambda / (rho c^2 b^2): 0.06 for an AUTD3's transducer.
 ///
 /// array   of transducers; a plane wave has no centre
 /// throws  std::logic_error on a plane wave

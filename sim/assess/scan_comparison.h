@@ -60,7 +60,7 @@ ScanComparison compare_scan(const Run& run, const Wave& wave, const std::string&
 /// throws   InputError if it has none of that name
 Run run_of_method(Run run, const std::string& method);
 
-/// What came out but for the points, and a CSV file with a row a point.
+/// What came out but for the points, and a CSV file with one row per point.
 Value scan_value(const ScanComparison& comparison, bool complex);
 
 /// The points, or those that were left out, with what was measured and computed.

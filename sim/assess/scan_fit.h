@@ -10,7 +10,7 @@ namespace touchfield {
 
 /// Finds how a scan was taken: the setting with which the field of a run, times one factor (as of fit_scan), meets what
 /// was measured in the least squares' sense. If the place is asked for, the start is first moved along x and y to where
-/// the fit is best, by up to two wavelengths in steps of half of one; Levenberg-Marquardt goes on from there. At most
+/// the fit is best, by up to two wavelengths in steps of half of one; Levenberg-Marquardt continues from there. At most
 /// 1,000 of the points are used, evenly picked.
 ///
 /// start      held where no group of `groups` names it

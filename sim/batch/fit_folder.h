@@ -42,11 +42,12 @@ struct FittedFolder {
 std::vector<std::string> fit_files(const CameraFolder& folder);
 
 /// Fits the built-in hand to every frame of a recording, in order, and writes what `body: {meshes: {folder, times}}`
-/// takes: skin_0001.vtp, ... with the same triangles (m), times.csv, counted from the recording's first frame; of each
-/// face `cameras`, how many saw it, and `distance_m` of what they saw (seen_distance.h); skin.pvd of them; body.yaml, a
-/// scene's body of them with the hand's landmarks; fit.csv, a line a frame, with the recording's own times and why the
-/// hand is lost; landmarks.csv, where it has the hand's landmarks (landmark_table.h). Frames in which it is have no
-/// mesh. Where it ends early the tables are of the frames until then.
+/// takes: skin_0001.vtp, ... with the same triangles [m], and times.csv, counted from the first frame of the recording.
+/// Every face has `cameras`, the number of cameras that saw it, and `distance_m` from what they saw (seen_distance.h).
+/// skin.pvd lists the meshes. body.yaml is a scene's body of them with the landmarks of the hand. fit.csv has one line
+/// per frame, with the times of the recording and the reason why the hand is lost. landmarks.csv is written if the
+/// recording has landmarks (landmark_table.h). Frames in which it is have no mesh. Where it ends early the tables are
+/// of the frames until then.
 ///
 /// Warns of what is odd in the recording (CameraFolder::warnings), of a side that another comes close to, and of a
 /// camera that sees no skin where the others see it.

@@ -16,9 +16,9 @@ namespace touchfield {
 /// scene.
 std::vector<std::string> motion_files(const SensedMotion& sensed, std::optional<PictureFormat> asked = std::nullopt);
 
-/// Plays a motion (play_motion) and writes its results: motion.h5, motion.csv and frames.csv anew after every second of
-/// it, so that a kill leaves the last whole one; the skin that is scored as a ParaView series, at most some 20 a
-/// second; a plot over time and a strip of pictures.
+/// Plays a motion (play_motion) and writes its results. motion.h5, motion.csv and frames.csv are written again after
+/// every second of the motion, so that a kill leaves the last whole ones. The evaluated skin is a ParaView series of
+/// about 20 frames per second at most. The pictures are a plot over time and a strip.
 ///
 /// options     their functions are this one's own
 /// directory   where the files land

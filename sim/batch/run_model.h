@@ -28,8 +28,8 @@ std::vector<std::string> study_files(PictureFormat format);
 void write_results(Run& run, const WriteSpec& write, const RunDirectory& directory, Progress& progress,
                    std::optional<PictureFormat> pictures);
 
-/// Computes a scene (solve_model) and writes its results. run.h5 and metrics.csv are written anew after each method, so
-/// that a later failure loses nothing that was found.
+/// Computes a scene (solve_model) and writes its results. run.h5 and metrics.csv are written again after each method,
+/// so that a later failure loses nothing that was found.
 ///
 /// directory   where the files land
 /// pictures    their format, and that there are some whatever the scene says; without it PNG if the scene asks for them

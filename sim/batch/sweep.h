@@ -43,7 +43,7 @@ struct SweepOptions {
   std::vector<std::string> worker;  // program and arguments of a process that computes cases: see serve_cases
   int threads = 1;                  // of all jobs together
   int jobs = 0;                     // cases at a time; 0: chosen
-  std::vector<std::string> cards;   // as CUDA_VISIBLE_DEVICES names them, one a worker in turn; empty: as it is
+  std::vector<std::string> cards;   // as CUDA_VISIBLE_DEVICES names them, one per worker in turn; empty: as it is
   bool retry_failed = false;
   std::function<void(const CaseCost&, int)> expected{};  // called once: what a case takes, and jobs by its memory
   std::function<void()> tick{};  // called twice a second or more often; what it throws ends the sweep
@@ -81,9 +81,9 @@ struct SweepResult {
 /// hangs is killed once its case has taken longer than options.case_seconds, or without that longer than case_limit.
 /// Time while this process does not run itself does not count.
 ///
-/// Without options.jobs there are as many jobs as bodies, at most one a thread; the threads are shared out evenly. The
-/// first case begins alone, with all threads, until it has said what memory a case takes: there are no more jobs than
-/// have room.
+/// Without options.jobs there are as many jobs as bodies, at most one per thread; the threads are shared out evenly.
+/// The first case begins alone, with all threads, until it has said what memory a case takes: there are no more jobs
+/// than have room.
 class SweepRunner {
  public:
   using OnCase = std::function<void(const SweepRecord&, const SweepProgress&)>;
@@ -101,7 +101,7 @@ class SweepRunner {
   /// Groups of cases that share a body, and cases left to compute.
   std::size_t groups() const;
   int left() const;
-  /// Cases that are there and damaged, which are computed anew, and what is wrong with each.
+  /// Cases that are there and damaged, which are computed again, and what is wrong with each.
   const std::map<int, std::string>& damaged() const { return damaged_; }
 
   /// throws   IoError if there is no room for a case, or if it can be neither kept nor recorded as failed; what tick()

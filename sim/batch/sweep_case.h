@@ -40,7 +40,7 @@ CaseJob job_from_json(const std::string& text);
 inline constexpr const char* kNoRoom = "no room";
 
 /// What the process that computes cases says of one: first what it is expected to take, a line {"expected": {...}},
-/// which is answered by a line with the number of threads to go on with; then its record.
+/// which is answered by a line with the number of threads to continue with; then its record.
 struct CaseAnswer {
   std::optional<CaseCost> expected;
   std::optional<SweepRecord> record;
@@ -49,7 +49,7 @@ std::string to_json(const CaseCost& cost);  // that first line, without its end
 /// throws   IoError on a line that is neither
 CaseAnswer answer_from_json(const std::string& line);
 
-/// The loop of a worker process: reads a job a line from standard input, computes it into its scratch folder, and
+/// The loop of a worker process: reads one job per line from standard input, computes it into its scratch folder, and
 /// answers it; ends with the input. A case that fails has a record that says why, and a failed.json beside what was
 /// finished.
 int serve_cases();

@@ -34,7 +34,7 @@ struct CaseRecords {
 /// or removed, whatever links it holds.
 class SweepDirectory {
  public:
-  /// Makes the directory, or opens it to go on, and locks it.
+  /// Makes the directory, or opens it to continue, and locks it.
   ///
   /// shared   with other processes that compute other cases of the sweep and share it too; else what killed ones left
   ///          is removed

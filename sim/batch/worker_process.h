@@ -22,7 +22,7 @@ class WorkerProcess {
   ~WorkerProcess();
 
   /// What to wait for with poll(): readable once there is an answer or the process has ended; while a line is not all
-  /// sent, writable once send_rest() can go on.
+  /// sent, writable once send_rest() can continue.
   int socket() const { return socket_.number(); }
 
   /// Sends a line, as much of it as the process takes now; a process that does not read keeps nobody waiting. One that

@@ -23,7 +23,7 @@ struct SystemOptions {
 enum class SolverKind {
   kLu,          // the matrix stored and factorised
   kGmres,       // the matrix stored, GMRES
-  kMatrixFree,  // every entry computed anew in every step, GMRES
+  kMatrixFree,  // every entry computed again in every step, GMRES
   kFft,         // products by a grid and Fourier transforms, GMRES; the system has a grid_tolerance
 };
 
@@ -37,10 +37,10 @@ std::string to_string(Precision precision);
 struct SolverOptions {
   SolverKind kind = SolverKind::kMatrixFree;
   Precision precision = Precision::kSingle;
-  bool refine = true;       // go on until the residual by products in double meets the tolerance
+  bool refine = true;       // continue until the residual by products in double meets the tolerance
   double tolerance = 1e-4;  // relative residual ||B p - b|| / ||b|| of every column
-  int max_steps = 400;      // of GMRES, a column
-  int restart = 100;        // steps after which GMRES starts anew, bounding its memory
+  int max_steps = 400;      // of GMRES, per column
+  int restart = 100;        // steps after which GMRES restarts, which bounds its memory
 };
 
 }  // namespace touchfield

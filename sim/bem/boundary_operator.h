@@ -9,7 +9,7 @@
 
 namespace touchfield {
 
-/// What a boundary operator is made of: B = diagonal - K, K the sum of one layer with one point a face plus what near
+/// What a boundary operator is made of: B = diagonal - K, K the sum of one layer with one point per face plus what near
 /// faces lack of it.
 struct BoundaryParts {
   Layer layer = Layer::kDouble;                 // kDouble or kBurtonMiller
@@ -41,7 +41,7 @@ class SummedOperator : public LinearOperator {
   BoundaryParts parts_;
 };
 
-/// B without storing it: every product computes its entries anew. Real is the precision of the sums with one point a
+/// B without storing it: every product computes its entries again. Real is the precision of the sums with one point per
 /// face; near corrections are kept in double by all that share them.
 template <typename Real>
 class BoundaryOperator : public LinearOperator {

@@ -28,7 +28,7 @@ struct FaceArrays {
   }
 };
 
-/// Half wavelengths a metre, the unit of lengths in the loops over pairs.
+/// Half wavelengths per metre, the unit of lengths in the loops over pairs.
 double half_wavelengths(const Complex& wavenumber);
 
 /// What the loops need of a wavenumber k + i alpha [1/m] and a coupling gamma [m] in that unit.

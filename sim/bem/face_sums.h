@@ -5,7 +5,7 @@
 
 namespace touchfield {
 
-/// Sums over the faces of a body with one point a face,
+/// Sums over the faces of a body with one point per face,
 ///
 ///   y_i = sum over j != i of A_j K(x_i, x_j) x_j,   K one of Layer's kernels, x the centroids,
 ///

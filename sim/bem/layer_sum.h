@@ -8,7 +8,7 @@
 
 namespace touchfield {
 
-/// FaceSums pair by pair, computed anew each time: nothing is stored but the points.
+/// FaceSums pair by pair, computed again each time: nothing is stored but the points.
 ///
 /// Real       precision of the kernels; sums run over 256 faces in it and further in double
 /// accuracy   of the sum, relative: 1e-6 in float, 1e-14 in double, for bodies up to 100 wavelengths across
@@ -42,7 +42,7 @@ class LayerSum : public FaceSums {
   Eigen::MatrixXcd sums_by_pairs(Layer layer, bool transposed, const Eigen::MatrixXcd& weighted) const;
 
   Vector3 origin_;
-  double scale_;  // half wavelengths a metre
+  double scale_;  // half wavelengths per metre
   PairConstants<Real> constants_;
   FaceArrays<Real> faces_;  // in half wavelengths from the origin
   Eigen::VectorXd weight_;  // A / 4 pi in half wavelengths

@@ -7,11 +7,11 @@
 
 namespace touchfield {
 
-/// What a sum with one point a face leaves out: for each pair of faces nearer than the rule's reach the integral over
+/// What a sum with one point per face leaves out: for each pair of faces nearer than the rule's reach the integral over
 /// the face minus its one point, by rows.
 ///
-/// memory   20 bytes a pair, 12 in single precision; some 220 pairs a face with FaceRule's distances, 240 on a whole
-///          hand
+/// memory   20 bytes per pair, 12 in single precision; some 220 pairs per face with FaceRule's distances, 240 on a
+///          whole hand
 class NearCorrections {
  public:
   enum class Numbers { kDouble, kSingle };  // that are kept; they are made in double

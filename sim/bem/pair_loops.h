@@ -33,7 +33,7 @@ struct PairSources {
   const Real *x, *y, *z, *nx, *ny, *nz;
 };
 
-/// Values and sums of one point and its sources, for S right-hand sides. Those of the sources are kept a column a
+/// Values and sums of one point and its sources, for S right-hand sides. Those of the sources are kept one column per
 /// right-hand side, `stride` apart.
 template <typename Real>
 struct MutualSums {

@@ -12,13 +12,13 @@ namespace touchfield {
 /// Integrals of Layer's kernels over flat faces seen from one point. On faces nearer than seven_below the static part
 /// of D and W, which is what is most singular, is taken in closed form (solid angle and its gradient); points integrate
 /// the rest. Holds the points of all faces that were added, so
-/// that the kernels are evaluated together; keep one a thread.
+/// that the kernels are evaluated together; keep one per thread.
 class FaceQuadrature {
  public:
   /// wavenumber   k + i alpha [1/m];  gamma: eta = i gamma [m]
   FaceQuadrature(const Complex& wavenumber, double gamma, const FaceRule& rule);
 
-  /// Starts anew at x [m] with unit normal m there.
+  /// Starts again at x [m] with unit normal m there.
   void begin(const Vector3& x, const Vector3& m);
   void add(const Face& face);
 
@@ -33,7 +33,7 @@ class FaceQuadrature {
   void add_point(const Vector3& y, const Vector3& n, double weight);
   void make_static_exact(Layer layer);
 
-  double scale_;  // half wavelengths a metre
+  double scale_;  // half wavelengths per metre
   PairConstants<double> constants_;
   FaceRule rule_;
   Vector3 x_ = Vector3::Zero();

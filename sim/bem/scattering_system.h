@@ -24,7 +24,7 @@ IncidentField driven(const IncidentField& unit, const Eigen::MatrixXcd& drive);
 /// Scattering by a sound-hard body, B p = b, in one scheme. With e the incident pressure, e' its slope and e_z its
 /// value at Z points inside the body:
 ///
-///   paper                    B = 1/2 - D with one point a face,                                  b = e
+///   paper                    B = 1/2 - D with one point per face,                                  b = e
 ///   paper_corrected          the same with the diagonal of gauss_diagonal(),                     b = e
 ///   chief                    [[B, C^H], [C, 0]] [p; lambda], B of paper_corrected,
 ///                            C_zj = -A_j dg/dn_j (z, x_j),                                       b = [e; e_z]
@@ -82,11 +82,11 @@ class ScatteringSystem {
 
   /// B without storing it, in double: the reference for residuals.
   const LinearOperator& exact() const { return *operators().exact; }
-  /// B without storing it, its sums with one point a face in single precision.
+  /// B without storing it, its sums with one point per face in single precision.
   std::unique_ptr<LinearOperator> single_operator() const;
   /// B without storing it, by a grid to options().grid_tolerance, which must be > 0.
   const LinearOperator& by_grid() const;
-  /// Sums over all faces with one point a face: by that grid where there is one, else pair by pair in double.
+  /// Sums over all faces with one point per face: by that grid where there is one, else pair by pair in double.
   const FaceSums& sums() const { return *operators().sums; }
   /// B stored.
   Eigen::MatrixXcd dense() const;

@@ -7,7 +7,7 @@ namespace touchfield {
 
 /// How the boundary integral equation is discretised. All schemes keep one pressure a face and collocate at centroids.
 enum class Scheme {
-  kPaper,                 // one point a face, diagonal 1/2
+  kPaper,                 // one point per face, diagonal 1/2
   kPaperCorrected,        // the same with the diagonal from the static Gauss identity
   kChief,                 // paper_corrected and points inside the body where the total field vanishes
   kBurtonMiller,          // pressure and normal derivative combined, integrals done properly

@@ -18,7 +18,7 @@ struct HandOptions {
   HandSide side = HandSide::kRight;
   double edge = 3e-3;   // wanted edge length of a uniform mesh [m]; kLeastHandEdge to kMostHandEdge
   HandJoints joints{};  // joints turned away from the pose
-  double forearm = 0;   // how far the skin goes on towards the elbow beyond the hand's own end [m]; 0 to kMostForearm
+  double forearm = 0;   // how far the skin continues towards the elbow beyond the hand's own end [m]; 0 to kMostForearm
 };
 
 inline constexpr double kLeastHandEdge = 0.3e-3;  // [m]

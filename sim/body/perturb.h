@@ -21,14 +21,15 @@ struct Perturbed {
   double damped_area;  // share of the skin (0 to 1) where more than 5 % of the displacement was taken away
 };
 
-/// The mesh with its vertices moved along smooth normals (the mean of the faces round a vertex, weighted by area) by a
-/// random field of zero mean, Gaussian in value, with the covariance rms^2 exp(-d^2 / (2 L^2)) of points of the skin d
-/// apart in space, then by the offset. The field is realised in space (random_field.h; the same seed and noise give the
-/// same field at the same point, whatever the mesh), so that a finer mesh of the body gets the same displacement: on a
-/// sphere of radius R, meshes of edge h and h / 2 differ by about 1.5 (h / R)^2 rms, from their normals and radii.
-/// Neither the mean nor the rms over one skin is forced: that would make the field depend on the body and its mesh, and
-/// on a body of few L it would take away much of what is long in it. They scatter from seed to seed as those of any
-/// such field, the rms over a skin of area A >> L^2 by sqrt(pi L^2 / (2 A)) of itself.
+/// The mesh with its vertices moved along smooth normals, then by the offset. A smooth normal is the mean over the
+/// faces round a vertex, weighted by area. The displacement is a random Gaussian field of zero mean. Points of the skin
+/// at a distance d in space have the covariance rms^2 exp(-d^2 / (2 L^2)). The field is realised in space
+/// (random_field.h): the same seed and noise give the same field at the same point, whatever the mesh. So a finer mesh
+/// of the body gets the same displacement. On a sphere of radius R, meshes of edge h and h / 2 differ by about 1.5 (h /
+/// R)^2 rms, because of their normals and radii. Neither the mean nor the rms over one skin is forced: that would make
+/// the field depend on the body and its mesh, and on a body of few L it would take away much of what is long in it.
+/// They scatter from seed to seed as those of any such field, the rms over a skin of area A >> L^2 by sqrt(pi L^2 / (2
+/// A)) of itself.
 ///
 /// Where the skin would cut itself (narrow gaps, folds and thin parts tighter than the displacement), turn a face by
 /// more than 84 degrees or make it four times as thin, or would if displaced by a fifth more, the displacement is

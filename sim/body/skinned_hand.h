@@ -16,9 +16,9 @@ namespace touchfield {
 /// The skin of the built-in hand carried from the pose that it was meshed in to others: the same triangles in all of
 /// them, vertex by vertex, so that any part of a mesh moves as the whole does. Landmarks follow (body.h).
 ///
-/// Every vertex hangs on up to a few of 17 bones: the palm, three of each digit, and the thumb's metacarpal without its
-/// turn about itself. With unit dual quaternions q_b of the bones' motions from the one skeleton to the other and the
-/// vertex's weights w_b >= 0, sum 1, it moves by
+/// Every vertex is bound to up to a few of 17 bones: the palm, three of each digit, and the thumb's metacarpal without
+/// its turn about itself. With unit dual quaternions q_b of the bones' motions from the one skeleton to the other and
+/// the vertex's weights w_b >= 0, sum 1, it moves by
 ///
 ///   q / |q|,   q = sum_b +-w_b q_b   (each with the sign that turns the same way as that of the heaviest bone)
 ///
@@ -38,7 +38,7 @@ class SkinnedHand {
   /// throws     InputError if there is no vertex or one is not finite
   SkinnedHand(const Points& vertices, const HandSkeleton& made_in, HandSide side = HandSide::kRight);
 
-  /// Places of the vertices in another pose [m], in the hand's own frame; about 30 ns a vertex. No memory is taken if
+  /// Places of the vertices in another pose [m], in the hand's own frame; about 30 ns per vertex. No memory is taken if
   /// `vertices` has their size already.
   ///
   /// throws   InputError if the skeleton is of a hand of another length or breadth
@@ -69,7 +69,7 @@ class SkinnedHand {
     std::size_t bone;
     double weight;
   };
-  /// The bones that a vertex hangs on, the heaviest first.
+  /// The bones to which a vertex is bound, the heaviest first.
   std::span<const Influence> influences(Eigen::Index vertex) const {
     const auto v = static_cast<std::size_t>(vertex);
     return std::span(influences_).subspan(starts_[v], starts_[v + 1] - starts_[v]);
@@ -85,7 +85,7 @@ class SkinnedHand {
 
   Eigen::Index vertex_count() const { return template_.cols(); }
 
-  /// The bone that a vertex hangs on most, in words: "middle phalanx of the index finger".
+  /// The bone to which a vertex is bound most, in words: "middle phalanx of the index finger".
   std::string part_of(Eigen::Index vertex) const;
 
  private:

@@ -4,7 +4,7 @@
 
 namespace touchfield {
 
-/// [s] of a clock that never jumps and goes on while the machine sleeps, which std::chrono::steady_clock does not.
+/// [s] of a clock that never jumps and continues while the machine sleeps, which std::chrono::steady_clock does not.
 inline double steady_now() {
   timespec now{};
   ::clock_gettime(CLOCK_BOOTTIME, &now);

@@ -6,8 +6,8 @@
 
 namespace touchfield {
 
-/// Length of the UTF-8 character that begins at a place of a text [bytes]; 0 if none does: overlong forms and
-/// surrogates are none.
+/// Length of the UTF-8 character that begins at a place of a text [bytes]; 0 if none does. Overlong forms and
+/// surrogates are not characters.
 std::size_t character_length(std::string_view text, std::size_t place);
 
 /// A text as a terminal may show it: each control character but tab and end of line, and each mark that turns the

@@ -44,7 +44,7 @@ FieldSums choose_field_sums(const TriangleMesh& mesh, const Wave& wave, const Fi
 ///
 ///   p(x) = G(x) q + sum_f p_f int_f dg/dn_y (x, y) dS_y
 ///
-/// one point a face at five face sizes (square root of the area) or more, the integral over the face nearer by. The
+/// one point per face at five face sizes (square root of the area) or more, the integral over the face nearer by. The
 /// error is that of a constant pressure on each face; one edge length or more from the skin it is about that of the
 /// surface pressure itself. Large bodies and many points go through a grid (choose_field_sums).
 ///

@@ -15,10 +15,11 @@ namespace touchfield {
 /// accuracy   docs/accuracy.md, "Forces"
 Eigen::VectorXd radiation_pressure(const SurfaceGradient& gradient, const Wave& wave, const Eigen::VectorXcd& pressure);
 
-/// Full width at half maximum of |p|^2 across a box [m]: |p|^2 averaged by area over the skin that faces the target's
-/// side, within 2 mm of the box's middle plane across its second axis, in bins of 0.25 mm along the width axis; half of
-/// the maximum inside the box; from the peak outwards to the first crossings, linear between bins. Skin faces the
-/// target's side where its normal has a positive product with the target's mean normal.
+/// Full width at half maximum of |p|^2 across a box [m]. |p|^2 is averaged by area in bins of 0.25 mm along the width
+/// axis. It counts the skin that faces the target's side, within 2 mm of the box's middle plane across its second axis.
+/// The maximum is that inside the box. The width reaches from the peak outwards to the first crossings of its half,
+/// linear between bins. Skin faces the target's side where its normal has a positive product with the target's mean
+/// normal.
 ///
 /// returns   NaN if the box holds no bin or the profile falls to half on no side or only one
 double half_maximum_width(const TriangleMesh& mesh, const TargetBox& box, const Target& target,
@@ -50,7 +51,7 @@ Metrics pattern_metrics(const TriangleMesh& mesh, const std::vector<TargetBox>& 
 ///
 ///   force_target_n, force_elsewhere_n   sum of A P over the target's faces and over the others
 ///
-/// gradient   of the mesh, for the wave's k; left out, it is made anew
+/// gradient   of the mesh, for the wave's k; left out, it is made again
 Metrics metrics_of(const TriangleMesh& mesh, const SurfaceGradient& gradient, const Wave& wave,
                    const std::vector<TargetBox>& boxes, const Target& target, const Eigen::VectorXcd& pressure);
 Metrics metrics_of(const TriangleMesh& mesh, const Wave& wave, const std::vector<TargetBox>& boxes,

@@ -6,17 +6,18 @@ namespace touchfield {
 
 /// Gradient along the skin of a sound pressure that is known at the faces' centroids.
 ///
-/// On each face f the gradient is that of the best linear estimate from the pressures of the faces that share a vertex
-/// with it or with one that does, if the pressure is a random sound field of wavenumber k, of unknown mean, that knows
-/// no direction: of two points r apart its covariance is sin(kr)/(kr). With gamma(r) = 1 - sin(kr)/(kr),
+/// On each face f the gradient is the best linear estimate from the pressures of nearby faces: those that share a
+/// vertex with f, and those that share one with these. The pressure is taken for a random isotropic sound field of
+/// wavenumber k and unknown mean: the covariance of two points r apart is sin(kr)/(kr). With
+/// gamma(r) = 1 - sin(kr)/(kr),
 ///
 ///   grad_t p (x_f) = sum_i w_i (p_i - p_f),   K w = g,
 ///   K_ij = gamma(r_if) + gamma(r_jf) - gamma(r_ij) + e (delta_ij + 1),   g_i = gamma'(r_if) (x_i - x_f)_t / r_if
 ///
 /// (kriging), t the part in the plane of the face and e = 1e-4 min(1, (kR/3)^4) what pressures are taken to err in the
 /// mean square, R the distance of the farthest neighbour. No sound varies faster than such a field, so that few samples
-/// a wavelength suffice where polynomials smooth. Of more than 40 neighbours the 40 nearest count; faces whose normals
-/// are more than 60 degrees off do not. Neighbours that leave a direction open leave no slope along it, a face without
+/// per wavelength suffice where polynomials smooth. Of more than 40 neighbours the 40 nearest count; faces with normals
+/// more than 60 degrees off do not. Neighbours that leave a direction open leave no slope along it, a face without
 /// neighbours has none. Weights are kept in single precision.
 ///
 /// accuracy   docs/accuracy.md, "Forces"; exact where the pressure is uniform

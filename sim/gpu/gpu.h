@@ -132,7 +132,8 @@ class GpuBody {
   virtual void reduced(GpuComplex* rows) = 0;
 
   /// Q of IncidentProblem (solvers/phase/incident_problem.h) in single precision, C = diag(sqrt w) [B_T diag(p'), -b]:
-  /// B_T the columns of B of `count` faces or, not scattered, of the identity; p' their amplitudes, w a weight a face.
+  /// B_T the columns of B of `count` faces or, not scattered, of the identity; p' their amplitudes, w one weight per
+  /// face.
   ///
   /// beyond   added to Q, as large; or null
   virtual std::unique_ptr<GramDevice> incident_gram(const int* faces, int count, const double* amplitudes,

@@ -45,7 +45,7 @@ class FrameSolver {
  public:
   /// moving   what is solved
   /// method   of moving's scene
-  /// drives   of drives_for; empty: found anew in each frame that needs them
+  /// drives   of drives_for; empty: found again in each frame that needs them
   FrameSolver(const MovingModel& moving, const MethodSpec& method, Eigen::MatrixXcd drives);
 
   /// Phases for a model that `moving` gave, whose times are the caller's to fill in. Where the target holds no skin the
@@ -72,7 +72,7 @@ class FrameSolver {
   const MovingModel& moving_;
   MethodSpec method_;
   SolverSpec solver_;
-  std::shared_ptr<const Eigen::MatrixXcd> drives_;  // none: found anew in each frame
+  std::shared_ptr<const Eigen::MatrixXcd> drives_;  // none: found again in each frame
   bool follows_;                                    // after the first solution
   KeptModels kept_;
   std::vector<SolveRecord> records_;

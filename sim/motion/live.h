@@ -90,7 +90,7 @@ struct LiveReport {
 /// takes the frames sees `over`, or that no more come.
 class LiveLoop {
  public:
-  /// motion    with the time that the loop goes on
+  /// motion    with the time that the loop continues
   /// prepare   makes the solver, in the thread that will call it; may take its time
   /// recorded  whose frames are the samples, each at its own time; null: sensor.hz samples a second. Copied
   /// throws    InputError as LoopClock

@@ -18,7 +18,7 @@ inline constexpr double kTicksASecond = 1e6;
 Tick to_ticks(double seconds);
 inline double to_seconds(Tick ticks) { return static_cast<double>(ticks) / kTicksASecond; }
 
-/// When number k of what comes so often a second is due, round(k 1e6 / hz).
+/// When number k of what comes `hz` times per second is due, round(k 1e6 / hz).
 Tick instant(std::int64_t number, double hz);
 /// The last one due at or before a tick; -1 if there is none.
 std::int64_t last_instant(Tick tick, double hz);
@@ -58,11 +58,12 @@ struct ScoreInstant {
 /// accumulated, so that rates keep their ratio.
 ///
 /// A slot at which the solver is free starts its frame at once, with the newest sample known by then (one that becomes
-/// known at that very tick is). A slot at which it is busy waits: when it becomes free, the latest slot that has come
-/// by then, if it has had no frame, starts one at once, late, and with the newest sample known at that later time;
-/// those before it are dropped. Nothing is queued, and the slots after it stay where they are. The solver is free again
-/// the very tick a frame's solve ends. A slot before any sample is known has no frame and counts as waiting. A frame is
-/// on the array array_ms after its solve ends, scored from that very tick on, and until the next one is.
+/// known at that very tick is). A slot at which the solver is busy waits. When the solver becomes free, the latest slot
+/// that has come by then starts a frame at once, if it has had none. That frame is late, with the newest sample known
+/// at that time. Earlier slots are dropped. Nothing is queued, and the slots after it stay where they are. The solver
+/// is free again the very tick a frame's solve ends. A slot before any sample is known has no frame and counts as
+/// waiting. A frame is on the array array_ms after its solve ends, scored from that very tick on, and until the next
+/// one is.
 ///
 ///     LoopClock clock(motion);
 ///     while (const auto frame = clock.next()) {

@@ -8,8 +8,8 @@
 
 namespace touchfield {
 
-/// A body given as meshes of the same triangles at several times, each file of them once in memory (24 bytes a vertex).
-/// The state is its vertices, so that what predicts linearly in a Trajectory's state does so here.
+/// A body given as meshes of the same triangles at several times, each file of them once in memory (24 bytes per
+/// vertex). The state is its vertices, so that what predicts linearly in a Trajectory's state does so here.
 class MeshSequence {
  public:
   /// shape    with a series

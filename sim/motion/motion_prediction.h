@@ -15,7 +15,7 @@ namespace touchfield {
 /// kalman   by a KalmanBank for each number that changes, one for the vertices of meshes over time, and one for the
 ///          skin that is seen, which takes the skin beyond along.
 ///
-/// Nothing is expected across a lost sample: it begins anew with the sample after it.
+/// Nothing is expected across a lost sample: it begins again with the sample after it.
 class MotionPrediction {
  public:
   /// interval   between samples, about [s]

@@ -75,9 +75,9 @@ class ExactSensor final : public MotionSensor {
   const MovingModel& truth_;
 };
 
-/// Sees the true skin displaced by noise, as `sensing` has it of a still (perturbed): the solving mesh with its caps,
-/// and the skin beyond; the seed noise.seed + number of the sample, so that no two samples have anything of their noise
-/// in common. Where the skin would cut itself (perturbed throws) it is drawn anew from a seed 1,000,000 on, up to four
+/// Sees the true skin displaced by noise, as `sensing` does for a still (perturbed): the solving mesh with its caps,
+/// and the skin beyond. The seed is noise.seed + the number of the sample, so the noise of two samples has nothing in
+/// common. Where the skin would cut itself (perturbed throws) it is drawn again from a seed 1,000,000 on, up to four
 /// times. Boxes on landmarks stand where the displaced skin has them.
 class NoisySensor final : public MotionSensor {
  public:
@@ -117,7 +117,7 @@ class SampleStore {
   std::int64_t next_ = 0;  // of a sensor that remembers
 };
 
-/// "noise of 0.5 mm rms over 5 mm, 30 samples a second": what a scene's sensor is, for a person.
+/// "noise of 0.5 mm rms over 5 mm, 30 samples per second": what a scene's sensor is, for a person.
 std::string sensor_text(const MotionSpec::Sensor& sensor);
 
 }  // namespace touchfield

@@ -37,8 +37,8 @@ struct MotionCost {
 /// progress   hears of what takes its time; may be null
 MotionCost expected_cost(const SensedMotion& sensed, Progress* progress = nullptr);
 
-/// Plays a motion on the clock of its sensor, solver and array (loop_clock.h): every method of the scene finds phases
-/// for what the sensor saw, and what is then on the array is scored on the true skin, by the scene's judge, at
+/// Plays a motion on the clock of its sensor, solver and array (loop_clock.h). Every method of the scene finds phases
+/// for what the sensor saw. What the array then emits is evaluated on the true skin, by the scene's judge, at
 /// motion.score_hz. Where nobody knows the truth there are no scores, and a note says so. A sample that is lost makes a
 /// quiet frame.
 ///

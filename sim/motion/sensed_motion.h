@@ -24,7 +24,7 @@ enum class MotionClock { kSimulated, kWall };
 /// progress   hears of what takes its time; may be null
 /// throws     InputError as MovingModel, FittedSensor and CameraFolder, where the first sample's noise leaves no skin,
 ///            and
-///          where the motion goes on for longer than recorded images,
+///          where the motion continues for longer than recorded images,
 ///          and of joints that come by a port in simulated time
 SensedMotion sensed_motion(const Scene& scene, KeptBodies* kept = nullptr, Progress* progress = nullptr,
                            MotionClock clock = MotionClock::kSimulated);

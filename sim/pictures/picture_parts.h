@@ -80,8 +80,8 @@ ColourBar skin_bar(double top, double most);
 /// The colours of pressures on the skin, one per face, up to `top`; both in one unit.
 std::vector<Colour> skin_colours(const Eigen::VectorXd& values, double top);
 
-/// A mesh in its panel, or in another one of the same size, one colour a face; finer than the picture in a PDF or SVG,
-/// which are made for print.
+/// A mesh in its panel, or in another one of the same size, one colour per face; finer than the picture in a PDF or
+/// SVG, which are made for print.
 void draw_sight(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours);
 void draw_sight(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours, const PixelBox& panel);
 

@@ -40,7 +40,7 @@ class SkinPictures {
   SkinPictures(const Run& run, PictureFormat format);
   SkinPictures(const Run&&, PictureFormat) = delete;
 
-  /// A picture of the skin coloured by `values` [Pa], one a face, from 0 to `top`, with the target outlined.
+  /// A picture of the skin coloured by `values` [Pa], one per face, from 0 to `top`, with the target outlined.
   std::string picture(const Eigen::VectorXd& values, double top, const SkinText& text) const;
 
  private:

@@ -17,11 +17,11 @@ struct SweepPlot {
   explicit operator bool() const { return why_not.empty(); }
 };
 
-/// A picture of 1200 x 900 pixels of a metric against the input of the sweep that is a number and has most values: a
-/// line for each method or, where other inputs differ too, a panel for each method with a line for each combination of
-/// their values, of which there may be 12. Only over seeds, and cases with the same inputs, are values averaged, and
-/// the caption says so; bars show their spread. An input whose values go one by one with those of the axis (a zip,
-/// random draws) has no line of its own; the caption names it, and points are not joined.
+/// A picture of 1200 x 900 pixels of a metric against one input of the sweep: the one that is a number and has most
+/// values. It has one line per method. Where other inputs differ too, it has one panel per method with one line per
+/// combination of their values, of which there may be 12. Only over seeds, and cases with the same inputs, are values
+/// averaged, and the caption says so; bars show their spread. An input whose values go one by one with those of the
+/// axis (a zip, random draws) has no line of its own; the caption names it, and points are not joined.
 ///
 /// path     where it lands, whole or not at all; nothing is written where nothing can be drawn
 /// throws   InputError on an unknown metric; IoError if it cannot be written

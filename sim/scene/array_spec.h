@@ -37,7 +37,7 @@ enum class ResponseOf { kBoth, kSolver, kTruth };
 
 /// Measured responses of the channels.
 struct CalibrationSpec {
-  std::vector<double> gain;   // one a channel; 0: dead
+  std::vector<double> gain;   // one per channel; 0: dead
   std::vector<double> phase;  // [rad]
   std::string file;           // that they are read from; empty in a scene that is read
   ResponseOf in = ResponseOf::kBoth;
@@ -58,7 +58,7 @@ struct ArraySpec {
   double source_strength = kAutd3SourceStrength;  // [Pa m]
   std::optional<CalibrationSpec> calibration;
   std::optional<SpreadSpec> spread;
-  std::optional<int> phase_levels;  // steps a turn that the true array rounds solved phases to
+  std::optional<int> phase_levels;  // phase levels to which the true array rounds solved phases
 };
 
 /// How many channels an array will have.

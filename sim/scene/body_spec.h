@@ -77,7 +77,7 @@ struct UsualHandEdges {
 
 /// What the skin beyond keep_within is for the phases and the judge.
 enum class Beyond {
-  kIncident,  // quiet skin, by the incident pressure at points of it; judged with the rest
+  kIncident,  // skin outside the target, by the incident pressure at points of it; judged with the rest
   kNothing,   // not there: the part is taken for the body
 };
 

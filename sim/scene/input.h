@@ -32,7 +32,7 @@ class Reading {
   void add_elsewhere(const Place& place, std::string text);
 
   bool failed() const { return !problems_.empty(); }
-  /// Every problem, one a line, those of the file in its order, then those of the overrides.
+  /// Every problem, one per line, those of the file in its order, then those of the overrides.
   std::string message() const;
 
   /// The path of a file named at a place: a relative name in the scene counts from the scene's folder, one in an

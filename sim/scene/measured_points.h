@@ -15,7 +15,7 @@ struct MeasuredPoints {
   std::vector<int> lines;     // J: of the file
 };
 
-/// A table with a header and a row a point: x_mm, y_mm, z_mm and p_pa, a magnitude, or p_re and p_im; # starts a
+/// A table with a header and one row per point: x_mm, y_mm, z_mm and p_pa, a magnitude, or p_re and p_im; # starts a
 /// comment. A phase follows the time factor exp(-i omega t): it grows on the way from the source.
 ///
 /// throws   InputError that names every fault as file:line: what, rule

@@ -25,7 +25,7 @@ struct KeysLaw {
 };
 /// value(t) = the scene's own value + rate t.
 struct RateLaw {
-  double rate = 0;  // a second
+  double rate = 0;  // per second
 };
 using MotionLaw = std::variant<SineLaw, KeysLaw, RateLaw>;
 

@@ -26,14 +26,14 @@ struct PositionsFile {
 /// returns nothing after a report
 std::optional<std::vector<double>> read_phases(const Input& in, const std::string& path);
 
-/// Gains and phases of a calibration file, a value a channel.
+/// Gains and phases of a calibration file, one value per channel.
 struct CalibrationFile {
   std::vector<double> gain;
   std::vector<double> phase;  // [rad]
 };
 
-/// A table with a header and a row a channel, in any order: channel (from 0), gain >= 0, phase_rad or phase_deg and, if
-/// the file has it, alive, 0 or 1; the gain of a dead channel counts as 0. Every channel must be there once.
+/// A table with a header and one row per channel, in any order: channel (from 0), gain >= 0, phase_rad or phase_deg
+/// and, if the file has it, alive, 0 or 1; the gain of a dead channel counts as 0. Every channel must be there once.
 ///
 /// channels   of the array
 std::optional<CalibrationFile> read_calibration(const Input& in, const std::string& path, std::size_t channels);

@@ -12,7 +12,7 @@ namespace touchfield {
 ///
 /// overrides   "key.path=value" as --set takes them, value in YAML; a list element is named by its number from 0
 /// returns     the scene, paths in it resolved against the scene file's folder
-/// throws      InputError whose message lists every problem, one a line, as `file:line:column: path: what, rule`
+/// throws      InputError whose message lists every problem, one per line, as `file:line:column: path: what, rule`
 ///             (a problem in an override: `--set key.path: ...`)
 Scene read_scene(const std::string& path, const std::vector<std::string>& overrides = {});
 

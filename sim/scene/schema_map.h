@@ -10,7 +10,7 @@
 
 #include "sim/scene/schema.h"
 
-/// The tables of maps: a row a key, which names the member of a struct that keeps its value.
+/// The tables of maps: one row per key, which names the member of a struct that keeps its value.
 namespace touchfield::schema {
 
 /// The checks of a map that its table alone decides: it is a map of known keys, each once, none missing, alternatives

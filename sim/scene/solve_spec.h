@@ -42,7 +42,7 @@ struct MethodSpec {
   bool free_level = true;                       // of surface
   std::optional<ChannelTolerances> tolerances;  // of surface: the expected misfit is minimised
   FaceWeights faces = FaceWeights::kEqual;      // of paper and unscattered
-  std::vector<double> phases;                   // of `fixed`: one for all, or one a channel [rad]
+  std::vector<double> phases;                   // of `fixed`: one for all, or one per channel [rad]
 };
 
 enum class SolverChoice { kAuto, kLu, kGmres, kMatrixFree, kFft };  // gmres: with a stored matrix
@@ -88,7 +88,7 @@ struct JudgeSpec {
     kAuto,  // kSame of whole bodies with edges of at most kCoarsestJudge wavelengths, else kEdge; build_model decides
     kNone,
     kSame,   // the model that was solved
-    kEdge,   // the same body meshed anew
+    kEdge,   // the same body meshed again
     kSplit,  // the same mesh with every face in four
   };
   /// Out of use: whether a judge with edge lengths of its own has what `beyond: nothing` leaves out.

@@ -18,8 +18,8 @@ std::string_view without_unit(std::string_view key);
 /// The one of `words` that differs from `text` in the fewest letters; empty if none is near.
 std::string nearest_word(const std::vector<std::string>& words, std::string_view text);
 
-/// The known key that an unknown one was probably meant to be, as it is written from this map: a key of the map that
-/// differs in its unit or in a few letters, or a key of a map one level below ("box.size_mm"). Empty if none is near.
+/// The known key that an unknown one was probably meant to be, as it is written from this map. It is a key of the map
+/// with another unit or a few other letters, or a key of a map one level below ("box.size_mm"). Empty if none is near.
 std::string nearest_key(const MapInfo& map, std::string_view unknown);
 
 }  // namespace touchfield::schema

@@ -56,7 +56,7 @@ bool is_sweep_file(const std::string& path);
 /// Reads and checks a sweep file; the scenes are not read yet.
 ///
 /// overrides   "key.path=value" of scenes, for every case, behind `set`
-/// throws      InputError listing every problem, one a line, as file:line:column: ...
+/// throws      InputError listing every problem, one per line, as file:line:column: ...
 SweepPlan read_sweep(const std::string& path, const std::vector<std::string>& overrides);
 
 /// The scene of a case.
@@ -70,7 +70,7 @@ std::vector<Scene> read_cases(const SweepPlan& plan);
 /// Tells whether two plans are of the same cases: a hash over the number, the changes and the resolved scene of each,
 /// in order, and over the bytes of the files that the scenes name.
 ///
-/// scenes   one a case
+/// scenes   one per case
 std::string plan_hash(const SweepPlan& plan, const std::vector<Scene>& scenes);
 
 }  // namespace touchfield

@@ -10,8 +10,8 @@
 
 namespace touchfield {
 
-/// Recorded depth images (docs/cameras.md): cameras.yaml, times.csv, which has a row a frame, and the images that it
-/// names. A camera without a file in a row saw nothing.
+/// Recorded depth images (docs/cameras.md): cameras.yaml, times.csv, which has one row per frame, and the images that
+/// it names. A camera without a file in a row saw nothing.
 ///
 /// Everything is checked here but what only unpacking an image can tell, each file once, and nothing of the images is
 /// kept.
@@ -32,7 +32,7 @@ class CameraFolder {
   /// Where somebody knows the hand's landmarks to be, of the table landmarks.csv; empty if there is none. A fit is
   /// compared with it and does not use it.
   const LandmarkRecording& landmarks() const { return landmarks_; }
-  /// Reads a frame's images, one a camera, each of its camera's size.
+  /// Reads a frame's images, one per camera, each of its camera's size.
   ///
   /// throws   InputError on an image that is damaged or has changed since
   DepthFrame frame(std::size_t frame) const;

@@ -50,8 +50,8 @@ struct JointRecording {
   std::vector<std::optional<JointPoints>> joints;  // in the world's frame; none where the hand was lost
 };
 
-/// A table with a header and a row a frame: time_s and for each joint x, y and z as index_tip_x, lengths in m, or in
-/// the unit that names end with (index_tip_x_mm); # starts a comment. Columns of the joints that are not used may be
+/// A table with a header and one row per frame: time_s and for each joint x, y and z as index_tip_x, lengths in m, or
+/// in the unit that names end with (index_tip_x_mm); # starts a comment. Columns of the joints that are not used may be
 /// left out; they and radii (index_tip_radius) are read past. Without a header: time_s and x, y, z of all 26 joints
 /// [m]. A row with a joint that has no value, or nan, is a frame without a hand, and so is one with all joints in one
 /// place.

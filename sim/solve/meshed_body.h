@@ -18,8 +18,8 @@ std::vector<std::string> guess_units(Scene& scene);
 /// What messages call a body of a scene: "body", "bodies: left".
 std::string called(const BodySpec& spec);
 
-/// Refuses a file whose unit is not given and not certain, or is a slip, and edges that are too long for a body of the
-/// file's size, before any work that grows with these; adds a warning on a unit that is doubtful.
+/// Refuses a file with a unit that is not given and not certain, or is a slip, and edges that are too long for the
+/// body's size. This comes before any work that grows with these. Adds a warning about a doubtful unit.
 ///
 /// body     of a mesh file
 /// throws   InputError

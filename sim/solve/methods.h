@@ -39,7 +39,7 @@ class MethodSolver {
   /// Another target on the same body.
   void aim(Target target);
 
-  /// The drives a method finds for wanted amplitudes p' on the target's faces, K [Pa] (empty without a target).
+  /// The drives that a method finds for wanted amplitudes p' on the target's faces, K [Pa] (empty without a target).
   /// Channels that the solver knows to be dead are not driven, but by phases that are given.
   ///
   /// before   phases that a method which iterates starts from instead of its own start, N [rad]; may be null
@@ -49,7 +49,7 @@ class MethodSolver {
                       const Eigen::VectorXd* before = nullptr);
 
   /// The problem of the methods on the skin, for wanted amplitudes p': with its quiet rows if one of them or the
-  /// certificate minds them.
+  /// certificate includes them.
   const SkinProblem& skin_problem(const Eigen::VectorXd& amplitudes, Progress& progress);
 
   /// The transfer matrix with its quiet rows, as run.h5 keeps it.
@@ -61,7 +61,7 @@ class MethodSolver {
   /// The factor on the target's amplitudes for a scene that asks for the best pressure: the one at which `method`
   /// reaches the lowest relative error of |p| after its own best scale. A method that iterates is solved again at each
   /// trial of a golden-section search over 1/50 to 1 of the largest pressure the array can make on the target's central
-  /// face; the others do not depend on the scale and get the one at which they fit best.
+  /// face. The others do not depend on the scale and get the one at which they fit best.
   ///
   /// mesh   in the frame of the boxes
   double best_scale(const MethodSpec& method, const TriangleMesh& mesh, const std::vector<TargetBox>& boxes,

@@ -87,10 +87,10 @@ SkinExtent judged_extent(const Model& model);
 /// The scheme of the judge: that of the solver where the scene gives it none.
 Scheme judge_scheme(const Scene& scene);
 
-/// The mesh that a scene's judge computes on: the bodies meshed anew with the judge's edge lengths, in the places of
-/// the model's own, or the model's mesh, or one of the whole bodies where that is of parts, with every face split in
-/// four or as it is. Whole bodies have edges of at most kCoarsestJudge wavelengths. With sensing it is of the bodies as
-/// they are.
+/// The evaluation mesh of a scene. It is the bodies meshed again with the judge's edge lengths, in the places of the
+/// model's own. Or it is the model's mesh, or that of the whole bodies where the model has parts, as it is or with
+/// every face split into four. Whole bodies have edges of at most kCoarsestJudge wavelengths. With sensing it is of the
+/// bodies as they are.
 /// throws   InputError as build_model; std::logic_error if the judge has no mesh of its own
 JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept = nullptr);
 

@@ -30,7 +30,7 @@ class SkinModel {
   /// The same triangles with their vertices elsewhere, where the card has the body: what it keeps then serves on.
   /// False, and nothing done, otherwise.
   bool follow(const TriangleMesh& mesh);
-  /// Goes on on the processor, for want of memory on the card.
+  /// Continues on the processor, for want of memory on the card.
   void leave_card();
   const ScatteringSolver& solver();
   /// Reciprocal condition number of B, estimated once; NaN if no factorisation has been made.
@@ -53,7 +53,7 @@ class SkinModel {
 class SkinScattering {
  public:
   /// array     in the frame of the model's mesh
-  /// records   gets a line a solve; records and progress outlive this
+  /// records   gets one line per solve; records and progress outlive this
   SkinScattering(std::shared_ptr<SkinModel> model, TransducerArray array, std::vector<SolveRecord>& records,
                  Progress& progress);
   /// A model of its own.

@@ -61,7 +61,7 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
 /// The largest block of right-hand sides that a scheme's model will be asked for: about as many as there are drives
 /// that span all channels where a method or the file that is written needs what every channel does, else 1.
 ///
-/// shared   with other scenes: then all that a scene solves for, two right-hand sides a method, counts
+/// shared   with other scenes: then all that a scene solves for, two right-hand sides per method, counts
 Eigen::Index largest_block(const Scene& scene, Scheme scheme, Eigen::Index channels, bool shared = false);
 
 /// How a solve's precision is called: single, single refined, double.

@@ -13,7 +13,7 @@ namespace touchfield {
 /// Seconds of one product without near corrections in single precision, one right-hand side.
 double product_seconds(const TriangleMesh& mesh, const Wave& wave);
 
-/// Floating-point operations a second, and what a reader of an estimate must know about them.
+/// Floating-point operations per second, and what a reader of an estimate must know about them.
 struct Speed {
   double flops = 0;
   std::string note;  // empty, or why this is a guess
@@ -27,7 +27,7 @@ Speed speed_of(const std::function<void()>& work, double operations);
 inline constexpr double kTimedRows = 1600;
 
 /// Of an LU of about that many rows, kTimedRows at most, so that an estimate takes no longer than what it is of; each
-/// size is measured once a process.
+/// size is measured once per process.
 const Speed& measured_speed(double rows);
 
 }  // namespace touchfield

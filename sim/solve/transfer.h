@@ -59,9 +59,9 @@ std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
 ///   forwards       b of all channels is compressed to r drives V, P = pressures of V, H = P V^H: all of H, r solves
 ///   by reciprocity rows of H at the target alone, K solves with B^T; no quiet rows
 ///
-/// quiet_weight   w_Z; at 0 the quiet skin is not needed, and the way with fewer solves is taken
+/// quiet_weight   w_Z; at 0 the skin outside the target is not needed, and the way with fewer solves is taken
 /// accuracy       V leaves out 1e-4 of b, the quiet rows eigenvalues below 1e-8 of the largest
-///            the skin beyond is reduced with the quiet skin by the same limit
+///            the skin beyond is reduced with the skin outside the target by the same limit
 Transfer make_transfer(SkinScattering& scattering, const Target& target, const QuietSkin& quiet, double quiet_weight);
 
 /// H of any target of the body that the pressures are of, forwards.

@@ -18,7 +18,7 @@ struct Remarks {
 void add(const Remarks& more, Remarks& remarks);
 
 /// What a model says of its results. docs/stability.md says what was measured on such cases. Where a judge has bodies
-/// meshed anew, the solving mesh counts within 15 mm of the target alone (coarse_mesh, slivers, size_jump, narrow_gap,
+/// meshed again, the solving mesh counts within 15 mm of the target alone (coarse_mesh, slivers, size_jump, narrow_gap,
 /// thin_body).
 ///
 /// Warnings:

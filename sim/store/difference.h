@@ -37,14 +37,14 @@ std::span<const double> numbers(const Values& values) {
 ///
 ///   turn = arg sum w conj(a) b,   relative = sqrt(sum w |b exp(-i turn) - a|^2 / max(sum w |a|^2, sum w |b|^2))
 ///
-/// weights   one a value, >= 0, e.g. areas; empty: all alike
+/// weights   one per value, >= 0, e.g. areas; empty: all alike
 Value compare_complex(const Eigen::VectorXcd& a, const Eigen::VectorXcd& b, const Eigen::VectorXd& weights);
 
 /// Phases of drives, wrapped to -pi..pi, after the one phase that brings the drives of b nearest to those of a:
 /// identical, largest_rad, rms_rad, turn_rad (by which b is ahead of a), fault.
 ///
-/// phases       [rad], one a channel
-/// amplitudes   one a channel; the phase of a channel that is silent in both does not count
+/// phases       [rad], one per channel
+/// amplitudes   one per channel; the phase of a channel that is silent in both does not count
 Value compare_phases(const Eigen::VectorXd& phases_a, const Eigen::VectorXd& amplitudes_a,
                      const Eigen::VectorXd& phases_b, const Eigen::VectorXd& amplitudes_b);
 

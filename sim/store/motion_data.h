@@ -61,7 +61,7 @@ struct MotionMethod {
   int dropped = 0;  // turns at which the solver was still busy
 };
 
-/// Everything that `play` computed; grows as the motion goes on.
+/// Everything that `play` computed; grows as the motion continues.
 struct Motion {
   std::string name;
   std::string scene;  // resolved YAML text

@@ -62,7 +62,7 @@ struct Provenance {
   std::string seeds;  // "name=value" separated by spaces, empty if no seed was used
   std::string command_line;
   std::string start;       // UTC, ISO 8601
-  std::string end;         // empty while the run goes on
+  std::string end;         // empty while the run continues
   std::string scene_hash;  // of the resolved scene text
 };
 
@@ -96,19 +96,19 @@ struct RunTransfer {
   Eigen::MatrixXcd incident;     // K x N, the target's rows without scattering [Pa]
   double quiet_weight = 0;       // w_Z of R
   double channels_left_out = 0;  // share, by norm, of what all channels do to the body that H leaves out
-  double quiet_left_out = 0;     // of what they do to the quiet skin that R leaves out
+  double quiet_left_out = 0;     // of what they do to the skin outside the target that R leaves out
 };
 
 /// What the array really does, where that is not what the solver reckons with.
 struct ArrayTruth {
   ChannelResponse response;
-  int phase_levels = 0;  // steps a turn that phases are rounded to; 0: they are not
+  int phase_levels = 0;  // phase levels to which phases are rounded; 0: they are not
 };
 
 /// The stage of a run in which the best pressure of its target was found.
 inline constexpr const char* kScaleStage = "scale";
 
-/// Everything a run computed; grows as the run goes on.
+/// Everything a run computed; grows as the run continues.
 struct Run {
   std::string name;
   std::string scene;                        // resolved YAML text

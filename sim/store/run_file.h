@@ -26,7 +26,7 @@ Run read_run_file(const std::string& path);
 /// The run.h5 that a user's path names: the file itself, or the directory that holds it.
 std::string run_file_at(const std::string& path);
 
-/// Of a part its label, then the methods side by side, one a line; the gap to the certificate where it was computed;
+/// Of a part its label, then the methods side by side, one per line; the gap to the certificate where it was computed;
 /// the best pressure and whose it is where the scene asked for it.
 std::string methods_table(const Run& run);
 
@@ -41,7 +41,7 @@ Value run_value(const Run& run);
 Value method_values(const Run& run);
 std::string describe_run(const Run& run);
 
-/// metrics.csv: a header line and a line a method: name, method, scheme, judged_skin, every metric, status. NaN is
+/// metrics.csv: a header line and one line per method: name, method, scheme, judged_skin, every metric, status. NaN is
 /// written as "nan". Whole or not at all.
 void write_metrics_csv(const std::string& path, const Run& run);
 

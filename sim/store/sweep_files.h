@@ -74,16 +74,17 @@ std::optional<std::string> input_of(const SweepRecord& record, const std::string
 /// A parameter in every row as numbers, NaN where a case leaves it alone; nothing if a value is no number.
 std::optional<std::vector<double>> parameter_numbers(const std::string& path, const std::vector<SweepRow>& rows);
 
-/// A column of the table: its values, one a line; parameters as they were written.
+/// A column of the table: its values, one per line; parameters as they were written.
 struct SweepColumn {
   std::string name;
   std::variant<std::vector<double>, std::vector<std::int64_t>, std::vector<std::string>> values;
 };
 std::vector<SweepColumn> sweep_columns(const SweepSummary& summary);
 
-/// sweep.csv: a line a case and method: case, status, the parameters, name, method, scheme, judged_skin, every metric,
-/// of motions what became of it over time (motion_summary.h), method_status, faces, channels, seconds, peak_mib,
-/// models, models_reused, revision, reason. A case without a finished method has one line. Whole or not at all.
+/// sweep.csv: one line per case and method: case, status, the parameters, name, method, scheme, judged_skin, every
+/// metric, of motions what became of it over time (motion_summary.h), method_status, faces, channels, seconds,
+/// peak_mib, models, models_reused, revision, reason. A case without a finished method has one line. Whole or not at
+/// all.
 void write_sweep_csv(const std::string& path, const SweepSummary& summary);
 
 /// How many cases are of parts of the bodies, in a sentence; empty if none is.

@@ -20,7 +20,7 @@ void write_surface_vtp(const std::string& path, const Run& run);
 /// throws   InputError if the judge has no model of its own
 void write_judge_vtp(const std::string& path, const Run& run);
 
-/// array.vtp: a vertex a channel with `axis`, `device`, `channel` and, for every method NAME, `NAME_phase_rad` and
+/// array.vtp: one vertex per channel with `axis`, `device`, `channel` and, for every method NAME, `NAME_phase_rad` and
 /// `NAME_amplitude`.
 void write_array_vtp(const std::string& path, const Run& run);
 /// The same of a motion, whose methods have phases in frames: without them.
@@ -49,7 +49,7 @@ struct SeriesStep {
 void write_series(const std::string& path, const std::vector<SeriesStep>& steps);
 
 /// Adds an instant of a motion to the series judge.pvd of a directory: judge_0001.vtp, judge_0002.vtp, ... with the
-/// judged skin as in judge.vtp, and judge.pvd anew, so that it is always of all files that are there.
+/// judged skin as in judge.vtp, and judge.pvd again, so that it is always of all files that are there.
 ///
 /// steps    those before it, none at first; then with this one
 /// throws   InputError if the parts of the instant do not fit each other; IoError

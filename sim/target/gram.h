@@ -5,7 +5,8 @@
 
 namespace touchfield {
 
-/// w, one a row of B and G: 1, or area over mean area and 1 for the rows of interior points behind those of the faces.
+/// w, one per row of B and G: 1, or area over mean area and 1 for the rows of interior points behind those of the
+/// faces.
 Eigen::VectorXd row_weights(FaceWeights faces, const Eigen::VectorXd& areas, Eigen::Index rows);
 
 /// G^H diag(w) G, N x N.

@@ -34,11 +34,11 @@ Vector3 moved(const NodeMotions& motions, const Nodes& nodes, const Weights& wei
   return sum;
 }
 
-/// Nodes spread over a skin whose motions deform whatever hangs on the skin (embedded deformation).
+/// Nodes spread over a skin whose motions deform whatever is bound to the skin (embedded deformation).
 ///
 /// Nodes are vertices, each the farthest from those before it along the skin, until none is farther than the spacing.
 /// Two nodes are neighbours if their cells (the vertices nearer to them than to others) share an edge of the mesh.
-/// Distances run along the skin, so that fingers that touch do not move each other. A vertex hangs on the four nodes
+/// Distances run along the skin, so that fingers that touch do not move each other. A vertex is bound to the four nodes
 /// nearest to it, with the weights
 ///
 ///   w_k = (1 - d_k / d_5)^2 / sum,   d_k the distance to the k-th of them
@@ -70,8 +70,8 @@ class DeformationGraph {
     return std::span(neighbours_).subspan(starts_[i], starts_[i + 1] - starts_[i]);
   }
 
-  static constexpr int kNearest = 4;          // nodes that a vertex hangs on
-  static constexpr int kMost = 3 * kNearest;  // nodes that a face hangs on
+  static constexpr int kNearest = 4;          // nodes to which a vertex is bound
+  static constexpr int kMost = 3 * kNearest;  // nodes to which a face is bound
 
   /// The nodes that points on a face hang on, and with which weights.
   ///
@@ -96,7 +96,7 @@ class DeformationGraph {
   /// throws     InputError on other sizes
   NodeMotions motions(const Points& vertices, const Points& shifts) const;
 
-  /// The turns that belong to the shifts, anew.
+  /// Computes the turns that belong to the shifts.
   void turn(NodeMotions& motions) const;
 
   /// The shifts in the frames of the nodes.
@@ -126,7 +126,7 @@ class DeformationGraph {
   FacesRound round_;
   std::vector<int> nodes_;
   std::vector<int> cell_;          // of each vertex: the node nearest to it
-  Eigen::Matrix4Xi vertex_nodes_;  // that each hangs on
+  Eigen::Matrix4Xi vertex_nodes_;  // to which each is bound
   Eigen::Matrix4Xd vertex_weights_;
   std::vector<int> neighbours_;  // of node i: neighbours_[k], starts_[i] <= k < starts_[i + 1], in order
   std::vector<std::size_t> starts_;

@@ -21,7 +21,7 @@ struct LearningOptions {
 /// First proportions and the poses of all frames together: Gauss-Newton on PoseFit's sum over the frames and
 /// sum_k (b_k / deviation_k)^2, the poses eliminated frame by frame. Where the template cannot make the hand, the
 /// points lie farther off it than their noise; the same places do in all frames, so that they weigh less against what
-/// is expected. Then the offset o of the vertices along their normals, and the poses anew:
+/// is expected. Then the offset o of the vertices along their normals, and the poses again:
 ///
 ///   sum_frames sum_i w_i (r_i - sum_c b_ic o_c)^2 + sum_v (o_v / offset)^2 + sum_v ((o_v - mean_round o) /
 ///   roughness)^2

@@ -22,7 +22,7 @@ struct HandPoints {
 };
 
 struct PointOptions {
-  int most = 2000;                 // points a camera, >= 1
+  int most = 2000;                 // points per camera, >= 1
   double window = 2.5e-3;          // half the width on the skin over which a normal is fitted [m]
   double baseline = 55e-3;         // between a camera's two eyes [m]
   double disparity_noise = 0.08;   // [pixels], rms
@@ -32,9 +32,9 @@ struct PointOptions {
 /// Turns depth images into points with normals.
 ///
 /// Of each image a regular grid of pixels is taken, each other row shifted by half its spacing, as dense as `most`
-/// allows. A pixel is kept if its point lies in the box and the eight pixels round it saw the same surface, that is,
-/// none is empty or farther off in depth than a surface at the steepest angle and four deviations of noise allow. So
-/// edges and what flies between a near and a far surface are dropped.
+/// allows. A pixel is kept if its point lies in the box and the eight pixels round it saw the same surface. None of
+/// them may be empty, or farther off in depth than a surface at the steepest angle and four deviations of noise allow.
+/// So edges and what flies between a near and a far surface are dropped.
 ///
 ///   at       along the pixel's ray, at 1 / Z = 3/2 (mean of 1 / Z over 3 x 3 pixels) - 1/2 (mean over 5 x 5), which is
 ///            exact for quadratics and evens out quantised depth; the pixel's own depth if the 5 x 5 pixels did not all

@@ -84,7 +84,7 @@ struct FitTimes {
 /// Each frame the pose starts from where the last two have it move to (the place's motion times 0.8, the joints' times
 /// 0.5) and is fitted (PoseFit). It is believed if the images confirm it (SightCheck), as a whole and at each digit's
 /// end, and the points near the skin lie on it; what lies behind the wrist does not count. If not, the hand is lost:
-/// the fit says so, and the following frames look for it anew (HandSearch), some starts a frame. The skin is then
+/// the fit says so, and the following frames look for it again (HandSearch), some starts per frame. The skin is then
 /// deformed towards the points (DeformationFit).
 ///
 /// accuracy   three simulated D415 0.34 m away with their noise, a hand 6 % shorter and 7 % narrower than the template

@@ -42,7 +42,7 @@ struct JointFitResult {
 /// the turn of a straight thumb about itself. Joints stay in their ranges and 10 degrees more.
 ///
 /// accuracy   of 2,400 random poses of hands 155 to 215 mm long all but 10 within 0.15 mm rms, the worst 0.38 mm; with
-///            noise of 2 mm rms a joint 1.4 mm rms off the true ones. About 1 ms a frame
+///            noise of 2 mm rms per joint 1.4 mm rms off the true ones. About 1 ms per frame
 class JointFit {
  public:
   /// hand   of which side, size and pose; the proportions are relative to it

@@ -65,7 +65,7 @@ struct PoseFitResult {
 /// s_i^2 the point's variance and that of the skin's model (0.3 mm), c = 8 for points that err together, m the scale.
 /// The smooth skin passes through the vertices and has their normals n_k: with weights b_k of the corners x_k at the
 /// foot, r = (n . (p - sum b_k x_k) + sum b_k n_k . (p - x_k)) / 2, n = sum b_k n_k / |..|: exact to second order.
-/// Matches are made again in each round (VertexGrid); the last 12 mm of the skin match nothing, an arm goes on there.
+/// Matches are made again in each round (VertexGrid); the last 12 mm of the skin match nothing, an arm continues there.
 /// Joints are held in their ranges and 10 degrees more.
 ///
 /// The derivatives are those of linear blending of the bones' motions: SkinnedHand's but for the bulge at joints.

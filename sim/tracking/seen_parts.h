@@ -21,7 +21,7 @@ struct SkinSamples {
 /// The mean of what was seen in each cube of 8 mm, cube by cube.
 SkinSamples thinned_evenly(const HandPoints& points);
 
-/// What hangs together: in cubes of 15 mm that touch. The largest first, four at most, of 20 points at least.
+/// Connected parts: in cubes of 15 mm that touch. The largest first, four at most, of 20 points at least.
 std::vector<SkinSamples> parts_of(const SkinSamples& samples);
 
 /// What of a part a hand would have been seen at.

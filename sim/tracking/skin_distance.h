@@ -35,7 +35,7 @@ struct SkinPatch {
 /// that look within 90 degrees the same way [m], so that a finger is not taken for the one beside it or for its own
 /// back: positive if n . (y - x) > 0, that is, if `to` lies outside of `from` there. NaN where no face looks that way.
 ///
-/// accuracy   exact at the centroids; some microseconds a face
+/// accuracy   exact at the centroids; some microseconds per face
 Eigen::VectorXd signed_distances(const TriangleMesh& from, const TriangleMesh& to);
 
 /// Area-weighted numbers of distances at the faces of a mesh of which keep[f] holds; empty keeps all.
@@ -43,9 +43,8 @@ Eigen::VectorXd signed_distances(const TriangleMesh& from, const TriangleMesh& t
 /// distances   M; those that are NaN are left out
 SkinDistance skin_distance(const TriangleMesh& mesh, const Eigen::VectorXd& distances, const std::vector<bool>& keep);
 
-/// The faces that some camera sees, distortion apart: their centroid is in its image, the ray to it is within
-/// `steepest` of the face's normal, and no other face is nearer there by more than the depth of such a face within 1.5
-/// pixels.
+/// The faces that some camera sees, without distortion. Their centroid is in its image, and the ray to it is within
+/// `steepest` of the face's normal. No other face within 1.5 pixels is nearer by more than the depth of such a face.
 ///
 /// steepest   [rad], below pi / 2; cameras have holes in what is steeper than 75 degrees
 /// throws     InputError as rasterise does, or if `steepest` is out of its range

@@ -7,9 +7,9 @@
 
 namespace touchfield {
 
-/// Vertices with normals in the cells of a grid, to find the one that is nearest to a point of a surface seen: that of
-/// least |p - x|^2 + 2 s^2 (1 - n_p . n_x), s = 10 mm, so that the far side of a finger is not near. Takes no memory
-/// once it has held as many vertices and cells.
+/// Vertices with normals in the cells of a grid, to find the nearest one to a point of a seen surface. The nearest has
+/// the least |p - x|^2 + 2 s^2 (1 - n_p . n_x), s = 10 mm, so that the far side of a finger is not near. Takes no
+/// memory once it has held as many vertices and cells.
 class VertexGrid {
  public:
   /// vertices, normals   3 x V [m], unit

@@ -27,7 +27,7 @@ std::string lacking_instructions(const std::string& core);
 std::string blas_warning();
 
 /// Where better_blas_core() names one, in a program that cannot be started again (restart_with_better_settings), such
-/// as an interpreter that has loaded the library: OpenBLAS chooses anew in this process. To be called before the first
+/// as an interpreter that has loaded the library: OpenBLAS chooses again in this process. To be called before the first
 /// product, and while no other thread computes.
 void take_better_blas_core();
 

@@ -12,7 +12,7 @@ namespace touchfield {
 struct GmresOptions {
   double tolerance = 1e-6;  ///< relative residual ||b - A x|| / ||b|| a column is to reach, > 0
   int max_steps = 300;      ///< a column, >= 0
-  int restart = 60;         ///< steps after which a column's space is built anew, >= 1
+  int restart = 60;         ///< steps after which a column's space is built again, >= 1
 };
 
 struct GmresResult {
@@ -30,7 +30,7 @@ struct GmresResult {
 ///
 /// Each column has a space of its own; one block product serves a step of all of them, and a column leaves the block
 /// when its estimated residual is in tolerance. The true residuals are formed at the end of each cycle, with one block
-/// product more; a column whose true residual is above the tolerance goes on. Given up, with converged = false, is a
+/// product more; a column whose true residual is above the tolerance continues. Given up, with converged = false, is a
 /// column that has spent its steps or whose true residual a cycle has lessened by under 0.1 % (a singular matrix, a
 /// stagnating restart, a tolerance below the rounding of the product); its better iterate is returned. A zero column
 /// is solved by zero in no step.

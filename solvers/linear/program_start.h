@@ -13,14 +13,14 @@ namespace touchfield {
 inline constexpr const char* kSpinsVariable = "GOMP_SPINCOUNT";
 inline constexpr int kSpins = 4000;
 
-/// Starts this program anew, once, with what libraries read only when they are loaded: kSpins, and OPENBLAS_CORETYPE
+/// Starts this program again, once, with what libraries read only when they are loaded: kSpins, and OPENBLAS_CORETYPE
 /// where better_blas_core() names one. What the user has set, or says by OMP_WAIT_POLICY, stays. Returns where there is
 /// nothing to set or the program cannot be started again. To be called first thing in main, before threads and files.
 void restart_with_better_settings(char** argv);
 
 /// Keeps what this process frees, for the next that takes as much, instead of giving it back to the system. Frames take
-/// the same large matrices again and again: anew from the system, page by page, they cost a quarter of a frame on 16
-/// cores.
+/// the same large matrices again and again: each time from the system, page by page, they cost a quarter of a frame on
+/// 16 cores.
 void keep_freed_memory();
 
 /// How threads wait, in words: "look 4000 times, then sleep".

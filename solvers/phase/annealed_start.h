@@ -19,7 +19,7 @@ struct AnnealingOptions {
 ///
 /// as in low_rank_relaxation.h. From random rows F falls by accelerated projected gradient steps (of 1 / ||A||^2 at
 /// first, A = [diag(sqrt w) H_T; R]); then Y is turned so that its first column is the strongest and what is left in
-/// the others is bounded more tightly in each stage, sqrt(sum_i>1 |y_ni|^2) <= 0.8, 0.65, ... 0, while F goes on
+/// the others is bounded more tightly in each stage, sqrt(sum_i>1 |y_ni|^2) <= 0.8, 0.65, ... 0, while F continues
 /// falling.
 ///
 /// cost      one pass over A in single precision a step; the result is the same to the last bit for every number of

@@ -6,13 +6,13 @@
 namespace touchfield {
 
 /// The field's common methods on the same transfer matrix. H is the K x N matrix of the target, p' the wanted
-/// amplitudes; none but lbfgs knows of the faces' weights or of the quiet skin.
+/// amplitudes; none but lbfgs knows of the faces' weights or of the skin outside the target.
 ///
 /// All return amplitudes of 1: where a method finds drives of several amplitudes, only their phases are kept.
 /// cost_history is skin_cost; the methods that never form drives on the way leave it empty. Faces without sound wanted
 /// (p' = 0) or without reach (h_j = 0) take no part and are not counted among the K; channels that reach none of the
 /// others keep the phase they start with, 0 where there is no start. In lbfgs faces take part as they do in skin_cost,
-/// and channels that reach no face and no quiet skin keep their phase. Nothing is random.
+/// and channels that reach no face and no skin outside the target keep their phase. Nothing is random.
 ///
 /// start    drives, N: only their phases count, 0 where a drive is 0
 /// throws   std::invalid_argument as require_valid, on a start of another size or not finite, or iterations < 1
@@ -64,10 +64,11 @@ PhaseSolution solve_gs_pat(const SkinProblem& problem, const BaselineOptions& op
 /// source   Long, Seah, Carter, Subramanian, ACM Trans. Graph. 33 (2014) 181
 PhaseSolution solve_eigen(const SkinProblem& problem);
 
-/// skin_cost by limited-memory BFGS over the phases: rank 20, Wolfe line search, until a step lowers the cost by less
-/// than 1e-10 of itself or the gradient is below 1e-10 of the greater of the costs of the start and of silence
-/// (kConverged, after 0 iterations too), options.iterations are done, or the line search fails (kStalled, with the last
-/// drives reached). libLBFGS does the work, with the line search of More and Thuente.
+/// Minimises skin_cost by limited-memory BFGS over the phases, of rank 20 with a Wolfe line search. It has converged
+/// (kConverged, after 0 iterations too) when a step lowers the cost by less than 1e-10 of itself. It also has when the
+/// gradient is below 1e-10 of the cost of the start or of silence, whichever is greater. Otherwise it ends after
+/// options.iterations, or when the line search fails (kStalled, with the last drives reached). libLBFGS does the work,
+/// with the line search of More and Thuente.
 PhaseSolution solve_lbfgs(const SkinProblem& problem, const Eigen::VectorXcd& start, const BaselineOptions& options,
                           const IterationCallback& callback = {});
 

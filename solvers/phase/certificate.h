@@ -35,7 +35,7 @@ struct Certificate {
 /// by the Cholesky factorisation of the whole S + shift in double, its rounding bounded a priori: the bound holds
 /// whatever produced g and d. Leaving rows out of R only lowers S, so that it holds for the full cost too.
 ///
-/// cost     an iteration: three to six factorisations and about 15 solves by DualFactor; the proof one Cholesky
+/// cost     per iteration: three to six factorisations and about 15 solves by DualFactor; the proof one Cholesky
 ///          factorisation N x N or more. Fastest with the rows of R orthogonal, the strongest first
 /// throws   std::invalid_argument as require_valid, on options out of range or a cost that overflows; std::domain_error
 ///          if the arithmetic overflows on the way

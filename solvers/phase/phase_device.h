@@ -52,7 +52,7 @@ class SkinDevice {
   /// itself and only its solution by the factor, to which it is handed in units of `unit`. Between factorise and the
   /// last of its corrections only send and send_back may be called.
   ///
-  /// right     a value for each row of J to begin with; null to go on
+  /// right     a value for each row of J to begin with; null to continue
   /// inner     gets L^T y, a value for each column of J
   /// returns   the norm of the remainder that is left
   virtual double correct(const double* right, double unit, double* inner) = 0;
@@ -89,7 +89,7 @@ class GramDevice {
   /// h += F^-1 (right - M h) by the last factor F, from h = 0; the remainder in double, handed to the factor in units
   /// of `unit`.
   ///
-  /// right     to begin with; null to go on
+  /// right     to begin with; null to continue
   /// returns   the norm of the remainder that is left
   virtual double correct(const double* right, double unit, double* h) = 0;
 };

@@ -27,7 +27,7 @@ struct MethodSettings {
   bool search = false;             // of a method that does: the starts are some among those it finds itself
 };
 
-/// starts     drives, N a column; none where the method does not iterate, any number where it searches, else one
+/// starts     drives, N per column; none where the method does not iterate, any number where it searches, else one
 using SkinMethod = PhaseSolution (*)(const SkinProblem& problem, const Eigen::MatrixXcd& starts,
                                      const MethodSettings& settings, const IterationCallback& callback);
 

@@ -41,8 +41,8 @@ struct RobustOptions {
 };
 
 /// Minimises expected_cost over the phases and one amplitude a <= 1 of all channels. For one a the second part is
-/// constant, so that phases (method surface at that level) and the level (in closed form) are found in turn until the
-/// cost falls by less than a share of 1e-4. cost_history has the cost after each turn.
+/// constant. So phases (method surface at that level) and the level (in closed form) are found in turn, until the cost
+/// falls by less than a share of 1e-4. cost_history has the cost after each turn.
 ///
 /// starts   as of method surface
 /// throws   as solve_surface; std::invalid_argument on tolerances out of range

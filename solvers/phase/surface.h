@@ -6,7 +6,7 @@
 namespace touchfield {
 
 struct SurfaceOptions {
-  int iterations = kUsualIterations;  // steps tried, accepted or not, from the start that goes on; >= 1
+  int iterations = kUsualIterations;  // steps tried, accepted or not, from the start that continues; >= 1
   int trial = 3;                      // of them, from each start where there are several; >= 1
   bool free_amplitudes = false;       // bounded 0..1 beside the phases; else all 1
   bool free_level = false;            // one amplitude of all drives, where these are not free, may be below 1
@@ -32,7 +32,7 @@ struct SurfaceOptions {
 /// x N system (J^T J + D) h = -J^T f is solved instead. The matrix is formed and factorised in single precision, the
 /// step refined in double to 1e-8; in double throughout where that fails.
 ///
-/// From several starts `trial` steps each are taken, and the path that is lowest then goes on.
+/// From several starts `trial` steps each are taken, and the path that is lowest then continues.
 ///
 /// Free level: all drives have one amplitude, at first that of the start's loudest. From below 1 it goes to its best
 /// value (best_level) after each step, from 1 at the end: an array that is too strong for what is wanted is turned
@@ -46,7 +46,7 @@ struct SurfaceOptions {
 /// silence is left. A start at any other stationary point, saddle points and the maxima of symmetric arrays too, is
 /// returned as converged after 0 iterations.
 ///
-/// starts    drives, N a column: their phases, 0 where a drive is 0 (and amplitudes, clipped to 0..1, if these or
+/// starts    drives, N per column: their phases, 0 where a drive is 0 (and amplitudes, clipped to 0..1, if these or
 ///           the level are free)
 /// returns   kConverged too where the fall that the model promises is below the rounding of the cost; kStalled if no
 ///           damping up to 1e30 times the first helps

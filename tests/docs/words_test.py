@@ -67,6 +67,13 @@ class Words(unittest.TestCase):
         (self.root / "sim/text.cpp").write_text('say("must be a file"\n    " a device");\n')
         self.assertIn("sim/text.cpp:1: `a file a device`", self.words("--sources").stdout)
 
+    def test_comments_of_headers_say_per(self):
+        (self.root / "sim/text.h").write_text("/// Gains, one a\n/// channel.\nint a;  // 3 transducers a unit\n/// It points at a face.\n")
+        self.assertEqual(self.words("--sources").stdout, "sim/text.h:1: `one a channel`: write `per`\n"
+                         "sim/text.h:3: `transducers a unit`: write `per`\n")
+        (self.root / "sim/text.h").write_text("int a;  // one\nint b;  // a channel\n")
+        self.assertEqual(self.words("--sources").stdout, "")
+
     def test_older_changes_stay_as_they_are(self):
         (self.root / "CHANGELOG.md").write_text("# Changes\n\n## [2]\n\nAll new.\n\n## [1]\n\nLook anew.\n")
         self.assertEqual(self.words().stdout, "")

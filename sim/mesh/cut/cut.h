@@ -6,10 +6,9 @@
 namespace touchfield {
 
 /// The piece of a closed mesh within `radius` of a point that holds the skin next to the point. Its open ends are
-/// closed by the parts of the sphere of that radius that lie in the body: exact in shape, smooth, inside the body, and
-/// between the rims of a finger as well as between those of several parts or of one within another. Their faces have
-/// the sizing's edge lengths, next to the rim those of the rim. Skin farther away is left out; where skin and cap meet
-/// there is an edge.
+/// closed by the parts of the sphere of that radius that lie in the body. These caps are exact in shape, smooth and
+/// inside the body. They also close several parts, and rims within each other. Their faces have the sizing's edge
+/// lengths, next to the rim those of the rim. Skin farther away is left out; where skin and cap meet there is an edge.
 ///
 /// Vertices between 0.9 radius and the sphere slide along edges onto it, by at most 0.35 of an edge, so that the rim
 /// has no slivers: angles are above 10 degrees but where the skin only grazes the sphere. Bulges of the skin out of the

@@ -63,7 +63,7 @@ UnitGuess guess_unit(double size);
 
 /// Why a file's unit is in doubt in a scene.
 struct UnitDoubt {
-  bool refuse;       // a run must not go on: no unit is stated, and it is not surely mm; or the one stated is a slip
+  bool refuse;       // a run must not continue: no unit is stated, and it is not surely mm; or the one stated is a slip
   std::string text;  // one line
 };
 

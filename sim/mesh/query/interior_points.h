@@ -6,9 +6,9 @@
 
 namespace touchfield {
 
-/// Points inside a closed surface, spread evenly but on no lattice and no plane of symmetry: darts thrown in a fixed
-/// random order, at most eight a cube of side `spacing`, each kept if it has the clearance and is no nearer than
-/// 0.8 spacings to one kept before. The same mesh gives the same points; they move with the mesh but are others in
+/// Points inside a closed surface, spread evenly but on no lattice and no plane of symmetry. They are darts thrown in a
+/// fixed random order, at most eight per cube of side `spacing`. A dart is kept if it has the clearance and is at least
+/// 0.8 spacings from all kept before. The same mesh gives the same points; they move with the mesh but are others in
 /// place when it turns.
 ///
 /// mesh        closed, outward normals; any genus and number of pieces

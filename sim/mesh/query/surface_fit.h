@@ -10,12 +10,12 @@ namespace touchfield {
 
 /// Smooth functions on a surface, known at the centroids of a fine mesh, at the centroids of another mesh of it.
 ///
-/// At each point the nearest face whose normal is within 60 degrees of the point's is taken, and a complete quadratic
-/// in its plane's coordinates is fitted, by weighted least squares, to that face, the faces that share a vertex with it
-/// and, if these are fewer than 9, those that share one with them; faces whose normals are more than 60 degrees off
-/// stay out, so that the far side of a thin part and what lies round a sharp edge do not mix in. Where the faces do not
-/// determine a quadratic the fit is linear, and where not that either, constant. Its value is taken at the point of the
-/// skin that is nearest to the given point.
+/// At each point the nearest face is taken that has a normal within 60 degrees of the point's. A complete quadratic in
+/// the coordinates of its plane is fitted by weighted least squares. It is fitted to that face and the faces that share
+/// a vertex with it. If these are fewer than 9, the faces that share a vertex with them are added. Faces with normals
+/// more than 60 degrees off are left out, so that the far side of a thin part and what lies round a sharp edge do not
+/// mix in. Where the faces do not determine a quadratic the fit is linear, and where not that either, constant. Its
+/// value is taken at the point of the skin that is nearest to the given point.
 ///
 /// accuracy   third order in the edge length on smooth surfaces, if the points lie off the skin by no more than its
 ///            sagitta; exact for quadratics on planes

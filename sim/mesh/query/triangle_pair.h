@@ -18,11 +18,11 @@ double longest_edge(const Corners& triangle);  // [m]
 /// Overlap up to which two triangles only touch, over the longest edge of both.
 inline constexpr double kTouch = 1e-9;
 
-/// Whether the insides (the triangles less their edges) of two triangles meet. Two triangles whose insides do not meet
-/// lie on either side of a plane that does not hold both, and its normal is one of 17: the normals, the products of two
-/// edges, and, for triangles in one plane, the normals of edges in the plane. They touch if along one of these they are
-/// apart or overlap by less than kTouch; they lie in one plane if both are that thin along it. A shared edge or corner
-/// is an overlap of 0 like any other, so neighbours need no rule of their own.
+/// Whether the insides (the triangles less their edges) of two triangles meet. If the insides of two triangles do not
+/// meet, a plane that does not hold both separates them. Its normal is one of 17: the normals, the products of two
+/// edges, and the normals of edges in the plane of two triangles in one plane. They touch if along one of these they
+/// are apart or overlap by less than kTouch; they lie in one plane if both are that thin along it. A shared edge or
+/// corner is an overlap of 0 like any other, so neighbours need no rule of their own.
 bool cut_each_other(const Corners& a, const Corners& b);
 
 /// Two points of two triangles, the nearest ones if nothing else is said.

@@ -24,7 +24,7 @@ struct Camera {
   int height = 0;  // [pixels], 1 to 16384
   Vector3 eye = Vector3::Zero();
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // columns: right, down, forward; a rotation
-  Eigen::Vector2d focal = Eigen::Vector2d::Zero();     // > 0; pinhole [pixels], orthographic [pixels a metre]
+  Eigen::Vector2d focal = Eigen::Vector2d::Zero();     // > 0; pinhole [pixels], orthographic [pixels per metre]
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();    // where the axis is seen [pixels]
   double near = 0.0;  // [m]; of a pinhole > 0, of an orthographic camera -infinity to see all
 };

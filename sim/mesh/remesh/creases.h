@@ -28,9 +28,9 @@ struct Crease {
 std::vector<Crease> find_creases(const TriangleMesh& mesh, double angle,
                                  const std::function<Eigen::VectorXd(const Points&)>& edge_length);
 
-/// Where a surface comes to a point: vertices whose faces' angles there leave out at least as much of a full turn as at
-/// the corner of a cube, a quarter, if within h/2 the skin is as pointed: its mean normal, over area, is shorter than
-/// 0.8 (at a cone's tip it is the sine of half the opening).
+/// Where a surface comes to a point. The angles of the faces at such a vertex leave out at least a quarter of a full
+/// turn, as at the corner of a cube. Within h/2 the skin must be as pointed: its mean normal, over area, is shorter
+/// than 0.8 (at a cone's tip it is the sine of half the opening).
 std::vector<int> find_tips(const TriangleMesh& mesh, const std::function<Eigen::VectorXd(const Points&)>& edge_length);
 
 /// A polyline by the length along it.

@@ -9,7 +9,7 @@ namespace touchfield {
 
 constexpr double kCreaseAngle = 50.0 / 180.0 * std::numbers::pi;  // [rad]
 
-/// A closed surface of any triangles, meshed anew with nearly equilateral faces of the wanted size: the remesher of
+/// A closed surface of any triangles, meshed again with nearly equilateral faces of the wanted size: the remesher of
 /// remesh.h, projecting on the original's flat triangles. The shape stays as it is given: nothing is rounded, a coarse
 /// original keeps its facets.
 ///

@@ -29,7 +29,7 @@ double node_count(const Vector3& box, double spacing);
 class InsideGrid {
  public:
   /// soup      any faces, seen from outside
-  /// spacing   of the nodes [m], > 0; the grid takes two bytes a node, and 16 for each of its edges that a face crosses
+  /// spacing   of the nodes [m], > 0; the grid takes two bytes per node, and 16 per edge of it that a face crosses
   InsideGrid(const TriangleMesh& soup, double spacing);
 
   /// The boundary of the inside: closed, manifold, oriented outwards; cavities have walls of their own, which look into

@@ -36,9 +36,9 @@ void require_resurfaceable(const FileSurface& surface, double unit, double edge,
 ///
 /// is above 1/2: 1 in a closed surface, 2 where two overlap, so that these become one volume. Holes are closed by the
 /// surface w = 1/2 through their rims, a flat one by about its plane. w is computed on a grid of half the edge
-/// (inside_grid.h) and its surface remeshed to the edge (surface_remesh.h, no creases: edges sharper than the new faces
-/// are rounded by about a quarter of an edge). Cavities and pieces inside others are filled; gaps narrower than half an
-/// edge to an edge close, parts thinner than that vanish, as do pieces below a cube of the edge.
+/// (inside_grid.h). Its surface is remeshed to the edge (surface_remesh.h) without creases: edges sharper than the new
+/// faces are rounded by about a quarter of an edge. Cavities and pieces inside others are filled; gaps narrower than
+/// half an edge to an edge close, parts thinner than that vanish, as do pieces below a cube of the edge.
 ///
 /// surface    as read
 /// unit       metres per file unit, > 0
