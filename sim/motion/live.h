@@ -92,7 +92,7 @@ class LiveLoop {
  public:
   /// motion    with the time that the loop continues
   /// prepare   makes the solver, in the thread that will call it; may take its time
-  /// recorded  whose frames are the samples, each at its own time; null: sensor.hz samples a second. Copied
+  /// recorded  whose frames are the samples, each at its own time; null: sensor.hz samples per second. Copied
   /// throws    InputError as LoopClock
   LiveLoop(const MotionSpec& motion, LiveSensor sensor, std::function<LiveSolver()> prepare, LiveTime& time,
            const RecordedTimes* recorded = nullptr);

@@ -68,9 +68,9 @@ PhaseSolution solve_surface(const SkinProblem& problem, const Eigen::MatrixXcd& 
 ///            smallest eigenvalue of diag(b) epsilon (A A^H + epsilon)^-1_TT diag(b) and
 ///            q = A^H (A A^H + epsilon)^-1 [b y; 0]. Costs O((K + r)^3)
 /// random     angles from the generator's bits directly
-/// fitted     phases and amplitudes q = A^H (A A^H + epsilon)^-1 [b y; 0], clipped to 1, epsilon 1e-6 max eig(A A^H) or
-///            the power of ten above at which |q|^2 <= N; the phases y are those of the pressures that q makes, found in
-///            30 rounds from y = 1: as even as the target lets them be
+/// fitted     phases and amplitudes q = A^H (A A^H + epsilon)^-1 [b y; 0], clipped to 1, epsilon 1e-6 max eig(A A^H)
+///            or the power of ten above at which |q|^2 <= N; the phases y are those of the pressures that q makes,
+///            found in 30 rounds from y = 1: as even as the target lets them be
 ///
 /// A channel that gets nothing has phase 0.
 /// throws     std::invalid_argument as require_valid; random_start on a negative number of channels

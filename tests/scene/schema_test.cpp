@@ -120,6 +120,7 @@ TEST(Schema, ExamplesAreRead) {
   folder.write("array.csv", "x_mm,y_mm\n-5,0\n5,0\n");
   folder.write("calibration.csv", "channel,gain,phase_rad\n0,1,0\n1,0.9,0.2\n");
   folder.write("phases.txt", "0\n");
+  folder.write("mask.txt", "1\n");
   std::filesystem::create_directory(folder.path() / "tracked");
   folder.write("tracked/a.stl", "");
   folder.write("tracked/times.csv", "file,time_s\na.stl,0\n");
