@@ -6,7 +6,7 @@ namespace touchfield {
 
 /// What this binary is; written into every result file.
 struct BuildInfo {
-  std::string version;     // of the project, e.g. 0.2.0
+  std::string version;     // of the project, e.g. 0.3.0
   std::string revision;    // git revision of the sources, "-dirty" if they differed from it
   std::string compiler;    // name and version
   std::string flags;       // of the build type
