@@ -806,8 +806,8 @@ TEST(SurfaceStarts, FittedSolvesTheLinearProblemOfItsOwnPhases) {
     Eigen::VectorXcd expected;
     double price = 1e-6;
     do {
-      const Eigen::MatrixXcd back = (normal + price * largest * Eigen::MatrixXcd::Identity(30, 30)).inverse() *
-                                    h.adjoint() * b.asDiagonal();
+      const Eigen::MatrixXcd back =
+          (normal + price * largest * Eigen::MatrixXcd::Identity(30, 30)).inverse() * h.adjoint() * b.asDiagonal();
       Eigen::VectorXcd y = Eigen::VectorXcd::Ones(b.size());
       for (int round = 0; round < 30; ++round) {
         expected = back * y;
