@@ -22,7 +22,7 @@ def pattern_part():
             f"In paths of 100 frames or more the mean error is {min(above):.1f} to {max(above):.1f} points above that of frames solved alone. "
             "A limit of the phase change between frames is kept exactly:",
             ["pattern", "frames", "error", "above frames alone [points]", "largest turn [deg]", "phases [s]"],
-            [[row["pattern"], row["frames"], percent(row["error"]), f"{100 * float(row['above_mean']):.1f}", number(row["turn_deg"]),
+            [[row["pattern"], row["frames"], percent(row["error"]), f"{float(row['above_mean']):.1f}", number(row["turn_deg"]),
               number(row["phases_s"])] for row in rows])
 
 

@@ -31,6 +31,7 @@ class Texts(unittest.TestCase):
         self.assertIn("0.0 to 0.3 points above", patterns.replace("-0.0", "0.0"))  # neither limited nor short paths
         self.assertIn("scripts/pattern_tables; revision: abc", patterns)
         self.assertEqual(pattern_rows.count("\n"), 5)
+        self.assertIn("| circle of 10 | 10 | 81.0 % | 2.5 | 179 | 2 |", pattern_rows)
         self.assertIn("54.9 % instead of 67.6 %", robust)
         self.assertIn("Of 3 layouts of at most 1,500 transducers, phases alone reach 43.0 %", layouts)
         self.assertIn("the best reaches 34.4 %, and 2 layouts are below 35 %", layouts)
