@@ -14,15 +14,19 @@ def origin_of(name):
         return file.readline().removeprefix("# made by: ").strip().rstrip(";")
 
 
+def points(value):
+    return f"{round(float(value), 1) + 0.0:.1f}"  # no -0.0
+
+
 def pattern_part():
     rows = table(TABLES / "patterns.csv")
     free = [row for row in rows if "at most" not in row["pattern"]]
     above = [float(row["above_mean"]) for row in free if int(row["frames"]) >= 100]
     return (f"**Patterns in time** ({origin_of('patterns.csv')}). A spot moves over the still hand, and each frame starts from the one before. "
-            f"In paths of 100 frames or more the mean error is {min(above):.1f} to {max(above):.1f} points above that of frames solved alone. "
+            f"In paths of 100 frames or more the mean error is {points(min(above))} to {points(max(above))} points above that of frames solved alone. "
             "A limit of the phase change between frames is kept exactly:",
             ["pattern", "frames", "error", "above frames alone [points]", "largest turn [deg]", "phases [s]"],
-            [[row["pattern"], row["frames"], percent(row["error"]), f"{float(row['above_mean']):.1f}", number(row["turn_deg"]),
+            [[row["pattern"], row["frames"], percent(row["error"]), points(row["above_mean"]), number(row["turn_deg"]),
               number(row["phases_s"])] for row in rows])
 
 
