@@ -90,5 +90,5 @@ def warning_names(said):
     return [re.sub(r"^([a-z_]+): .*", r"\1", line) for line in lines]
 
 
-def open_run(folder):
-    return h5py.File(pathlib.Path(folder) / "run.h5", "r")
+def open_run(folder, name="run.h5"):
+    return h5py.File(pathlib.Path(folder) / name, "r")
