@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <optional>
 #include <string>
 #include <variant>
 
@@ -127,6 +128,7 @@ void require_clear_transducers(const Posture& posture, const TransducerArray& ar
 void require_clear_points(const std::vector<FieldGrid>& fields, const TransducerArray& array,
                           const TriangleMesh& mesh) {
   constexpr double kOff = 0.5 * kMillimetre;  // from the skin, of the place that the message offers
+  std::optional<FaceTree> tree;               // of the skin, for all points
   for (const FieldGrid& field : fields) {
     if (field.size() > 1) {
       continue;
@@ -137,9 +139,11 @@ void require_clear_points(const std::vector<FieldGrid>& fields, const Transducer
                 (array.positions.colwise() - at).colwise().norm().minCoeff(&nearest) >= kLeastClearance,
             "field {}: at_mm {} must be >= {} mm away from every transducer; it is nearer to transducer {}", field.name,
             place_text(at, 2), kLeastClearance / kMillimetre, nearest);
-    const FaceTree tree(mesh);
-    if (tree.winding_number(at) > 0.5) {
-      const SkinPoint skin = tree.nearest(at);
+    if (!tree) {
+      tree.emplace(mesh);
+    }
+    if (tree->winding_number(at) > 0.5) {
+      const SkinPoint skin = tree->nearest(at);
       throw InputError(fmt::format(
           "field {}: at_mm {} is {:.2f} mm inside a body, where there is no sound; the nearest place in the air is {}",
           field.name, place_text(at, 2), skin.distance / kMillimetre,

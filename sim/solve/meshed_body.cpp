@@ -13,6 +13,7 @@
 #include "sim/core/place_text.h"
 #include "sim/core/require.h"
 #include "sim/core/units.h"
+#include "sim/mesh/face_shape.h"
 #include "sim/mesh/io/mesh_io.h"
 #include "sim/mesh/io/unit_guess.h"
 #include "sim/mesh/remesh/surface_remesh.h"
@@ -121,7 +122,6 @@ MeshedBody closed_body(const BodySpec& spec) {
 
 /// The faces of a file that have an area, and their numbers there.
 std::pair<TriangleMesh, std::vector<std::size_t>> faces_with_area(const FileSurface& surface, double unit) {
-  constexpr double kLeastArea = 1e-12;  // of the longest edge squared, as TriangleMesh has it
   Points points(3, static_cast<Eigen::Index>(surface.points.size()));
   for (Eigen::Index v = 0; v < points.cols(); ++v) {
     points.col(v) = unit * surface.points[static_cast<std::size_t>(v)];
@@ -129,15 +129,10 @@ std::pair<TriangleMesh, std::vector<std::size_t>> faces_with_area(const FileSurf
   std::vector<std::size_t> kept;
   Triangles triangles(3, static_cast<Eigen::Index>(surface.triangles.size()));
   for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
-    const auto corner = [&](std::size_t c) -> Vector3 { return points.col(surface.triangles[f][c]); };
-    const Vector3 ab = corner(1) - corner(0);
-    const Vector3 ac = corner(2) - corner(0);
-    const double longest = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
-    if (0.5 * ab.cross(ac).norm() > 2.0 * kLeastArea * longest) {
-      for (int c = 0; c < 3; ++c) {
-        triangles(c, static_cast<Eigen::Index>(kept.size())) =
-            static_cast<int>(surface.triangles[f][static_cast<std::size_t>(c)]);
-      }
+    const auto& [a, b, c] = surface.triangles[f];
+    const Eigen::Vector3i face(static_cast<int>(a), static_cast<int>(b), static_cast<int>(c));
+    if (!is_flat(points, face)) {
+      triangles.col(static_cast<Eigen::Index>(kept.size())) = face;
       kept.push_back(f);
     }
   }
