@@ -1,5 +1,5 @@
-"""The site is built without a warning; every page is in its navigation, every link and anchor leads somewhere, and nothing is
-fetched from elsewhere. Where Debian's chromium is installed, no page is wider than its window or reports an error there."""
+"""Site: the site is built without a warning; every page is in its navigation, every link and anchor leads somewhere, and nothing
+is fetched from elsewhere. Browser: in Debian's chromium no page is wider than its window or reports an error."""
 
 import functools
 import html
@@ -46,7 +46,7 @@ def anchors(page):
     return set(re.findall(r'\s(?:id|name)="([^"]+)"', page.read_text()))
 
 
-class Site(unittest.TestCase):
+class BuiltSite(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.out = pathlib.Path(tempfile.mkdtemp(prefix="touchfield-site-"))
@@ -57,6 +57,8 @@ class Site(unittest.TestCase):
     def setUp(self):
         self.assertEqual((self.built.returncode, self.built.stderr), (0, ""), self.built.stdout)
 
+
+class Site(BuiltSite):
     def test_every_page_is_in_the_navigation(self):
         nav = (SOURCE / "docs/site/mkdocs.yml").read_text().partition("\nnav:\n")[2]
         for page in PAGES:
@@ -102,7 +104,16 @@ class Site(unittest.TestCase):
         for word in ("surface(h, target=None", "Mesh.vertices", "InputError"):
             self.assertIn(word, python)
 
-    @unittest.skipUnless(shutil.which("chromium"), "chromium is not there")
+    def test_formulas_are_marked_for_rendering(self):
+        theory = (SOURCE / "docs/theory.md").read_text()
+        page = (self.site / "docs/theory.html").read_text()
+        self.assertEqual(page.count('<div class="arithmatex">'), theory.count("$$") // 2)
+        self.assertGreater(page.count('<span class="arithmatex">'), 20)
+        self.assertNotIn("$", re.sub(r"<(script|style)\b.*?</\1>", "", page, flags=re.DOTALL))
+
+
+@unittest.skipUnless(shutil.which("chromium"), "chromium is not there")
+class Browser(BuiltSite):
     def test_pages_fit_wide_and_narrow_windows(self):
         pages = [str(page.relative_to(self.site)) for page in sorted(self.site.rglob("*.html"))
                  if page.name != "404.html" and ("cpp" not in page.parts or page.name.startswith("structtouchfield_1_1M"))]
@@ -117,13 +128,6 @@ class Site(unittest.TestCase):
         self.assertEqual(len(widths), 2 * len(pages))
         self.assertEqual([row for row in widths if int(row[2]) > int(row[1])], [])
         self.assertEqual([line for line in shown.stderr.splitlines() if "CONSOLE" in line], [])
-
-    def test_formulas_are_marked_for_rendering(self):
-        theory = (SOURCE / "docs/theory.md").read_text()
-        page = (self.site / "docs/theory.html").read_text()
-        self.assertEqual(page.count('<div class="arithmatex">'), theory.count("$$") // 2)
-        self.assertGreater(page.count('<span class="arithmatex">'), 20)
-        self.assertNotIn("$", re.sub(r"<(script|style)\b.*?</\1>", "", page, flags=re.DOTALL))
 
 
 if __name__ == "__main__":
