@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Draws docs/images/gpu_iteration.png from results/tables/gpu_phases.csv: an iteration of `paper` by faces and by channels.
+"""Draws docs/images/gpu_iteration.png from results/tables/gpu_phases.csv: time of one iteration of `paper` by faces and by channels.
 
 usage: scripts/gpu_figure.py
 """

@@ -1,11 +1,11 @@
 #!/usr/bin/python3
-"""Whole runs by the first graphics card and by two of its machine's cores: a sphere against the series, and a sweep of heights.
+"""Whole runs on the first graphics card and on two of its machine's cores: a sphere, and a sweep of heights.
 
 usage: scripts/gpu_runs.py [PROGRAM [FOLDER]]     (default: build/release/apps/touchfield, results/tables)
 
-Writes gpu_runs.csv: seconds of each, and how far what the card says is off: of the sphere's pressures by the series, of the sweep the
-judged error by the processor's, in points. The card computes all twenty heights, from start to end; the processor the first
-three, whose later ones, with everything at hand, stand for the rest: four minutes.
+Writes gpu_runs.csv, in four minutes: seconds and the error of the card's results. For the sphere the reference is the exact series.
+For the sweep it is the processor's evaluated error, in points. The card computes all twenty heights. The processor computes the
+first three. The second and third, which reuse the first one's matrices, give the time of the others.
 """
 
 import math

@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""How the accuracy indicator relates to the error in scattering: scheme, mesh, indicator, split mesh, error.
-
-The error is that of the pressure in a plane wave: against the exact series on spheres, against polished on the mesh
-with every face split in four (twice on the capsule) elsewhere.
+"""Relates the accuracy indicator to the scattering error: scheme, mesh, indicator, split mesh, error.
 
 usage: scripts/indicator_study.py [PROGRAM [CSV]]     (default: build/release/apps/touchfield, results/tables/indicator.csv)
+
+The error is that of the pressure in a plane wave. The reference on spheres is the exact series. Elsewhere it is the polished scheme
+on the mesh with every face split in four (twice on the capsule).
 """
 
 import json

@@ -1,11 +1,11 @@
-"""Shows a run's or a motion's results in ParaView, with one scale of colours.
+"""Shows the results of a run or a moving body in ParaView, with one colour scale.
 
-    pvpython scripts/paraview.py RESULTS -o picture.png          the skin seen from the array, a view a method
-    pvpython scripts/paraview.py MOTION --motion film.ogv        the same over a motion's time; .avi, or .png: frames
+    pvpython scripts/paraview.py RESULTS -o picture.png          the skin seen from the array, one view per method
+    pvpython scripts/paraview.py MOTION --motion film.ogv        the same over the time of a motion; also .avi, or .png for frames
     pvpython scripts/paraview.py RESULTS                         everything in a window: skin, target, array and fields
 
---png FILE and --state FILE write a picture of that window, and a state file that ParaView opens. On a machine without
-a display: xvfb-run -a pvpython scripts/paraview.py ...
+--png FILE writes a picture of that window, and --state FILE a state file for ParaView. On a machine without a display, use
+xvfb-run -a pvpython scripts/paraview.py ...
 """
 
 import argparse

@@ -3,8 +3,9 @@
 
 usage: scripts/sphere_accuracy.py [PROGRAM [FOLDER]]     (default: build/release/apps/touchfield, results/tables)
 
-Writes spheres.csv, on the built-in sphere, spheres_from_files.csv, on finer icospheres from mesh files, and sphere_sizes.csv,
-what the whole process takes on those.
+  spheres.csv             the built-in sphere
+  spheres_from_files.csv  finer icospheres from mesh files
+  sphere_sizes.csv        time and memory of the whole process for those
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Pages and docstrings: their code runs, they name what there is, and their defaults are those of the library."""
+"""Pages and docstrings: their code runs, every name exists, and the defaults are those of the library."""
 
 import ast
 import doctest

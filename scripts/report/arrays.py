@@ -1,4 +1,4 @@
-"""What patterns in time, tolerances of the channels and other arrays change, from the tables that their own scripts keep."""
+"""Gains from patterns in time, tolerances of the channels and other arrays, from tables of other scripts."""
 
 import pathlib
 

@@ -1,4 +1,4 @@
-"""What the published study leaves open, and how much the result depends on it: one change at a time."""
+"""How much the result depends on assumptions that the published study leaves open: one change at a time."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""What it costs that cameras see the hand: plays of the same motion, each with another sensor."""
+"""The cost of seeing the hand with cameras: plays of one motion with several sensors."""
 
 import pathlib
 

@@ -1,4 +1,4 @@
-"""The published statements beside what was found here, each with what the comparison takes for granted."""
+"""Compares the published statements with the results here, and lists the assumptions of each comparison."""
 
 from runs import SCENES, number, percent
 from widths import PEOPLE, READER

@@ -1,4 +1,4 @@
-"""The courses that the delay study plays: which way the hand moves when. Times in s from the motion's beginning, lengths in mm."""
+"""The courses of the delay study: the hand's velocity over time. Times in s from the start of the motion, lengths in mm."""
 
 import dataclasses
 import math

@@ -1,4 +1,4 @@
-"""What the iterations bring and what they take: cost and judged error against iteration, time against size and error."""
+"""Error and time of the iterations: cost and evaluated error by iteration, time by size and error."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""How much delay there is between hand and sound, and what it does: plays of a hand that moves at constant velocity or shakes."""
+"""Effects of the delay between hand and sound: plays of a hand that moves at constant velocity or shakes."""
 
 import dataclasses
 import itertools

@@ -1,4 +1,4 @@
-"""What scripts share that measure the program by the tests' own series and meshes."""
+"""Series and meshes of the tests, for scripts that measure the program with them."""
 
 import os
 import pathlib

@@ -1,4 +1,4 @@
-"""The report: figures, tables, Markdown, and one HTML page with everything inside."""
+"""The report: figures, tables, Markdown, and one HTML page with all of them."""
 
 import base64
 import json

@@ -1,4 +1,4 @@
-"""The published figure anew: what is wanted on the skin, and what each method makes of it."""
+"""The published figure, recomputed: the wanted pressure on the skin and the pressure that each method reaches."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Runs, sweeps and studies as they lie on the disk, read for the report; and how a method looks in every figure."""
+"""Reads runs, sweeps and studies for the report. Gives each method the same look in every figure."""
 
 import csv
 import dataclasses

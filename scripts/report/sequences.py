@@ -1,8 +1,9 @@
-"""Whether several patterns in quick succession come nearer to a wanted mean square pressure than one pattern does.
+"""Whether a fast sequence of patterns comes nearer to a wanted mean square pressure than one pattern.
 
-Skin that feels the mean square over a sequence of T patterns sees |h_j q|^2 averaged over T. Its cost is `surface`'s with that
-mean's root for |h_j q|, and a sequence holds one pattern as the case T = 1. The certificate's bound holds for both: it is linear
-in the matrix of the drives' products, of which a sequence has a mean, with the same diagonal of at most 1 (docs/theory.md).
+Skin that feels the mean square over a sequence of T patterns receives |h_j q|^2 averaged over T. The cost is that of `surface` with
+the root of this mean for |h_j q|. A single pattern is the case T = 1. The optimality bound holds for both. It is linear in the matrix
+of the products of the excitation vectors. A sequence has a mean of such matrices, with the same diagonal of at most 1
+(docs/theory.md).
 """
 
 import dataclasses

@@ -1,4 +1,4 @@
-"""What sees the hand in the study of cameras: a case a sensor, all of the same motion, without delay."""
+"""The sensors in the study of cameras: one case per sensor, all of the same motion without delay."""
 
 import dataclasses
 import json

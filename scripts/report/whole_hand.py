@@ -1,4 +1,4 @@
-"""What the skin that is not solved does: a finger alone against the hand it belongs to, and the arm behind the hand."""
+"""Effect of unsolved skin: a finger alone against the whole hand, and of the arm behind the hand."""
 
 import h5py
 import numpy

@@ -1,9 +1,8 @@
-"""Can boxes of 5, 8 and 11 mm be told apart from the pressure that really arises on the skin?
+"""Tests whether boxes of 5, 8 and 11 mm can be distinguished by the pressure on the skin.
 
-Input is a folder of hands, each the output of `touchfield sweep scenes/sweeps/widths.yaml`. Observers, each learned on
-the other hands and tested on the one left out, answer which of the three widths was meant: one reads a width, one, the
-ideal one, sees the whole pattern, as it is or brought to one level for all. They are models: what they tell is what the
-device puts on the skin, not what people feel.
+The input is a folder of hands, each the output of `touchfield sweep scenes/sweeps/widths.yaml`. Each observer learns on all other
+hands, and is tested on the hand left out: which of the three widths was meant? One observer reads a width. The ideal one sees the
+whole pattern, unchanged or scaled to one level. Observers are models. They show what reaches the skin, not what people feel.
 """
 
 import dataclasses

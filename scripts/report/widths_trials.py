@@ -1,4 +1,4 @@
-"""The trials of the width discrimination: what the judge saw on every hand, for every width and method."""
+"""The trials of the width discrimination: the pressure on the evaluation mesh for every hand, width and method."""
 
 import dataclasses
 import json

@@ -1,4 +1,4 @@
-"""What the observers of the width discrimination found, in words."""
+"""The results of the observers of the width discrimination, in words."""
 
 import math
 

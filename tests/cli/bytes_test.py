@@ -1,4 +1,4 @@
-"""Bytes that are no text, controls of a terminal, and inputs that are no files."""
+"""Bytes that are not text, control characters of a terminal, and inputs that are not files."""
 
 import concurrent.futures
 import json

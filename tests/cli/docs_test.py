@@ -1,10 +1,9 @@
-"""Every example of the documentation holds: YAML is read, Python runs, commands and their options exist.
+"""Checks every example of the documentation: YAML is read, Python runs, commands and their options exist.
 
-A fenced block says what it is: `yaml` is a whole scene or sweep as it might stand in scenes/, `python` runs beside a run,
-`usage` is the synopsis of commands, `text` is an output or a layout and is not looked at. One without a word is `sh`: a
-command a line, with file names that stand for the reader's own. Another word, an indented command and a line that is no
-known kind of command fail. Scripts, some of which take half an hour, are asked for their help. `cpp` stands in a test of C++, word
-for word. In the running text, commands and names of files in backticks are held to the same.
+The word of a fenced block is its kind. `yaml` is a whole scene or sweep, as in scenes/. `python` runs in the folder of a run. `usage`
+is the synopsis of commands. `text` is an output or a layout and is not checked. No word means `sh`: one command per line, with
+placeholders for the reader's files. Another word, an indented command and an unknown kind of command fail. Scripts are only asked for
+their help. `cpp` must stand in a test of C++, word for word. Commands and file names in backticks in the running text are checked too.
 """
 
 import functools

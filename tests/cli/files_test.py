@@ -1,4 +1,4 @@
-"""Whose files a command replaces, and what it says of a run.h5 that is damaged."""
+"""Files that a command may replace, and messages about a damaged run.h5."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""Depth images to meshes over time: `see`, `fit`, and a scene whose body they are."""
+"""Depth images to meshes over time: `see`, `fit`, and a scene with the fitted body."""
 
 import csv
 import json

@@ -1,4 +1,4 @@
-"""Scripts on their own: scripts/run where other software has removed packages that building needs, fuzzers side by side."""
+"""Scripts: `scripts/run` where packages for building are missing, fuzzers side by side, a table of hands."""
 
 import os
 import pathlib
@@ -86,6 +86,20 @@ class RunFuzzers(unittest.TestCase):
             done = subprocess.run([SOURCE / "tests/fuzz/run_fuzzers", folder], env={**environment, "OMP_NUM_THREADS": "1"},
                                   capture_output=True, text=True, timeout=60, check=False)
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+
+class HandTables(unittest.TestCase):
+    def test_the_poses_have_the_kept_areas(self):
+        with tempfile.TemporaryDirectory(prefix="touchfield-hands-") as folder:
+            done = subprocess.run([SOURCE / "scripts/hand_tables", "hand_poses", "-o", folder], capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            made, kept = ([row.split(",")[:4] for row in (root / "hand_poses.csv").read_text().splitlines() if row.startswith("`")]
+                          for root in (pathlib.Path(folder), SOURCE / "results/tables"))
+        self.assertEqual([(row[0], row[3]) for row in made], [(row[0], row[3]) for row in kept])
+        for new, old in zip(made, kept):
+            for column in (1, 2):  # cm2, cm3, rounded
+                self.assertAlmostEqual(float(new[column]), float(old[column]), delta=1, msg=new[0])
+
 
 
 if __name__ == "__main__":

@@ -1,10 +1,11 @@
-"""Every tutorial is done as its reader would, block by block, in a folder of its own that looks like a clone.
+"""Does every tutorial as its reader would, block by block, in a folder of its own that looks like a clone.
 
-`sh` and `python` blocks run, a `yaml` block becomes the file that its first line names, a `text` block stands in the output of the
-block before it: words as they are, numbers within 5 %, `..` for anything. `cpp` is of examples/. A board is a stand-in, of which
-four transducers are walked; two runs whose figures are not shown have no judge. Blocks after a line `<!-- not run: REASON -->` are left out and listed; what their commands are called is
-docs_test.py's. After `<!-- picture: FILE -->` the next line's image is that file of these runs; with TOUCHFIELD_PICTURES set it is
-drawn anew. Those in LONG do what other tests do for less, with figures beside it: long_tutorials_test.py runs them.
+`sh` and `python` blocks run. A `yaml` block becomes the file that its first line names. A `text` block must stand in the output of the
+block before: words unchanged, numbers within 5 %, `..` for anything. `cpp` comes from examples/. A stand-in replaces the board; four of
+its transducers are walked. Two runs without shown figures have no evaluation mesh. Blocks after a line `<!-- not run: REASON -->` are
+left out and listed; docs_test.py checks the names of their commands. After `<!-- picture: FILE -->` the image on the next line is that
+file of these runs. With TOUCHFIELD_PICTURES set it is drawn again. Those in LONG repeat other tests with figures; they run in
+long_tutorials_test.py.
 """
 
 import os

@@ -74,6 +74,12 @@ class Words(unittest.TestCase):
         (self.root / "sim/text.h").write_text("int a;  // one\nint b;  // a channel\n")
         self.assertEqual(self.words("--sources").stdout, "")
 
+    def test_docstrings_of_scripts_are_checked_and_their_code_is_not(self):
+        (self.root / "scripts").mkdir()
+        (self.root / "scripts/tool").write_text('#!/usr/bin/python3\n"""Makes tables.\n\nLook anew.\n"""\nprint("anew")\n')
+        (self.root / "scripts/other").write_text("#!/usr/bin/env bash\n# Look anew.\n")
+        self.assertEqual(self.words("--sources").stdout, "scripts/tool:4: `anew`: write `again`\n")
+
     def test_older_changes_stay_as_they_are(self):
         (self.root / "CHANGELOG.md").write_text("# Changes\n\n## [2]\n\nAll new.\n\n## [1]\n\nLook anew.\n")
         self.assertEqual(self.words().stdout, "")

@@ -1,5 +1,4 @@
-"""The Python package's own tests, in the environment that scripts/setup_python has made; built anew there if the library has
-changed since."""
+"""Runs the tests of the Python package in the environment of scripts/setup_python, which builds it again if the library has changed."""
 
 import os
 import pathlib

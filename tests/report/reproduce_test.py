@@ -1,4 +1,4 @@
-"""The reduced reproduction from end to end: interrupted, gone on with, its report against the runs it is made of."""
+"""The reduced reproduction from end to end: interrupted, resumed, and its report compared with its runs."""
 
 import csv
 import hashlib

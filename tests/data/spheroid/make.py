@@ -1,11 +1,11 @@
 #!/usr/bin/python3
 """Pressure on a rigid prolate spheroid in a plane wave along its axis, by the method of fundamental solutions.
 
-The scattered field is that of rings of point sources on a smaller confocal spheroid, whose strengths make the normal
-derivative of the total field vanish on the surface, by least squares. Inside the source rings lie the focal points, where
-the continued field is singular, so that the residual falls exponentially with the number of rings. Written are the total
-pressure at 401 heights, and in the heading the largest residual of the normal derivative over k at points between those
-that were matched, and the largest change of the pressure when the rings lie elsewhere.
+The scattered field is that of rings of point sources on a smaller confocal spheroid. Least squares finds their strengths, so that the
+normal derivative of the total field vanishes on the surface. The focal points lie inside the source rings. The continued field is
+singular there, so the residual falls exponentially with the number of rings. The output is the total pressure at 401 heights. Its
+heading has the largest residual of the normal derivative over k at points between the matched ones, and the largest change of the
+pressure when the rings are moved.
 
 usage: tests/data/spheroid/make.py > tests/data/spheroid/axial.csv
 """
