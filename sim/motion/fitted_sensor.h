@@ -38,10 +38,10 @@ HandImages recorded_images(const std::string& folder, Progress* progress = nullp
 
 /// Sees the hand that HandTracker fits to images. It never knows the true one.
 ///
-/// The shape is learnt before the clock starts, from the first second of images in which the hand is found, as from a
-/// scan; those of simulated cameras have noise of their own for that. The loop then begins with the hand found, if it
-/// is in the first images. Samples are the solving mesh of fitted_scene, carried by the fit vertex by vertex; lost
-/// where the fit is, or where it makes no surface.
+/// The shape is learnt before the clock starts, as from a scan: from the first second of images in which the hand is
+/// found. Simulated cameras have separate noise for these images. The loop then begins with the hand found, if it is in
+/// the first images. A sample is the solving mesh of fitted_scene, carried vertex by vertex by the fit. It is lost
+/// where the fit is lost, or where the fit makes no surface.
 class FittedSensor final : public MotionSensor {
  public:
   /// truth    where the hand really goes, only to know which drives are needed (places); null: that is told by a fit to

@@ -8,13 +8,12 @@
 
 namespace touchfield {
 
-/// The scene that is solved where a hand is fitted to images or joints. Its body is the hand that is fitted
-/// (motion.sensor.hand, or the scene's own, for images in the mean size), in the scene's place, with the scene's edges,
-/// cut and target; a body without edges gets WholeSkin::kFar. Nothing of it moves by itself but its target, and it has
-/// no judge.
+/// The scene that is solved where a hand is fitted to images or joints. Its body is the hand that is fitted:
+/// motion.sensor.hand, or else the scene's own hand, for images in the mean size. It has the scene's place, edges, cut
+/// and target. A body without edges gets WholeSkin::kFar. Only its target moves by itself, and it has no judge.
 ///
-/// throws   InputError unless it is one body, a hand or with motion.sensor.hand; of a recording, whose hand nobody
-///          moves, if motion.change names anything but the target
+/// throws   InputError unless it is one body, a hand. With motion.sensor.hand the body may be another shape, except for
+///          a recording. Also if motion.change of a recording names anything but the target
 Scene fitted_scene(const Scene& scene);
 
 /// Whether the sensor's hand is somebody's recording, so that nobody knows the true one.

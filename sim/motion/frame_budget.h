@@ -21,8 +21,9 @@ struct FrameChoice {
   double milliseconds = 0;  // of a frame, as measured here
 };
 
-/// The last of five settings, from quick to near, whose frames take at most 0.7 of motion.frame.budget_ms here, or else
-/// the quickest: each is tried with some frames of this scene by its first method, until one takes too long.
+/// Chooses one of five settings, from the quickest to the most accurate. Each is tried with some frames of this scene
+/// by its first method, until one takes too long. The choice is the last setting with frames of at most 0.7 of
+/// motion.frame.budget_ms here, or else the quickest.
 ///
 /// scene      with motion.frame
 /// progress   hears of what takes its time; may be null

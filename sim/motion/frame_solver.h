@@ -12,9 +12,12 @@
 
 namespace touchfield {
 
-/// Drives that span what all channels do to a body wherever its sensor may see it (MotionSensor::places), N x r,
-/// orthonormal, as few as leave at most 5e-3 of b out at each place, by norm. They are found from a sample of b's rows
-/// at every second place and checked by other rows at all places, twice as densely again while that fails.
+/// A reduced basis of excitations, N x r, orthonormal. It reproduces the effect of all channels on a body wherever its
+/// sensor may see it (MotionSensor::places). It has as few vectors as leave at most 5e-3 of b out at each place, by
+/// norm.
+///
+/// The basis is found from a sample of b's rows at every second place and checked by other rows at all places. While
+/// the check fails, the places are taken twice as densely. A basis found from 33 places is used even if it fails.
 ///
 /// scheme     of the frames
 /// progress   hears how far it is; may be null
@@ -31,16 +34,18 @@ Eigen::MatrixXcd drives_for(const MotionSensor& sensor, const MethodSpec& method
 Eigen::VectorXd steered(const Eigen::VectorXd& phases, const TransducerArray& array, const Wave& wave,
                         const Vector3& before, const Vector3& now);
 
-/// Finds the phases of one method for a body that moves, a frame after the other, by the schemes, solvers and phase
-/// methods of a still scene: motion.iterations steps from the frame before, steered, or from zero.
+/// Finds the phases of one method for a body that moves, one frame after the other. It uses the schemes, solvers and
+/// phase methods of a still scene, with motion.iterations steps per frame. They start from the frame before, steered,
+/// or from zero.
 ///
 /// The body's equations are solved in single precision where the scene leaves that open. A body that keeps its shape
-/// has one factorisation; one that keeps its place has one transfer matrix for all targets.
+/// has one factorisation. A body that keeps its place has one transfer matrix for all targets.
 ///
-/// Frames of `surface` that start from the one before on a processor, by LU in single precision, make no transfer
-/// matrix: they follow the least of the same cost by PhaseDescent on FactoredTransfer, two steps of it for each of
-/// motion.iterations. Before the first one the constructor solves the motion's beginning in the usual way, 30 steps.
-/// The residual of the equations is checked there.
+/// Some frames make no transfer matrix: those of `surface` that start from the one before on a processor, by LU in
+/// single precision. They minimise the same cost by PhaseDescent on FactoredTransfer, with two steps for each of
+/// motion.iterations. Before the first such frame the constructor solves the motion's beginning in the usual way, with
+/// 30 steps. The residual of the equations is checked there. Methods with free amplitudes keep the transfer matrix, as
+/// do scenes with solve.quiet_weight 0. So do meshes of fewer than 1000 faces with all of the skin solved.
 class FrameSolver {
  public:
   /// moving   what is solved

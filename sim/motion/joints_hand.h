@@ -11,10 +11,12 @@ namespace touchfield {
 
 /// The hand that is fitted to the joints of a hand tracker, recorded or live.
 ///
-/// The lengths of its bones are learnt first; then each frame is fitted by itself. Joints that turn parts which touch
-/// in the template's pose stay as they are there. A frame is lost where the tracker had no hand, where the skeleton is
-/// more than kMostOff from the joints, where parts that touch in the template are more than kMostHeld apart from
-/// theirs, and where the skin is no surface.
+/// The lengths of its bones are learnt first. Then each frame is fitted by itself. Joints that turn parts which touch
+/// in the template's pose keep their angles of that pose. A frame is lost
+///   - where the tracker did not see a hand
+///   - where the fitted skeleton is more than kMostOff from the joints (rms)
+///   - where the skeleton is more than kMostHeld from the joints (rms) once those angles are kept
+///   - where the skin is not a surface
 class JointsHand {
  public:
   /// Trackers put wrist, knuckles and tips elsewhere in the hand: that costs 3.6 mm rms on a Quest's. Joints of the

@@ -6,20 +6,23 @@
 
 namespace touchfield {
 
-/// A Kalman filter of many values whose measurement noise is 1 and whose process noise is the same for all: they share
-/// one covariance and its gains, so that a sample costs an axpy for each part of the state.
+/// A Kalman filter of many values with measurement noise of 1 and the same process noise for all. The values share one
+/// covariance and its gains. A sample therefore costs an axpy for each part of the state.
 ///
 /// The state of a value is x, its velocity and, of order 3, its acceleration, by time in any unit. Over a time d it
-/// moves on at its highest derivative, which has jumped at the beginning of d by a number of variance noise d:
+/// moves at its highest derivative. That derivative jumps at the beginning of d by a number of variance noise d:
 ///
 ///     F = (1, d, d^2 / 2; 0, 1, d; 0, 0, 1),   Q = noise d g g^T,   g = (d^2 / 2, d, 1), or (d, 1) of order 2
 ///
-/// In steady state with d = 1 and order 2 the gains of position (a) and velocity (b) obey b = a^2 / (2 - a) and noise =
-/// b^2 / (1 - a) (the filter of Benedict and Bordner, IRE Trans. Automatic Control 7, 1962). With much noise it is the
-/// straight line through the last two samples, with none the mean of them all.
+/// In steady state with d = 1 and order 2 the gains of position (a) and velocity (b) obey
 ///
-/// It begins with the first sample at rest, the variance of derivative k that noise^((2 k + 1) / (2 order)) which it
-/// has in steady state but for a factor near 1.
+///     b = a^2 / (2 - a),   noise = b^2 / (1 - a)
+///
+/// (the filter of Benedict and Bordner, IRE Trans. Automatic Control 7, 1962). With much noise the filter is the
+/// straight line through the last two samples. Without noise it is the mean of all samples.
+///
+/// It begins with the first sample at rest. The variance of derivative k begins as noise^((2 k + 1) / (2 order)). That
+/// is its value in steady state except for a factor near 1.
 class KalmanFilter {
  public:
   /// order   2 or 3
@@ -49,21 +52,22 @@ class KalmanFilter {
   Eigen::MatrixXd states_;  // values x order
 };
 
-/// Values expected from noisy samples, without being told how noisy these are or how fast the values change.
+/// Values expected from noisy samples. The noise and the speed of the values need not be known.
 ///
-/// Filters with noise of 1e-6 to 100 times that of a sample, at constant velocity, and some at constant acceleration
-/// see the same samples. What is expected is their mean, weighted by how likely each makes the samples: with
-/// innovations e of variance r S, whose scale r is each filter's own best one, over the last 0.3 s,
+/// Several filters see the same samples. Some assume constant velocity, with noise of 1e-6 to 100 times that of a
+/// sample, or of less than 1e-6 where samples come more often than 30 times per second. The others assume constant
+/// acceleration. The expected value is their mean, weighted by the likelihood of the samples under each. Innovations e
+/// have the variance r S, with each filter's own best scale r, over the last 0.3 s:
 ///
-///     ln weight = -2 sum(g) ln(sum(g e^2 / S) / sum(g)) - 2 sum(g ln S) - (5 at constant acceleration),   g = exp(-age
-///     / 0.3 s),
+///     ln weight = -2 sum(g) ln(sum(g e^2 / S) / sum(g)) - 2 sum(g ln S) - (5 at constant acceleration),
+///     g = exp(-age / 0.3 s)
 ///
-/// e^2 the mean over the values, which count as four independent ones: a skin's errors go together. So a hand at rest
-/// is averaged, and one that starts or turns is followed at once. Filters at constant velocity alone are as good as a
-/// straight line at reversals, not better.
+/// e^2 is the mean over the values. They count as four independent ones, because the errors of a skin are correlated. A
+/// hand at rest is therefore averaged, and one that starts or turns is followed at once. At reversals, filters at
+/// constant velocity alone are only as good as a straight line.
 ///
-/// What is expected is a weighted sum of the samples, with the same weights for all values: whatever depends on values
-/// linearly may be filtered before or after.
+/// The expected value is a weighted sum of the samples, with the same weights for all values. A quantity that depends
+/// linearly on the values may therefore be filtered before or after.
 class KalmanBank {
  public:
   /// interval   between samples, about [s]: within a factor of 5

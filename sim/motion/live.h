@@ -81,18 +81,18 @@ struct LiveReport {
   double residual = 0;
 };
 
-/// The loop of a sensor and a solver on the wall clock, each in a thread of its own, with a slot between them and one
-/// behind the solver: the newest wins, nothing queues.
+/// The loop of a sensor and a solver on the wall clock. Each has a thread of its own. One slot is between them and one
+/// behind the solver. A slot keeps only the newest item, so nothing queues.
 ///
-/// Slots of frames, samples and what is late or dropped are those of a LoopClock whose solve times are measured. The
-/// pose predicted for is LoopClock's as well, where what passes from a frame's solution until the link has it counts as
-/// solving, by its own running median. A solver that throws or never returns ends or hangs its thread alone: whoever
-/// takes the frames sees `over`, or that no more come.
+/// Slots of frames, samples, and late or dropped frames are those of a LoopClock with measured solve times. The pose is
+/// predicted for the instant that LoopClock gives. The time from a frame's solution until the link has it then counts
+/// as solving, by its own running median. A solver that throws or never returns ends or hangs its thread alone. The
+/// taker of the frames sees `over`, or that no more come.
 class LiveLoop {
  public:
-  /// motion    with the time that the loop continues
+  /// motion    with the duration of the loop
   /// prepare   makes the solver, in the thread that will call it; may take its time
-  /// recorded  whose frames are the samples, each at its own time; null: sensor.hz samples per second. Copied
+  /// recorded  its frames are the samples, each at its own time; null: sensor.hz samples per second. Copied
   /// throws    InputError as LoopClock
   LiveLoop(const MotionSpec& motion, LiveSensor sensor, std::function<LiveSolver()> prepare, LiveTime& time,
            const RecordedTimes* recorded = nullptr);

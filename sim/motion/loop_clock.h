@@ -53,17 +53,17 @@ struct ScoreInstant {
 
 /// The loop of sensor, solver and array on a clock of whole ticks.
 ///
-/// Sample k is taken at round(k 1e6 / sensor.hz) and known sensor.latency later; slot j of a frame is at
-/// round(j 1e6 / frames_hz), score k at round(k 1e6 / score_hz), each from 0 on and before the motion's end. Nothing is
-/// accumulated, so that rates keep their ratio.
+/// Sample k is taken at round(k 1e6 / sensor.hz) and known sensor.latency later. Slot j of a frame is at
+/// round(j 1e6 / frames_hz), score k at round(k 1e6 / score_hz). All count from 0 and lie before the motion's end.
+/// Nothing is accumulated, so that rates keep their ratio.
 ///
-/// A slot at which the solver is free starts its frame at once, with the newest sample known by then (one that becomes
-/// known at that very tick is). A slot at which the solver is busy waits. When the solver becomes free, the latest slot
-/// that has come by then starts a frame at once, if it has had none. That frame is late, with the newest sample known
-/// at that time. Earlier slots are dropped. Nothing is queued, and the slots after it stay where they are. The solver
-/// is free again the very tick a frame's solve ends. A slot before any sample is known has no frame and counts as
-/// waiting. A frame is on the array array_ms after its solve ends, scored from that very tick on, and until the next
-/// one is.
+/// A slot at which the solver is free starts its frame at once, with the newest sample known by then. A sample that
+/// becomes known at that very tick counts. A slot at which the solver is busy waits. When the solver becomes free, the
+/// latest slot that has come by then starts a frame at once, unless it started one before. That frame is late, with the
+/// newest sample known at that time. Earlier slots are dropped. Nothing is queued, and the slots after it stay where
+/// they are. The solver is free again at the very tick at which a frame's solve ends. A slot before any sample is known
+/// has no frame and counts as waiting. A frame is on the array array_ms after its solve ends, until the next one is. It
+/// is scored from that very tick on.
 ///
 ///     LoopClock clock(motion);
 ///     while (const auto frame = clock.next()) {
@@ -84,12 +84,13 @@ class LoopClock {
   /// throws   std::logic_error if there is none, or solve < 0
   ShownFrame finished(Tick solve);
 
-  /// The next instant of which it is settled which frame is on the array then: those before the frame that was finished
-  /// last comes on; all once the motion is over.
+  /// The next score instant, if the frame on the array then is settled. It is settled before the frame that was
+  /// finished last comes on. Once the motion is over, all are settled.
   std::optional<ScoreInstant> next_score();
 
-  /// The middle of the time that a frame will be shown if it takes `solve` and the next one comes on time: its start +
-  /// solve + array_ms + half of 1 / frames_hz.
+  /// The middle of the time that a frame will be shown, if it takes `solve` and the next one comes on time:
+  ///
+  ///     its start + solve + array_ms + half of 1 / frames_hz
   Tick predicted_for(const FrameStart& frame, Tick solve) const;
   Tick predicted_for(const FrameStart& frame) const { return predicted_for(frame, expected_solve()); }
 

@@ -20,8 +20,8 @@ class MeshSequence {
 
   const Triangles& triangles() const { return triangles_; }
 
-  /// Vertices at a time of the motion in the files' own frame [m]: linear in time between two meshes, those of the
-  /// first mesh before it and of the last one after it.
+  /// Vertices at a time of the motion in the files' own frame [m]. They are linear in time between two meshes. Before
+  /// the first mesh they are those of the first, after the last mesh those of the last.
   Points state(double seconds) const;
 
  private:

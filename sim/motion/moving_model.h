@@ -28,8 +28,8 @@ struct MotionState {
   MotionState beyond(const MotionState& before, double share) const;
 };
 
-/// A surface of a scene's bodies that keeps its triangles while they move: hands whose joints turn are skinned, bodies
-/// given as meshes over time take these, all else stays as it is in its own frame.
+/// A surface of a scene's bodies that keeps its triangles while they move. Hands with joints that turn are skinned.
+/// Bodies given as meshes over time take the vertices of these. All others keep their shape in their own frame.
 class MovingSkin {
  public:
   /// mesh     of all bodies in the world's frame, as the scene says at first
@@ -80,8 +80,8 @@ class MovingModel {
   const Model& first() const { return first_; }
   const Trajectory& trajectory() const { return trajectory_; }
 
-  /// How bodies and target lie to the array at later instants, where that is worth a remark and was not at first: the
-  /// worst instant of each.
+  /// Remarks on the place of bodies and target relative to the array at later instants, if none was due at first. Each
+  /// is of its worst instant.
   const Remarks& on_the_way() const { return on_the_way_; }
 
   /// Whether it is one body that keeps its shape, so that in its own frame nothing but array and target moves.
@@ -91,15 +91,15 @@ class MovingModel {
   /// A state, such as an expected one, with each of its numbers moved to the nearest one in its range.
   MotionState in_range(MotionState state) const;
 
-  /// The model at a state: its scene's numbers, mesh, boxes and own frame. Of a state with a skin that is the mesh,
-  /// which boxes and landmarks follow; places and joints, and with them the own frame, are still those of the numbers.
+  /// The model at a state: its scene's numbers, mesh, boxes and own frame. If the state has a skin, that is the mesh,
+  /// and boxes and landmarks follow it. Places and joints, and with them the own frame, are still those of the numbers.
   Model at(const MotionState& state) const;
 
   /// The judge's mesh of a model that at() gave. There is none where the scene has no judge.
   std::optional<JudgeMesh> judge_mesh(const Model& model, const MotionState& state) const;
 
-  /// Where the pattern is wanted, relative to what it is wanted on [m]: the mean centre of the boxes where these follow
-  /// the skin, else the skin's point that was nearest to them at first.
+  /// The place of the wanted pattern on the skin [m]. It is the mean centre of the boxes where these follow the skin.
+  /// Else it is the skin's point that was nearest to their mean centre at first. That point moves with the skin.
   Vector3 patch(const Model& model) const;
 
  private:

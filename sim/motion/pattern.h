@@ -48,9 +48,9 @@ struct PatternOptions {
   int instants = 6;            // at most
 };
 
-/// Solves the scene's pattern on its still hand: rows of H of all faces that it uses and R of the others once, then
-/// frame by frame (solve_sequence). The amplitude modulation scales the drives of each frame. Scores are of the solving
-/// mesh, by those rows:
+/// Solves the scene's pattern on its still hand. The rows of H of all faces that it uses, and R of the others, are
+/// computed once. Then the frames are solved one by one (solve_sequence). The amplitude modulation scales the
+/// excitation of each frame. Scores are of the solving mesh, by those rows:
 ///
 ///   relative_error^2 = 1 - C^2 / (E W),   C = sum_T A |p| p',   W = sum_T A p'^2,   E = sum_U A |p|^2 + |R q|^2 / w_Z
 ///

@@ -45,8 +45,8 @@ struct PatternPoint {
 /// of the target.
 std::vector<PatternPoint> pattern_points(const PatternSpec& spec, const Model& model);
 
-/// A spot is the disc of faces whose centroids are at most half the diameter from the point of the skin that is nearest
-/// to the path, and whose normals are less than 90 degrees from the skin's there.
+/// A spot is a disc of faces about the skin's point nearest to the path. The centroids of its faces are at most half
+/// the diameter from that point. Their normals are less than 90 degrees from the skin's normal there.
 ///
 /// points   their faces are among those of the result
 /// throws   InputError if a spot holds no face, fewer than kFewestSolved edges per wavelength unless the scene allows

@@ -14,7 +14,7 @@ using Colour = std::array<std::uint8_t, 3>;  // red, green, blue
 Colour viridis(double fraction);
 
 /// For pressure on the skin: light grey at 0 (bare skin), then orange and red to dark violet at 1, each darker than the
-/// last; outside that range its ends, blue for NaN.
+/// last. Outside that range the ends are used, and blue for NaN.
 ///
 /// source   after magma by N. Smith and S. van der Walt, reversed
 Colour skin_colour(double fraction);

@@ -8,11 +8,17 @@
 
 namespace touchfield {
 
-/// Pictures of a run: setup.png shows array and skin. Of the skin seen from the array's side: target.png (the wanted
-/// |p|) and pressure_NAME.png for every method, and overview.png with all of these side by side; one colour scale for
-/// all, with a colour bar and a caption. Also
-/// field_NAME_METHOD.png for every plane among the fields. The ending is the format's. Each says in its file's texts
-/// which run it shows: Software, Source, Description, Scene hash (see Canvas::describe). Whole or not at all.
+/// Draws the pictures of a run:
+///
+/// setup.png               the skin and an array of transducers
+/// target.png              the wanted |p|
+/// pressure_NAME.png       |p| of a method, one picture per method
+/// overview.png            all of these pictures of the skin side by side
+/// field_NAME_METHOD.png   one picture per plane among the fields and per method
+///
+/// Target, pressures and overview show the skin seen from the array's side. They share one colour scale, with a colour
+/// bar and a caption. The ending is the format's. The texts in each file say which run it shows: Software, Source,
+/// Description, Scene hash (see Canvas::describe). A file appears whole or not at all.
 ///
 /// directory   where they land
 /// returns     the files written

@@ -25,7 +25,7 @@ struct LinearAxis {
   std::string label(int i) const;
 };
 
-/// Where an axis of values least..most begins: at zero where that wastes less than half of the height, since a
+/// The beginning of an axis of values least..most. It is zero where that wastes less than half of the height, since a
 /// difference then looks as large as it is.
 double axis_begin(double least, double most);
 

@@ -35,9 +35,10 @@ std::vector<LogTick> log_ticks(double low, double high);
 /// The value that a share of the finite ones among `values` does not exceed; 0 if there is none.
 double quantile(std::vector<double> values, double share);
 
-/// The end of the colours of every picture of a skin [Pa], rounded up: the largest of the pressures' 99.5th
-/// percentiles, so that a single hot face does not darken all others. Where a pressure is wanted it is at least that
-/// and at most twice that, so that a method that presses ten times as hard leaves the others their colours.
+/// The end of the colours of every picture of a skin [Pa], rounded up. It is the largest of the pressures' 99.5th
+/// percentiles, so that a single hot face does not darken all others. Where a pressure is wanted it is, before
+/// rounding, at least that and at most twice that. A method that presses ten times as hard then leaves the others their
+/// colours.
 double skin_top(double most_wanted, const std::vector<const Eigen::VectorXcd*>& pressures);
 
 /// The share of the faces of a field or a skin that colours end at.
@@ -80,8 +81,8 @@ ColourBar skin_bar(double top, double most);
 /// The colours of pressures on the skin, one per face, up to `top`; both in one unit.
 std::vector<Colour> skin_colours(const Eigen::VectorXd& values, double top);
 
-/// A mesh in its panel, or in another one of the same size, one colour per face; finer than the picture in a PDF or
-/// SVG, which are made for print.
+/// A mesh in its panel, or in another one of the same size, one colour per face. In a PDF or SVG, which are made for
+/// print, it is finer than the picture.
 void draw_sight(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours);
 void draw_sight(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours, const PixelBox& panel);
 

@@ -16,10 +16,12 @@ struct CameraSight {
   std::vector<float> depth;  // of its pixels, row by row from the upper left one [m]; 0: none
 };
 
-/// A picture of 1200 x 900 pixels, one row per camera, or two rows beside each other of more than three: at the left
-/// the whole image as the camera would see a shaded mesh, at the right the depths that it said of the part with the
-/// mesh, which a frame marks in the first. One scale of colours for all, from the nearest point of the mesh that a
-/// camera sees to the farthest one; red where a camera sees the mesh and said no depth.
+/// A picture of 1200 x 900 pixels with one row per camera. More than three cameras are in two columns. Each camera has
+/// two images. The left one is its whole view of the shaded mesh. The right one shows the depths that it measured in
+/// the part with the mesh, which a frame marks in the left one.
+///
+/// One scale of colours serves all. It goes from the nearest to the farthest point of the mesh that a camera sees,
+/// rounded outwards to 10 mm. Red marks the pixels where a camera sees the mesh but measured no depth.
 ///
 /// path     where it lands, whole or not at all
 /// mesh     what there is [m]

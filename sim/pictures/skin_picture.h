@@ -53,9 +53,9 @@ class SkinPictures {
   std::optional<SkinSight> target_;
 };
 
-/// Where the surfaces of the target's boxes cut the skin, without what lies within another box and is no border of the
-/// target or between two pressures. Of a target that does not say its boxes: the sides of its
-/// faces that no other face of the target shares.
+/// The lines where the surfaces of the target's boxes cut the skin. Lines within another box are left out unless they
+/// are a border of the target or between two pressures. Masks, and targets without boxes, have other lines: the sides
+/// of their faces that no other such face shares.
 Lines target_outline(const TriangleMesh& mesh, const Target& target);
 
 /// The twelve edges of each box of the target.

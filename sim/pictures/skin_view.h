@@ -31,8 +31,8 @@ struct SkinView {
 /// `centre` where the axes cancel, +z where that fails too.
 Vector3 facing(const TransducerArray& array, const Vector3& centre);
 
-/// Looks along `direction`, world +y up (+x if that is the direction of sight), so that all points fill `share` of the
-/// panel in the tighter of its two sides.
+/// Looks along `direction`, with world +y up, or +x if +y is nearly the direction of sight. All points together fill
+/// `share` of the panel in the tighter of its two sides.
 SkinView fitted_view(const PixelBox& panel, const Vector3& direction, const Points& points, double share);
 
 /// The same with another direction up.

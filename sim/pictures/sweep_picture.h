@@ -17,11 +17,13 @@ struct SweepPlot {
   explicit operator bool() const { return why_not.empty(); }
 };
 
-/// A picture of 1200 x 900 pixels of a metric against one input of the sweep: the one that is a number and has most
-/// values. It has one line per method. Where other inputs differ too, it has one panel per method with one line per
-/// combination of their values, of which there may be 12. Only over seeds, and cases with the same inputs, are values
-/// averaged, and the caption says so; bars show their spread. An input whose values go one by one with those of the
-/// axis (a zip, random draws) has no line of its own; the caption names it, and points are not joined.
+/// A picture of 1200 x 900 pixels of a metric against one input of the sweep. The input is the number with most values,
+/// a seed only if there is no other. The picture has one line per method. Where other inputs differ too, it has one
+/// panel per method with one line per combination of their values, at most 12.
+///
+/// Values are averaged only over seeds and over cases with the same inputs. The caption then says so, and bars show the
+/// range of the values. Some inputs have one value for each value of the axis (a zip, random draws). They have no line
+/// of their own, the caption names them, and points are not joined.
 ///
 /// path     where it lands, whole or not at all; nothing is written where nothing can be drawn
 /// throws   InputError on an unknown metric; IoError if it cannot be written

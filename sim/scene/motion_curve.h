@@ -8,10 +8,11 @@ namespace touchfield {
 
 /// A number over time, by its law.
 ///
-/// Keys are joined by piecewise cubic Hermite polynomials that keep their data's monotony: inner slopes are weighted
-/// harmonic means of those of the two chords, 0 where they differ in sign, end slopes of three points, limited. The
-/// error on a smooth monotone function is of third order in the distance of keys, no value lies outside its two keys'
-/// ones, and a key is met exactly.
+/// Keys are joined by piecewise cubic Hermite polynomials that preserve the monotony of their data. An inner slope is
+/// the weighted harmonic mean of the slopes of its two chords, or 0 where these differ in sign. Slopes at the ends
+/// follow from three points and are limited. A key is met exactly, and no value lies outside those of the two keys
+/// round it. The error on a smooth monotone function is of third order in the distance of keys.
+///
 /// source   F. N. Fritsch, R. E. Carlson 1980; F. N. Fritsch, J. Butland 1984
 class MotionCurve {
  public:

@@ -67,8 +67,8 @@ struct MotionSpec {
   struct Sensor {
     double hz = 30;
     double latency = 0;  // from when a sample is taken until it is known [s]
-    /// What the solver knows of the skin: where it is; that made worse by noise of its own in every sample; or what is
-    /// fitted to images of cameras or to tracked joints.
+    /// The solver's knowledge of the skin. First: its exact place. Second: that place with noise of its own in every
+    /// sample. Others: a fit to images of simulated or recorded cameras, or to tracked joints.
     std::variant<std::monostate, SensingNoise, std::vector<CameraSpec>, RecordedSpec, JointsSpec> sight;
     unsigned seed = 1;              // of what cameras get wrong
     std::optional<HandShape> hand;  // that is fitted; absent: the scene's pose, of images in mean size

@@ -32,16 +32,17 @@ struct CalibrationFile {
   std::vector<double> phase;  // [rad]
 };
 
-/// A table with a header and one row per channel, in any order: channel (from 0), gain >= 0, phase_rad or phase_deg
-/// and, if the file has it, alive, 0 or 1; the gain of a dead channel counts as 0. Every channel must be there once.
+/// A table with a header and one row per channel, in any order. Its columns are channel (from 0), gain >= 0, phase_rad
+/// or phase_deg and, optionally, alive (0 or 1). The gain of a dead channel counts as 0. Every channel must be there
+/// once.
 ///
 /// channels   of the array
 std::optional<CalibrationFile> read_calibration(const Input& in, const std::string& path, std::size_t channels);
 
-/// A table of transducers (number_table.h): x and y, and z, nx, ny, nz, channel, alive or dead where the header names
-/// them; lengths without a unit are in mm, z is 0 and axes are +z where there are none. Columns that name rows (id,
-/// ...) are not read; phases and gains are refused, with the key that takes them. Without a header: x, y, z in mm, or
-/// these and the axes.
+/// A table of transducers (number_table.h). It has the columns x and y. It may have z, nx, ny, nz, channel, and alive
+/// or dead. Lengths without a unit are in mm. Without these columns z is 0 and axes are +z. Columns that name rows (id,
+/// ...) are not read. Phases and gains are refused, with the key that takes them. Without a header the columns are x,
+/// y, z in mm, or these and the axes.
 std::optional<PositionsFile> read_positions(const Input& in, const std::string& path);
 
 }  // namespace touchfield::schema

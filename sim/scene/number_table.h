@@ -97,15 +97,17 @@ struct TableForm {
   std::size_t most = kMostListed;
 };
 
-/// A table whose first line names its columns, in any order, and whose others hold a number for each.
+/// A table with the names of its columns in the first line, in any order. Every other line holds a number for each.
 ///
-/// Names count whatever their case and quotes, with their unit as x_mm, x mm, x (mm), x [mm] or x/mm; lengths may be in
-/// um, mm, cm or m, each column in its own. The header may be a comment too, the last one before the first row, if it
-/// has as many words as that and names all columns that are required. A first column without a name is an index.
-/// Cells stand between semicolons, else commas, else tabs, else blanks, whichever the first line has.
+/// Names count whatever their case and quotes. A unit is written as x_mm, x mm, x (mm), x [mm] or x/mm. Lengths may be
+/// in um, mm, cm or m, each column in its own. A first column without a name is an index. Cells stand between
+/// semicolons, else commas, else tabs, else blanks, whichever the first line has.
+///
+/// The header may also be a comment before the first row. It must have as many words as that row and name all columns
+/// that are required. The last such comment counts.
 ///
 /// returns   nothing after a report: a column that is unknown, missing or there twice, lengths with and without units,
-///           a row of another length, what is no number or out of its range
+///           a row of another length, a cell that is not a number or out of its range
 std::optional<NumberTable> read_number_table(FileReport& report, const TableForm& form);
 
 }  // namespace touchfield::schema

@@ -6,9 +6,9 @@
 
 namespace touchfield::schema {
 
-/// Bounds of a number in the unit the scene gives it in. On a side without a bound kLargest is one, and what must be >
-/// 0 must be at least kSmallest, so that sums, squares and quotients of lengths and pressures stay finite and do not
-/// vanish.
+/// Bounds of a number in the unit the scene gives it in. On a side without a bound the magnitude is at most kLargest. A
+/// number that must be > 0 must be at least kSmallest. Sums, squares and quotients of lengths and pressures then stay
+/// finite and do not vanish.
 struct Range {
   static constexpr double kLargest = 1e9;
   static constexpr double kSmallest = 1e-9;

@@ -38,8 +38,8 @@ struct RandomRange {
   std::string draw(Uniform& uniform) const;
 };
 
-/// [low, high], {integer: [low, high]}, {log: [low, high]} or {normal: [mean, sigma]}; adds a problem and returns
-/// nothing if it is none of them or its numbers make no range.
+/// Reads [low, high], {integer: [low, high]}, {log: [low, high]} or {normal: [mean, sigma]}. Adds a problem and returns
+/// nothing if the value has another form or its numbers do not make a range.
 std::optional<RandomRange> read_range(const Entry& entry, Reading& reading);
 
 }  // namespace touchfield::schema

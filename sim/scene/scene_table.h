@@ -21,8 +21,9 @@ const Codec<Scene>& scene_codec();
 Codec<ArraySpec> array_codec();
 Codec<CalibrationSpec> calibration_codec();
 Codec<SpreadSpec> spread_codec();
-/// Reads the calibration file of an array whose keys were good; reports and returns false if it, or what is listed in
-/// its place, does not fit the channels.
+/// Reads the calibration file of an array with good keys. Reports and returns false if the file, or the list in its
+/// place, does not fit the channels. Dead transducers of a positions file get the gain 0 instead. Then a calibration as
+/// well is an error.
 bool check_calibration(const Input& array, ArraySpec& spec);
 Codec<BodySpec> body_codec();
 /// Several bodies, each with a name.

@@ -126,7 +126,7 @@ class Map {
     info_.keys.back().required = true;
     return allowed_with(std::move(keys));
   }
-  /// The key added last is required beside the first keys of the group, may be given beside the second ones and is
+  /// The key added last is required beside the first keys of the group and may be given beside the second ones. It is
   /// allowed beside no other.
   Map& needed_with(std::vector<std::string> keys, std::vector<std::string> optional) {
     info_.keys.back().also_with = std::move(optional);

@@ -36,8 +36,9 @@ struct SweepCase {
 /// Relative paths in values count from the base scene's folder, as if they stood there. Where the base scene leaves
 /// `write` open, cases write run.h5 alone unless a change says otherwise.
 ///
-/// Where there are several of grid, zip, cases and random, every case of the one is combined with every case of the
-/// others, the last one fastest; random draws are then the same for all. Draw number k does not depend on the count.
+/// Where there are several of grid, zip, cases and random, every case of one is combined with every case of the others.
+/// The last one in this order varies fastest. Random draws are then the same for all. Draw number k does not depend on
+/// the count.
 struct SweepPlan {
   std::string name;
   std::string text;       // of the sweep file
@@ -67,8 +68,8 @@ Scene read_case(const SweepPlan& plan, const SweepCase& item);
 /// throws   InputError with the problems of the first ones that have any
 std::vector<Scene> read_cases(const SweepPlan& plan);
 
-/// Tells whether two plans are of the same cases: a hash over the number, the changes and the resolved scene of each,
-/// in order, and over the bytes of the files that the scenes name.
+/// A hash that tells whether two plans are of the same cases. It is over the number, the changes and the resolved scene
+/// of each case, in order. The bytes of the files that the scenes name are included.
 ///
 /// scenes   one per case
 std::string plan_hash(const SweepPlan& plan, const std::vector<Scene>& scenes);

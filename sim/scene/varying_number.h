@@ -9,8 +9,11 @@
 
 namespace touchfield {
 
-/// A number of a scene that may vary over a motion: a coordinate of a body's place, an angle of it or of a joint of the
-/// built-in hand, a coordinate of a target box, the wanted pressure.
+/// A number of a scene that may vary over a motion:
+///   - a coordinate or an angle of a body's place
+///   - an angle of a joint of the built-in hand
+///   - a coordinate of a target box
+///   - the wanted pressure
 struct VaryingNumber {
   std::string path;  // as a sweep names it, numbers in brackets: body.place.at_mm[2]
   schema::Unit unit = schema::Unit::power_of_ten(0);

@@ -57,11 +57,12 @@ struct SyntaxError {
   bool of_layout = false;  // lines do not belong together as they are indented
 };
 
-/// The one document in a text. Anchors, aliases and merge keys are resolved: `<<: *name`, or a list of maps, adds the
-/// keys of those maps that the map does not have, the first map's first. An empty text is a null.
-/// throws   SyntaxError on what is not YAML, a second document, a key that is not a word, a tag, an alias within its
-///          own anchor, more than 200,000 values (what anchors and aliases copy counts each time) or 16 MiB of copied
-///          text, more than 1000 keys in a map or 50 levels
+/// The one document in a text. An empty text is a null. Anchors, aliases and merge keys are resolved. `<<: *name`, or a
+/// list of maps, adds the keys of those maps that the map does not have. Of maps with the same key the first counts.
+///
+/// throws   SyntaxError on text that is not YAML, a second document, a key that is not a word, a tag, an alias within
+///          its own anchor, more than 200,000 values (copies by anchors and aliases count each time) or 16 MiB of
+///          copied text, more than 1000 keys in a map or 50 levels
 Node parse_yaml(const std::string& text, int source);
 
 /// The value as YAML text: maps and lists of them in block style, lists of scalars in one line.

@@ -6,9 +6,9 @@
 
 namespace touchfield {
 
-/// Closed loops of boundary edges of an oriented, edge-manifold surface, each as vertex numbers in the order in which a
-/// filling must run through them to be oriented as its neighbours are. A vertex that several loops touch is in each; no
-/// loop passes a vertex twice.
+/// Closed loops of boundary edges of an oriented, edge-manifold surface, each as vertex numbers. The order of the
+/// vertices is that of a filling: its faces are then oriented as their neighbours are. A vertex that several loops
+/// touch is in each of them. No loop passes a vertex twice.
 ///
 /// triangles      3 x M
 /// vertex_count   > every number in triangles

@@ -32,9 +32,13 @@ struct CappedSurface {
   std::function<double(const Vector3&)> tolerance;
 };
 
-/// Removes faces with angles below 25 degrees as far as collapsing and flipping edges can: rims and
-/// creases (above 50 degrees) stay within the tolerance, no face turns by more than 37 degrees, and no
-/// change makes the smallest angle round it smaller.
+/// Removes faces with angles below 25 degrees by collapsing and flipping edges, as far as possible.
+///
+/// Points of rims and creases (above 50 degrees) move along these where they are nearly straight. Elsewhere they move
+/// by less than the tolerance. No face turns by more than 37 degrees, or 73 degrees where a point moves by less than
+/// 0.2 of the longest edge at it. A change must increase the smallest angle of the faces that it changes, with one
+/// exception. Edges below 0.15 of the longest edge at their ends are collapsed first, if more than half of the smallest
+/// angle remains. Angles count up to 25 degrees.
 ///
 /// throws   InputError if the surface is not a closed oriented manifold
 void remove_thin_faces(CappedSurface& surface);

@@ -28,12 +28,14 @@ struct ClippedSurface {
   std::vector<std::array<int, 3>> triangles;
 };
 
-/// Cuts the faces of a closed mesh along a surface. Vertices close to it move onto it along an edge, unless that would
-/// bend or flatten a face much or let the cut touch itself: so the new faces are no thinner than the snap makes
-/// necessary. Parts of the kept side that hang together by less than about an edge at a movable vertex are taken apart,
-/// by a cut that leaves the surface there for the kept side. Faces that lie in the surface are left out.
+/// Cuts the faces of a closed mesh along a surface. Faces that lie in the surface are left out.
 ///
-/// returns   a surface in which every vertex has one fan of faces and none is unused
+/// Vertices close to the surface move onto it along an edge, so that no new face is thinner than the snap makes
+/// necessary. A vertex stays if its move would bend or flatten a face much, or let the cut touch itself. Parts of the
+/// kept side may be connected by less than about an edge at a movable vertex. These are separated, by a cut that leaves
+/// the surface there for the kept side.
+///
+/// returns   a surface in which every vertex has one fan of faces and every point is used
 /// throws    InputError if the mesh is not closed and oriented
 ClippedSurface clipped(const TriangleMesh& mesh, CuttingSurface surface);
 

@@ -44,25 +44,25 @@ FileSurface parse_vtp(const std::string& content, const std::string& name);
 /// Of binary glTF: the triangles of all nodes, each where its node or its bones put it at rest; in metres.
 FileSurface parse_glb(const std::string& content, const std::string& name);
 
-/// Adds polygons as triangles, once all points are known; a polygon of four corners or more need not be convex, and
-/// one without area becomes triangles without area.
+/// Adds polygons as triangles, once all points are known. A polygon of four corners or more need not be convex. A
+/// polygon without area becomes triangles without area.
 ///
 /// polygons   corners as numbers of the surface's points
-/// throws     InputError "name: face ..." on fewer than 3 corners or more than 5000, a corner that is no point, or a
-/// polygon that cuts itself
+/// throws     InputError "name: face ..." on fewer than 3 corners or more than 5000, a corner that is not a point, or a
+///            polygon that cuts itself
 void add_polygons(FileSurface& surface, const std::vector<std::vector<std::int64_t>>& polygons,
                   const std::string& name);
 
 /// The note on bytes behind all that a file announces.
 std::string bytes_behind_text(std::size_t bytes);
 
-/// Adds a strip's triangles to polygons: each corner from the third on makes one with the two before it, and every
-/// other one runs the other way round. A corner of -1 ends the strip and begins another. Triangles that name a point
-/// twice, which only join the strips, are left out.
+/// Adds a strip's triangles to polygons. Each corner from the third on makes a triangle with the two before it. Every
+/// other triangle runs the other way round. A corner of -1 ends the strip and begins another. Triangles that name a
+/// point twice only join strips and are left out.
 void add_strip(std::vector<std::vector<std::int64_t>>& polygons, std::span<const std::int64_t> corners);
 
-/// A mesh as the content of a file, in file units of `unit` metres: binary STL, binary PLY, OFF and OBJ as text, VTP
-/// with its arrays inline and compressed.
+/// A mesh as the content of a file, in file units of `unit` metres. STL and PLY are binary, OFF and OBJ are text. VTP
+/// has its arrays inline and compressed.
 std::string as_stl(const TriangleMesh& mesh, double unit);
 std::string as_obj(const TriangleMesh& mesh, double unit);
 std::string as_ply(const TriangleMesh& mesh, double unit);

@@ -7,8 +7,9 @@
 
 namespace touchfield {
 
-/// Reads what an STL (ASCII or binary), OBJ, PLY, OFF, VTP or GLB file says, by the ending of the path: its points and
-/// triangles in its own units, nothing merged or left out; polygons are cut into triangles.
+/// Reads the points and triangles of an STL (ASCII or binary), OBJ, PLY, OFF, VTP or GLB file, in its own units. The
+/// ending of the path tells the format. No point or triangle is merged or left out, except triangles that only join
+/// strips. Polygons are cut into triangles.
 ///
 /// throws    InputError if the file is missing, unreadable, damaged, of another kind, larger than mesh_files.h allows,
 ///           or has no face; the message names the file

@@ -67,10 +67,10 @@ struct UnitDoubt {
   std::string text;  // one line
 };
 
-/// What `check` and `run` say of a mesh file's unit. One that is stated is taken at its word unless the body is then
-/// smaller than a fingertip or larger than an arm. It is a slip where the body is then below 1 mm or above kMostBody
-/// and another unit makes it a body, or where another unit surely makes it a hand. Without one the file counts as in mm
-/// only if that is sure.
+/// The doubt that `check` and `run` report about a mesh file's unit. A stated unit is accepted unless the body is then
+/// smaller than a fingertip or larger than an arm. It is a slip if the body is then below 1 mm or above kMostBody, and
+/// another unit makes it a body. It is also a slip if another unit surely makes it a hand. Without a stated unit the
+/// file counts as in mm only if that is sure.
 ///
 /// size      surface_size() [file units]
 /// stated    name of the unit that the scene gives, if it gives one

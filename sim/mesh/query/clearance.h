@@ -53,9 +53,11 @@ struct PlateCollision {
   Eigen::Index face;  // nearest of the body
 };
 
-/// Whether a body meets one of some flat plates without thickness, each the convex hull of the points with its number:
-/// the boards that carry a device's transducers. Points farther than 1 mm from the plane that fits them best (a bowl),
-/// fewer than three, or rows not wider than a thousandth of their length carry no plate.
+/// Whether a body meets one of several flat plates without thickness: the boards that carry a device's transducers. A
+/// plate is the convex hull of the points with its number. Some points carry no plate:
+///   - fewer than three
+///   - points farther than 1 mm from the plane that fits them best (a bowl)
+///   - rows not wider than a thousandth of their length
 ///
 /// body        closed, oriented outwards
 /// positions   3 x N [m]

@@ -8,8 +8,8 @@
 
 namespace touchfield {
 
-/// Cosine of 60 degrees: faces whose normals are further apart are not of one side of the skin, but the far side of a
-/// thin part or what lies round a sharp edge.
+/// Cosine of 60 degrees. Faces with normals farther apart do not belong to one side of the skin. Such a face is on the
+/// far side of a thin part or beyond a sharp edge.
 inline constexpr double kSameSide = 0.5;
 
 /// Adds the faces that share a vertex with one in the list and look within 60 degrees of a unit normal.

@@ -20,11 +20,14 @@ namespace touchfield {
 /// throws      InputError on a value out of range, or more than 20 million darts
 Points spaced_interior_points(const TriangleMesh& mesh, double spacing, double clearance);
 
-/// Places for point sources inside a closed surface whose fields, known outside, show how accurate a solution is. The
-/// first half (rounded up) lie in the part of the body within `reach` of `target`, among the deeper half of the places
-/// there; the others are spread over the whole body. Both are as far apart as a greedy choice finds them. None is
-/// nearer to the skin than 1.5 local edges (sides of the equilateral triangle with the area of the nearest face); where
-/// the part within reach has too few such places, the whole body gives more. Off axes and planes of symmetry.
+/// Places for point sources inside a closed surface. The fields of such sources are known outside and show how accurate
+/// a solution is.
+///
+/// The first half (rounded up) lie within `reach` of `target`, among the deeper half of the places there. The others
+/// are spread over the whole body. Both are as far apart as a greedy choice finds them. Each is at least 1.5 local
+/// edges from the skin. The local edge is the side of the equilateral triangle with the area of the nearest face. If
+/// the part within reach has too few such places, the whole body gives more. Places are off axes and planes of
+/// symmetry.
 ///
 /// mesh     closed, outward normals
 /// target   [m], on the skin

@@ -30,8 +30,8 @@ struct Pieces {
 Pieces find_pieces(const Points& points, const Triangles& triangles, const std::vector<Side>& sides,
                    std::size_t most = std::numeric_limits<std::size_t>::max());
 
-/// Whether each piece lies inside another one, where no sound from outside reaches it: that one winds round every face
-/// of it, and no face of either cuts one of the other. Pieces that overlap are not nested.
+/// Whether each piece lies inside another one, where no sound from outside reaches it. The outer piece then winds round
+/// every face of the inner piece, and no face of one cuts a face of the other. Pieces that overlap are not nested.
 ///
 /// pieces   closed, each consistently oriented, inwards or outwards
 std::vector<bool> nested(const Points& points, const Triangles& triangles, const Pieces& pieces);

@@ -10,9 +10,10 @@
 namespace touchfield {
 
 /// Pairs of faces of a mesh that cut each other, each pair once, the lower face first, in order. Faces that share an
-/// edge or a vertex count only if they overlap beyond it: they are folded onto each other, or one pierces the other.
-/// Faces that only touch (within 1e-9 of the longest edge of both) do not count; faces in one plane (within as much)
-/// count if they overlap in it. So a skin that goes through another along edges of both only, to 1e-9, is not seen.
+/// edge or a vertex count only if they overlap beyond it. They are then folded onto each other, or one pierces the
+/// other. Faces that only touch (within 1e-9 of the longest edge of both) do not count. Faces in one plane, to the same
+/// tolerance, count if they overlap in it. A skin that goes through another only along edges of both, to 1e-9, is not
+/// detected.
 ///
 /// mesh      open or closed
 /// most      stops after so many pairs; those found do not depend on the number of threads
@@ -20,8 +21,8 @@ namespace touchfield {
 std::vector<std::pair<Eigen::Index, Eigen::Index>> self_intersections(const TriangleMesh& mesh,
                                                                       std::size_t most = 1000);
 
-/// "3 pairs of faces cut each other, the first near (..) mm", from the pairs that self_intersections found; empty if
-/// there are none.
+/// "3 pairs of faces intersect, the first near (..) mm", from the pairs that self_intersections found; empty if there
+/// are none.
 std::string self_intersections_text(const TriangleMesh& mesh,
                                     const std::vector<std::pair<Eigen::Index, Eigen::Index>>& pairs, std::size_t most);
 

@@ -35,9 +35,9 @@ SkinPatches picked(const SkinPatches& patches, const std::function<bool(Eigen::I
 /// Appends patches of a body with a higher number.
 void append(const SkinPatches& more, SkinPatches& patches);
 
-/// Pieces spread over the skin, each the farthest from all before it (through space): no piece is then farther than
-/// `apart` [m] from one that was taken, and at least `least` are, or all. Each stands for the pieces that it is nearest
-/// to, by the sum of their areas and faces. O(pieces x patches).
+/// Pieces spread over the skin, each of them the farthest from all before it (through space). In the end no piece is
+/// farther than `apart` [m] from a chosen one. At least `least` pieces are chosen, or all. Each stands for the pieces
+/// nearest to it, by the sum of their areas and faces. O(pieces x patches).
 SkinPatches spread(const SkinPatches& pieces, double apart, Eigen::Index least);
 
 }  // namespace touchfield

@@ -13,9 +13,9 @@ namespace touchfield {
 /// At each point the nearest face is taken that has a normal within 60 degrees of the point's. A complete quadratic in
 /// the coordinates of its plane is fitted by weighted least squares. It is fitted to that face and the faces that share
 /// a vertex with it. If these are fewer than 9, the faces that share a vertex with them are added. Faces with normals
-/// more than 60 degrees off are left out, so that the far side of a thin part and what lies round a sharp edge do not
-/// mix in. Where the faces do not determine a quadratic the fit is linear, and where not that either, constant. Its
-/// value is taken at the point of the skin that is nearest to the given point.
+/// more than 60 degrees from the face's are left out. Otherwise the far side of a thin part or the skin beyond a sharp
+/// edge would mix in. Where the faces do not determine a quadratic, the fit is linear. Where they do not determine a
+/// linear function either, it is constant. Its value is taken at the point of the skin nearest to the given point.
 ///
 /// accuracy   third order in the edge length on smooth surfaces, if the points lie off the skin by no more than its
 ///            sagitta; exact for quadratics on planes

@@ -18,11 +18,12 @@ double longest_edge(const Corners& triangle);  // [m]
 /// Overlap up to which two triangles only touch, over the longest edge of both.
 inline constexpr double kTouch = 1e-9;
 
-/// Whether the insides (the triangles less their edges) of two triangles meet. If the insides of two triangles do not
-/// meet, a plane that does not hold both separates them. Its normal is one of 17: the normals, the products of two
-/// edges, and the normals of edges in the plane of two triangles in one plane. They touch if along one of these they
-/// are apart or overlap by less than kTouch; they lie in one plane if both are that thin along it. A shared edge or
-/// corner is an overlap of 0 like any other, so neighbours need no rule of their own.
+/// Whether the insides (the triangles less their edges) of two triangles meet. If they do not meet, a plane that does
+/// not hold both triangles separates them. Its normal is one of 17 axes: the two normals, the nine products of two
+/// edges, and the six normals of edges within a triangle's plane. The last six serve triangles in one plane. Triangles
+/// only touch if along one axis they are apart or overlap by at most kTouch. An axis along which both together are no
+/// wider than kTouch does not count: the triangles then lie in one plane across it. A shared edge or corner is an
+/// overlap of 0 like any other, so neighbours need no rule of their own.
 bool cut_each_other(const Corners& a, const Corners& b);
 
 /// Two points of two triangles, the nearest ones if nothing else is said.

@@ -53,16 +53,16 @@ struct Raster {
   }
 };
 
-/// Draws faces, seen from either side, into a z-buffer. Of faces equally near the one of the lowest number is seen.
+/// Draws faces, seen from either side, into a z-buffer. Of faces equally near, the one of the lowest number is seen.
 ///
-/// A pixel belongs to a face if its middle does; on an edge it belongs to the face that lies to its right or, on a
-/// horizontal edge, below it. Corners are put on a grid of 2^-14 pixels and coverage is decided in whole numbers, so
-/// that faces that share an edge leave no crack and share no pixel. The depth is that of the face itself and not of the
+/// A pixel belongs to a face if its middle does. A middle on an edge belongs to the face to the right of the edge, or
+/// below a horizontal edge. Corners are put on a grid of 2^-14 pixels, and coverage is decided in whole numbers. Faces
+/// that share an edge therefore leave no crack and share no pixel. The depth is that of the face itself and not of the
 /// grid: exact to about 1e-12 of the distance, perspective-correct. The result does not depend on the number of
 /// threads.
 ///
 /// triangles   3 x M numbers of vertices; a face without area on the image is not seen
-/// throws      InputError on a camera out of its ranges, a vertex [m] that is not finite or a number of none
+/// throws      InputError on a camera out of its ranges, a vertex [m] that is not finite, or a number without a vertex
 Raster rasterise(const Camera& camera, const Points& vertices, const Triangles& triangles);
 
 }  // namespace touchfield

@@ -15,10 +15,10 @@ struct Crease {
   bool ring() const { return vertices.front() == vertices.back(); }
 };
 
-/// Where a surface is sharp: its edges between faces whose normals are more than `angle` apart. What is no crease at
-/// the scale of the wanted edge length h is left out, so that a rough or splintered surface does not dissolve into
-/// creases:
-///   - the mean normals over the skin within h/2, on the two sides of the edge, must be 3/4 of `angle` apart
+/// Where a surface is sharp: its edges between faces with normals more than `angle` apart. A rough or splintered
+/// surface must not dissolve into creases. Edges that are not sharp at the scale of the wanted edge length h are
+/// therefore left out:
+///   - edges where the mean normals of the skin within h/2, on the two sides, are less than 3/4 of `angle` apart
 ///   - paths shorter than h that end in the open
 /// A path has a corner where it turns by more than `angle` within h/2.
 ///
@@ -29,8 +29,8 @@ std::vector<Crease> find_creases(const TriangleMesh& mesh, double angle,
                                  const std::function<Eigen::VectorXd(const Points&)>& edge_length);
 
 /// Where a surface comes to a point. The angles of the faces at such a vertex leave out at least a quarter of a full
-/// turn, as at the corner of a cube. Within h/2 the skin must be as pointed: its mean normal, over area, is shorter
-/// than 0.8 (at a cone's tip it is the sine of half the opening).
+/// turn, as at the corner of a cube. The skin within h/2 must be as pointed. Its mean normal, weighted by area, is then
+/// shorter than 0.8. At a cone's tip this length is the sine of half the opening angle.
 std::vector<int> find_tips(const TriangleMesh& mesh, const std::function<Eigen::VectorXd(const Points&)>& edge_length);
 
 /// A polyline by the length along it.

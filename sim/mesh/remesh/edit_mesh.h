@@ -10,8 +10,8 @@ namespace touchfield {
 /// Half-edges of a closed oriented manifold whose connectivity changes. Sides 3 f, 3 f + 1, 3 f + 2 go round face f.
 /// Knows no geometry. Vertices and faces that are removed leave a gap in the numbering until `compact`.
 ///
-/// Every edge carries a label >= 0 or kNoLabel. It follows the edge: both halves of a split edge have it, new edges
-/// have none, and where a collapse lays two edges onto each other the one with a label counts.
+/// Every edge carries a label >= 0 or kNoLabel, which follows the edge. Both halves of a split edge have its label. New
+/// edges have none. Where a collapse merges two edges, the larger label stays.
 class EditMesh {
  public:
   static constexpr int kNoLabel = -1;

@@ -11,9 +11,9 @@ struct FlatFaces {
   Vector3 first = Vector3::Zero();  // a corner of the first [m]
 };
 
-/// Removes faces with next to no area: needles, whose shortest edge is below a thousandth of their longest, by a
-/// collapse of that edge, others by a flip of their longest edge where that leaves two faces with area. What cannot be
-/// had so stays.
+/// Removes faces with next to no area. The shortest edge of a needle is at most a thousandth of its longest, and is
+/// collapsed. Other faces are removed by a flip of their longest edge, where that leaves two faces with area. So are
+/// needles that cannot be collapsed. Faces that neither removes stay.
 ///
 /// points   of the mesh's vertices
 /// least    area over the longest edge squared; a face below is flat

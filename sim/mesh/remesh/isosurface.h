@@ -28,10 +28,10 @@ struct Isosurface {
   Triangles triangles;
 };
 
-/// The surface between a grid's nodes of negative values, inside, and the others, by marching cubes: a vertex on each
-/// edge between the two, where the value is linearly 0. Oriented outwards; closed if the outer nodes are outside. An
-/// edge may have four faces where two nodes inside stand across a cell's side from each other and the other two of the
-/// side are outside.
+/// The surface between a grid's nodes of negative values, which are inside, and the others, by marching cubes. It has a
+/// vertex on each edge between the two, where the value interpolates linearly to 0. It is oriented outwards, and closed
+/// if the outer nodes are outside. An edge may have four faces on a cell's side that has two nodes inside, diagonally
+/// opposite, and two outside.
 ///
 /// values   grid.size(), none of them 0
 /// source   Schroeder, Maynard and Geveci, Flying Edges, LDAV 2015, as vtkFlyingEdges3D

@@ -12,8 +12,9 @@ struct VertexMeans {
   Eigen::VectorXd areas;  // V [m2], of them all: thrice a vertex' share of the skin
 };
 
-/// A mesh whose vertices stand off the surface that it is inscribed in by the mean distance that their faces cut below
-/// it, so that area and volume are the surface's to second order in edge over radius of curvature.
+/// A mesh with its vertices moved off the surface that it is inscribed in. Each moves by the mean distance by which its
+/// faces cut below the surface. Area and volume are then the surface's to second order in edge over radius of
+/// curvature.
 ///
 /// heights   mean height of the surface above each face along its normal [m]
 /// most      no vertex is moved farther [m]; 0 for those that stay

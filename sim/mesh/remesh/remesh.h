@@ -16,9 +16,9 @@ struct RemeshTarget {
   std::function<void(Points&)> project;
 };
 
-/// A closed manifold with nearly equilateral faces of the wanted size: rounds of splitting edges above 4/3 of the
-/// wanted length, collapsing those below 4/5, flipping towards valence 6, smoothing within the surface and projecting
-/// on it.
+/// A closed manifold with nearly equilateral faces of the wanted size. A round splits edges above 4/3 of the wanted
+/// length and collapses those below 4/5. It then flips edges towards valence 6, smooths within the surface and projects
+/// onto it.
 ///
 /// vertices, triangles   a closed oriented manifold; degenerate faces are allowed
 /// rounds                8 settle; >= 1

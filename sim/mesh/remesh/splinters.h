@@ -6,10 +6,10 @@
 
 namespace touchfield {
 
-/// The same surface without faces so thin that their normals mean nothing: edges shorter than `thinnest` are collapsed
-/// into one of their ends, and the longest edges of flat faces whose height over them is less are flipped. Faces that
-/// are thicker turn by 10 degrees at a time at most, and nothing moves by more than `thinnest`. What cannot be had so
-/// stays.
+/// The same surface without splinters: faces so thin that their normals mean nothing. Edges shorter than `thinnest` are
+/// collapsed into one of their ends. The longest edge of a face is flipped if the face's height over it is less than
+/// `thinnest`. Thicker faces turn by at most 10 degrees at a time, and nothing moves by more than `thinnest`. Splinters
+/// that cannot be removed in this way stay.
 ///
 /// mesh       closed, manifold, oriented
 /// thinnest   [m] at points

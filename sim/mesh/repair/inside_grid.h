@@ -20,21 +20,23 @@ inline constexpr double kInsideAbove = 0.5;
 /// spacing   [m], > 0
 double node_count(const Vector3& box, double spacing);
 
-/// Which nodes of a grid are inside a soup of faces, where its winding number w is above 1/2, and where the grid's
-/// edges leave the inside.
+/// Finds the nodes of a grid that are inside a soup of faces, where its winding number w is above 1/2. It also finds
+/// where the grid's edges leave the inside.
 ///
-/// w is computed at the ends of the grid's edges that a face crosses, and on from there where w passes 1/2 without a
-/// face (across holes); elsewhere a node is on the side of the node before it. Parts of one node's thickness are
-/// dropped, gaps of one node's width between two nodes inside filled, so that what is left is wider than a spacing.
+/// w is computed at the ends of the grid's edges that a face crosses. From there the computation continues where w
+/// passes 1/2 without a face (across holes). Elsewhere a node is on the side of the node before it. Parts of one node's
+/// thickness are dropped. Gaps of one node's width between two nodes inside are filled. The rest is wider than a
+/// spacing.
 class InsideGrid {
  public:
   /// soup      any faces, seen from outside
   /// spacing   of the nodes [m], > 0; the grid takes two bytes per node, and 16 per edge of it that a face crosses
   InsideGrid(const TriangleMesh& soup, double spacing);
 
-  /// The boundary of the inside: closed, manifold, oriented outwards; cavities have walls of their own, which look into
-  /// them. Vertices lie on the grid's edges: on the face where w leaves 1/2 on it; else where w is 1/2, to a
-  /// thousandth of the spacing; a tenth of it from nodes that were dropped or filled. Empty if no node is inside.
+  /// The boundary of the inside: closed, manifold, oriented outwards. Cavities have walls of their own, which face into
+  /// them. Vertices lie on the grid's edges. Where w passes 1/2 on a face, the vertex is on the face. Elsewhere it is
+  /// where w is 1/2, to a thousandth of the spacing. Next to a node that was dropped or filled, it is a tenth of the
+  /// spacing from that node. Between two such nodes it is in the middle. Empty if no node is inside.
   Isosurface surface() const;
 
   /// Nodes dropped and filled.

@@ -27,15 +27,16 @@ struct Repaired {
 /// Makes a closed, manifold, outwardly oriented surface that does not cut itself of a file's surface. Faces stay if
 /// this makes a skin of them:
 ///
-/// 1. points with equal coordinates are merged, points that no face names, faces without three corners and duplicates
-///    dropped;
+/// 1. points with equal coordinates are merged; dropped are points that no face names, faces without three corners and
+///    duplicates;
 /// 2. pieces below a hundredth of the largest one's area are dropped;
 /// 3. the faces of each piece are made to run the same way round as most of its faces do;
 /// 4. slivers without area are flipped away, or collapsed if they are needles;
 /// 5. pieces are turned outwards, and those inside another dropped, for no sound reaches them.
 ///
-/// What a step does not need to touch stays as it is, to the bit. Where holes, flaps, faces that cut each other or the
-/// like are left, a new skin is made of all faces of the file (resurface.h), without pieces as in 2.
+/// Parts that no step needs to touch stay as they are, to the bit. If holes, flaps, faces that cut each other or other
+/// faults are left, all faces of the file are replaced by a new skin (resurface.h). Its small pieces are dropped as
+/// in 2.
 ///
 /// surface   as read
 /// unit      metres per file unit, > 0
@@ -43,14 +44,14 @@ struct Repaired {
 /// throws    InputError if no face has an area, or faces that should stay are not orientable; as resurfaced()
 Repaired repaired(const FileSurface& surface, double unit, const RepairOptions& options, const std::string& name);
 
-/// The mesh of a file that is a closed surface already. Points with equal coordinates are merged; faces with two
-/// corners in one point are left out, and those without area (as TriangleMesh counts them) flipped or collapsed away,
-/// with everything that is next to as flat. A surface without such faces stays as it is, to the bit.
+/// The mesh of a file that is a closed surface already. Points with equal coordinates are merged. Faces with two
+/// corners in one point are left out. Faces without area (as TriangleMesh counts them) are flipped or collapsed away,
+/// and with them all others that are almost as flat. A surface without such faces stays as it is, to the bit.
 ///
 /// surface   as read
 /// unit      metres per file unit, > 0
 /// name      the file, for messages
-/// throws    InputError that names what is left: holes and the like, faces without area that nothing removes
+/// throws    InputError that names the faults left: holes and the like, or faces without area that cannot be removed
 Repaired closed_mesh(const FileSurface& surface, double unit, const std::string& name);
 
 }  // namespace touchfield

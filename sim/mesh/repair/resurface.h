@@ -34,11 +34,12 @@ void require_resurfaceable(const FileSurface& surface, double unit, double edge,
 ///
 ///   w(x) = sum over faces of their solid angle seen from x, signed, over 4 pi
 ///
-/// is above 1/2: 1 in a closed surface, 2 where two overlap, so that these become one volume. Holes are closed by the
-/// surface w = 1/2 through their rims, a flat one by about its plane. w is computed on a grid of half the edge
-/// (inside_grid.h). Its surface is remeshed to the edge (surface_remesh.h) without creases: edges sharper than the new
-/// faces are rounded by about a quarter of an edge. Cavities and pieces inside others are filled; gaps narrower than
-/// half an edge to an edge close, parts thinner than that vanish, as do pieces below a cube of the edge.
+/// is above 1/2. It is 1 in a closed surface. It is 2 where two surfaces overlap, so that these become one volume.
+/// Holes are closed by the surface w = 1/2 through their rims, a flat hole by about its plane. w is computed on a grid
+/// of half the edge (inside_grid.h). Its surface is remeshed to the edge (surface_remesh.h) without creases. Edges
+/// sharper than the new faces are rounded by about a quarter of an edge. Cavities and pieces inside others are filled.
+/// Gaps narrower than half an edge to an edge close, and parts thinner than that vanish. Pieces smaller than a cube of
+/// the edge vanish too.
 ///
 /// surface    as read
 /// unit       metres per file unit, > 0
@@ -49,8 +50,8 @@ void require_resurfaceable(const FileSurface& surface, double unit, double edge,
 ///            asked for as remeshing makes them
 /// throws     InputError as require_resurfaceable, before memory is taken; if there is no volume; if the edge is too
 ///            long: nothing is left, a closed piece of at least a hundredth of the largest one's area is lost, or 5 %
-///            of the outer faces are farther than an edge from the skin NumericalError if the skin that comes out cuts
-///            itself
+///            of the outer faces are farther than an edge from the skin
+///            NumericalError if the resulting skin cuts itself
 /// source     Jacobson, Kavan and Sorkine-Hornung, Robust inside-outside segmentation using generalized winding
 ///            numbers, ACM Trans. Graph. 32 (2013) 33; face_tree.h computes w
 Resurfaced resurfaced(const FileSurface& surface, double unit, double edge, const std::string& name,
