@@ -41,7 +41,7 @@ class CameraFolder {
   struct Row {
     int line;  // of times.csv
     double seconds;
-    std::vector<std::string> files;  // a camera, from the folder; empty: none
+    std::vector<std::string> files;  // one per camera, from the folder; empty: none
   };
 
   void read_rows(const std::string& table);
@@ -57,8 +57,8 @@ class CameraFolder {
 /// The files that CameraFolderWriter writes of so many frames, named from the folder.
 std::vector<std::string> recorded_files(const std::vector<DepthCamera>& cameras, std::size_t frames);
 
-/// Writes such a folder frame by frame. What is there after any of them can be read, also if the process or the machine
-/// stops within one: a row is added once its images stand.
+/// Writes such a folder frame by frame. A frame's row is added to times.csv once its images are written. The folder can
+/// thus be read after every frame, even if the process or the machine stops within one.
 class CameraFolderWriter {
  public:
   /// folder   made if it is not there
@@ -66,7 +66,8 @@ class CameraFolderWriter {
   ///          than letters, digits, _ and -; two of the same name; numbers out of range), IoError
   CameraFolderWriter(std::string folder, std::vector<DepthCamera> cameras);
 
-  /// Writes an image a camera, CAMERA/NUMBER.png; of an image without pixels (size 0 x 0) none: it saw nothing.
+  /// Writes one image per camera, CAMERA/NUMBER.png. An image without pixels (size 0 x 0) is not written: its camera
+  /// saw nothing.
   ///
   /// throws   InputError unless its time is after that of the frame before and its images are as its cameras, and after
   ///          10,000 frames; IoError

@@ -28,7 +28,7 @@ struct DepthImage {
   std::vector<float> depth;  // Z along the camera's axis [m]; 0 where it saw nothing
 };
 
-/// What all cameras saw at one time, an image a camera in their order.
+/// What all cameras saw at one time, one image per camera in their order.
 struct DepthFrame {
   double seconds = 0;
   std::vector<DepthImage> images;
@@ -49,8 +49,9 @@ struct ImagePoint {
   }
 };
 
-/// Where a camera has a point of the world [m]: nothing if that is nearer than `near` or beside its image, also where a
-/// distortion, carried on beyond the image for which it was made, would fold the point back into it.
+/// Where a point of the world [m] lies in a camera's image. Nothing if the point is nearer than `near` or beside the
+/// image. Beyond the image for which it was made, a distortion may fold a point back into the image. Such a point
+/// counts as beside the image.
 std::optional<ImagePoint> image_point(const DepthCamera& camera, const Vector3& x);
 
 /// Which way each pixel's middle looks: (X / Z, Y / Z) in the camera's axes, 2 x (width height), so that what it sees

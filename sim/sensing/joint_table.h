@@ -50,11 +50,11 @@ struct JointRecording {
   std::vector<std::optional<JointPoints>> joints;  // in the world's frame; none where the hand was lost
 };
 
-/// A table with a header and one row per frame: time_s and for each joint x, y and z as index_tip_x, lengths in m, or
-/// in the unit that names end with (index_tip_x_mm); # starts a comment. Columns of the joints that are not used may be
-/// left out; they and radii (index_tip_radius) are read past. Without a header: time_s and x, y, z of all 26 joints
-/// [m]. A row with a joint that has no value, or nan, is a frame without a hand, and so is one with all joints in one
-/// place.
+/// Reads a table with a header and one row per frame; # starts a comment. The columns are time_s and, for each joint,
+/// x, y and z, such as index_tip_x. Lengths are in m, or in the unit that the names end with (index_tip_x_mm). Columns
+/// of the joints that are not used may be left out. These columns and radii (index_tip_radius) are ignored. Without a
+/// header the columns are time_s and x, y, z of all 26 joints [m]. A row in which a used joint has no value, or nan, is
+/// a frame without a hand. So is a row with all used joints in one place.
 ///
 /// pose     from the tracker's frame to the world's
 /// throws   InputError that names every fault as file:line: what, rule

@@ -12,11 +12,12 @@ namespace touchfield {
 
 /// The camera that a scene asks for, where it really stands.
 ///
-/// Its pixels are square. An image of 16 : 9 has the model's field of view across: f = width / (2 tan(across / 2)),
-/// that of the D415 640 x 360 502.3 pixels, 39.4 degrees down. A narrower one has the same field of view down, as the
-/// real camera then leaves out columns; a wider one the same across. The axis is seen in the image's middle; there is
-/// no distortion, as such cameras rectify their images. With roll 0 its right is level, and the world's +x where it
-/// looks straight up or down; the roll turns it clockwise, as seen from behind, about where it looks.
+/// Its pixels are square. An image of 16 : 9 has the model's field of view across: f = width / (2 tan(across / 2)). For
+/// the D415 at 640 x 360 this gives f = 502.3 pixels, and 39.4 degrees down. A narrower image has the same field of
+/// view down, as the real camera then leaves out columns. A wider image has the same field of view across. The axis is
+/// seen in the middle of the image. There is no distortion, as such cameras rectify their images. With roll 0 the
+/// camera's right is level. If the camera looks straight up or down, its right is then the world's +x. The roll turns
+/// the camera clockwise about its axis, as seen from behind.
 StereoCamera stereo_camera(const CameraSpec& spec);
 
 /// What a camera would see of a mesh if it were exact: the depth of the nearest face in the middle of each pixel.

@@ -34,30 +34,32 @@ struct StereoEffects {
   static StereoEffects none() { return {false, false, false, false, false, false, false}; }
 };
 
-/// Deviation of the Gaussian weights by which white noise becomes correlated [pixels]: the correlation of pixels r
-/// apart is exp(-r^2 / (4 kNoiseBlur^2)), 1/e at 5 pixels, about what a stereo matcher's window gives.
+/// Standard deviation of the Gaussian weights that make white noise correlated [pixels]. The correlation of pixels r
+/// apart is exp(-r^2 / (4 kNoiseBlur^2)). It is 1/e at 5 pixels, about what a stereo matcher's window gives.
 inline constexpr double kNoiseBlur = 2.5;
 inline constexpr double kDisparityStep = 1.0 / 32;     // [pixels]
 inline constexpr double kGrazing = 1.308996938995747;  // 75 degrees, between the ray and the face's normal [rad]
-/// Of the pixels whose neighbour to the left, right, above or below has a disparity less by kEdgeJump or sees nothing,
-/// this share flies: its depth is uniform between the front and the back, and kLongestFlight behind the front at most.
+/// Share of the pixels at an edge that fly. A pixel is at an edge if its neighbour to the left, right, above or below
+/// sees nothing or has a disparity less by kEdgeJump. The depth of a pixel that flies is uniform between the front and
+/// the back. It is at most kLongestFlight behind the front.
 inline constexpr double kFlyingShare = 0.2;
 inline constexpr double kEdgeJump = 1.0;  // [pixels]; skin that is not grazing changes by less from pixel to pixel
 inline constexpr double kLongestFlight = 50e-3;  // [m]
 
-/// Where a camera's random numbers start: of the seed, the camera's number and the frame's, so that an image depends on
-/// no other image, no order and no threads.
+/// The start of a camera's random numbers. It follows from the seed, the camera's number and the frame's number. An
+/// image thus depends on no other image, no order and no number of threads.
 std::uint64_t noise_key(std::uint64_t seed, std::uint64_t camera, std::uint64_t frame);
 
-/// The image of a stereo camera, from what its first eye sees:
+/// The image of a stereo camera, from the raster of its first eye:
 ///
 ///   d = f B / z + s n,   z' = f B / round(d, 1/32 pixel), rounded to the unit
 ///
-/// n is Gaussian noise of unit variance and the correlation above, made of uniform numbers under Gaussian weights (its
-/// excess kurtosis is -0.03). For small s the depth's noise is z^2 s / (f B). It is drawn for the part of the image
-/// that sees anything, with the values that the whole image would have there.
-/// The second eye sees a point of the row unless one to its right has no larger u - d, the column in the second eye's
-/// image: what hides it there is taken to be seen by the first eye too.
+/// n is Gaussian noise of unit variance with the correlation above. It is made of uniform numbers under Gaussian
+/// weights; its excess kurtosis is -0.03. For small s the noise of the depth is z^2 s / (f B). The noise is drawn for
+/// the part of the image that sees anything, with the values that the whole image would have there.
+/// The column of a point in the second eye's image is u - d. The second eye does not see a point if one to its right in
+/// the row has no larger u - d. It is thus assumed that the first eye also sees the points that hide others from the
+/// second.
 ///
 /// raster    of camera.view and a mesh
 /// normals   of the mesh's faces, world frame

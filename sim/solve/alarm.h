@@ -17,17 +17,17 @@ bool has_cure(Scheme scheme);
 /// Whether the alarm is computed, in a run that has spent so many seconds on solving.
 bool wants_alarm(AlarmChoice choice, double seconds, double spent);
 
-/// The alarm for fictitious frequencies: how far the pressures of a plain and of a Burton-Miller scheme are apart for
-/// one drive,
+/// The alarm for fictitious frequencies: the difference between the pressures of a plain and of a Burton-Miller scheme
+/// for one drive,
 ///
 ///   || p_plain - p_bm || / || p_bm ||, area-weighted.
 ///
-/// The run's own solution is one of the two; the other, paper_corrected or burton_miller, is solved by products like
-/// the run's, or matrix-free, to 1e-3 in at most 60 steps. `auto` leaves it out where that would take longer than half
-/// of what the run has spent solving, but for half a second.
+/// The run's own solution is one of the two. The other scheme is paper_corrected or burton_miller. It is solved to 1e-3
+/// in at most 60 steps, by products with a grid if the run's products are such, else matrix-free. `auto` leaves the
+/// alarm out if it would take longer than 0.25 s and longer than half the time that the run has spent on solving.
 ///
-/// cured     a model of the same body by a Burton-Miller scheme, if the run has one: stands in for burton_miller where
-///           the run's own scheme is a plain one; may be null
+/// cured     a model of the same body by a Burton-Miller scheme, if the run has one; may be null. It stands in for
+///           burton_miller where the run's own scheme is a plain one
 /// own       the pressures that `scattering` found for the drive, M [Pa]
 /// spent     seconds the run has spent on solving so far
 /// returns   NaN if it was left out

@@ -15,8 +15,8 @@
 
 namespace touchfield {
 
-/// How a scene's bodies are put into the world: what has to be the same for every mesh of them, since a landmark of
-/// another mesh of a body lies a little elsewhere.
+/// How a scene's bodies are put into the world. The plan has to be the same for every mesh of the bodies, since a
+/// landmark lies a little elsewhere on another mesh of its body.
 struct BodyPlan {
   struct Entry {
     Vector3 anchor = Vector3::Zero();      // the point in the body's own frame that lands on place.at [m]

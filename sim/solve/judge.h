@@ -12,8 +12,9 @@
 
 namespace touchfield {
 
-/// The scores of a method by its pressure on a mesh, against the target where there is one, and how far its sound has
-/// steepened on the way to the loudest face (not of a plane wave). A judge's take the place of what was there.
+/// Scores a method by its pressure on a mesh, against the target where there is one. Except for a plane wave, also
+/// computes how far its sound has steepened on the way to the loudest face. The scores of a judge replace those that
+/// were there.
 void judge_method(MethodResult& result, const TriangleMesh& mesh, const SurfaceGradient& gradient, const Model& model,
                   const std::optional<Target>& target, const Eigen::VectorXcd& pressure);
 

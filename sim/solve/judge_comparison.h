@@ -7,13 +7,13 @@
 
 namespace touchfield {
 
-/// How far pressures on a mesh are from those of a judge's mesh of the same body, taken at the mesh's own centroids:
+/// The difference of pressures on a mesh from those on a judge's mesh of the same body, at the centroids of the former:
 ///
 ///   sqrt( sum A |p - P(x)|^2 / sum A |P(x)|^2 )
 ///
-/// P is the judge's pressure: on the same face, at the middle face of the faces that a face was split into, or fitted
-/// to the judge's faces around x (SurfaceFit) where the judge has a mesh of its own. The sums are over the faces that
-/// are skin in both.
+/// P is the judge's pressure. On the same mesh it is that of the same face. On a mesh with split faces it is that of
+/// the middle face of those that a face was split into. Where the judge has a mesh of its own, P is fitted to the
+/// judge's faces around x (SurfaceFit). The sums are over the faces that are skin in both.
 class JudgeComparison {
  public:
   /// splits   how often the faces of `mesh` were split in four, 0 if not at all; none: a mesh of the judge's own

@@ -8,8 +8,8 @@
 
 namespace touchfield {
 
-/// Takes mesh files whose unit is not given, and not surely mm, as in the unit that their size makes likely: for
-/// looking at a scene that a run refuses. Landmarks keep their numbers in the file.
+/// Finds a unit for mesh files that give no unit and are not surely in mm: the one that their size makes likely. This
+/// is for looking at a scene that a run refuses. Landmarks keep their numbers in the file's unit.
 ///
 /// returns  a warning on each
 /// throws   InputError if no unit makes the file a body

@@ -32,8 +32,8 @@ class MethodSolver {
 
   SkinScattering& scattering() const { return scattering_; }
 
-  /// Reduces what the channels do to the body by these drives, N x r, which span it well enough, and keeps the
-  /// pressures of theirs for every target that follows.
+  /// Reduces what the channels do to the body by these drives, N x r, which must span it well enough. Keeps the
+  /// pressures of the drives for every target that follows.
   void span(std::shared_ptr<const Eigen::MatrixXcd> drives) { drives_ = std::move(drives); }
 
   /// Another target on the same body.
@@ -58,10 +58,10 @@ class MethodSolver {
   /// The largest pressure that the channels can make on the target's central face: all of them in phase there [Pa].
   double most_pressure() { return central_row().cwiseAbs().sum(); }
 
-  /// The factor on the target's amplitudes for a scene that asks for the best pressure: the one at which `method`
-  /// reaches the lowest relative error of |p| after its own best scale. A method that iterates is solved again at each
-  /// trial of a golden-section search over 1/50 to 1 of the largest pressure the array can make on the target's central
-  /// face. The others do not depend on the scale and get the one at which they fit best.
+  /// The factor on the target's amplitudes for a scene that asks for the best pressure. At this factor `method` reaches
+  /// the lowest relative error of |p| after its own best scale. A method that iterates is solved again at each trial of
+  /// a golden-section search. The search covers 1/50 to 1 of the largest pressure that the array can make on the
+  /// target's central face. The other methods do not depend on the scale and get the one at which they fit best.
   ///
   /// mesh   in the frame of the boxes
   double best_scale(const MethodSpec& method, const TriangleMesh& mesh, const std::vector<TargetBox>& boxes,

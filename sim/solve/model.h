@@ -20,7 +20,7 @@ namespace touchfield {
 struct FixedModel {
   Scene scene;  // as its motion begins
   Wave wave;
-  TransducerArray array;                  // as the solver reckons with it
+  TransducerArray array;                  // as the solver assumes it
   std::optional<ArrayTruth> array_truth;  // what it does instead
   std::vector<int> owner;                 // M: number of the body a face is of
   std::vector<unsigned char> skin;        // M: 0 near the caps of keep_within, else 1
@@ -70,11 +70,12 @@ struct JudgeMesh {
   std::vector<int> owner{};   // M: number of the body a face is of, of a mesh of its own
 };
 
-/// Whether the judge has the whole bodies: always, but where what keep_within cut is `nothing` beyond it.
+/// Whether the judge has the whole bodies: always, unless a body that keep_within cut is `nothing` beyond it. Even then
+/// it has them if the deprecated judge.whole says so (JudgeSpec::Whole).
 bool judged_whole(const Model& model);
 
-/// Whether the judge has meshes of the scene's bodies that are not made of the solver's: where it has edge lengths of
-/// its own, or the solver has parts of what counts.
+/// Whether the judge has meshes of the scene's bodies that are not made of the solver's. It has them if edge lengths
+/// are given for it, or if the solver has only a part of the skin that counts.
 bool judges_own_bodies(const Model& model);
 
 /// Whether the figures of a run are of parts of the bodies: of what keep_within leaves.
@@ -87,10 +88,10 @@ SkinExtent judged_extent(const Model& model);
 /// The scheme of the judge: that of the solver where the scene gives it none.
 Scheme judge_scheme(const Scene& scene);
 
-/// The evaluation mesh of a scene. It is the bodies meshed again with the judge's edge lengths, in the places of the
-/// model's own. Or it is the model's mesh, or that of the whole bodies where the model has parts, as it is or with
-/// every face split into four. Whole bodies have edges of at most kCoarsestJudge wavelengths. With sensing it is of the
-/// bodies as they are.
+/// The evaluation mesh of a scene. If the judge has edge lengths of its own, it is the bodies meshed again, in the
+/// places of the model's own. Else it is the model's mesh, or that of the whole bodies where the model has parts. That
+/// mesh is taken as it is, or with every face split into four. Whole bodies have edges of at most kCoarsestJudge
+/// wavelengths. With sensing it is of the bodies as they are.
 /// throws   InputError as build_model; std::logic_error if the judge has no mesh of its own
 JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept = nullptr);
 
@@ -124,8 +125,8 @@ bool presses(const Model& model);
 ///          the board of an array's unit, two bodies are not apart, or the target reaches a cap of keep_within
 void require_clear(const Model& model);
 
-/// The boxes of a target on a model's body, with those of its points, lines and mask: at a landmark of the
-/// body where it is now, or where the scene says.
+/// The boxes of a target on a model's body, with those of its points, lines and mask. Their places are at a landmark of
+/// the body where it is now, or where the scene says.
 /// throws   InputError on an unknown landmark, or as SkinStrokes
 std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Model& model);
 

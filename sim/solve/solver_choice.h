@@ -22,19 +22,21 @@ struct DeviceDecision {
   std::string reason;
 };
 
-/// On the processor in any case: chief, a precision of `double`, a tolerance below kFinestOnCard. `auto` takes the
-/// first card, if there is one, for work that is more than starting it takes (docs/gpu.md).
+/// On the processor in any case: chief, the solver by Fourier transforms, a precision of `double`, a tolerance below
+/// kFinestOnCard. `auto` takes the first card, if there is one, for work that is more than starting it takes
+/// (docs/gpu.md).
 ///
 /// throws   NotBuiltError if a card is asked for that is not there
 DeviceDecision choose_device(const SolverSpec& spec, Scheme scheme, Eigen::Index unknowns,
                              Eigen::Index right_hand_sides);
 
-/// Accuracy of products by a grid with which a solution reaches the tolerance: a tenth of it, within what grids can do
-/// in the precision that is asked for, which decides that of the grid.
+/// Accuracy of products by a grid with which a solution reaches the tolerance. It is a tenth of the tolerance, at most
+/// 1e-3, and within what grids can do in the precision that is asked for. It decides the precision of the grid.
 double grid_tolerance(const SolverSpec& spec);
 
-/// Seconds of one thread for a product of a body's matrix with each of a block's columns, pair by pair in single
-/// precision, on a processor of 2020: what the choice compares with those of the grid that a body would have.
+/// Seconds that one thread takes for the product of a body's matrix with a block, per column. The product is summed
+/// pair by pair in single precision, on a processor of 2020. The choice compares these seconds with those of the grid
+/// that a body would have.
 double direct_seconds(Eigen::Index unknowns, Eigen::Index columns);
 GridChoice solver_grid(const GridBody& body, const Wave& wave, const SolverSpec& spec);
 
@@ -58,8 +60,9 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
                              Eigen::Index right_hand_sides = 1,
                              double by_grid = std::numeric_limits<double>::infinity());
 
-/// The largest block of right-hand sides that a scheme's model will be asked for: about as many as there are drives
-/// that span all channels where a method or the file that is written needs what every channel does, else 1.
+/// The largest block of right-hand sides that a scheme's model will be asked for. Where a method, the certificate or
+/// the file that is written needs what every channel does, it is about as large as a basis of all channels. Else it is
+/// 1.
 ///
 /// shared   with other scenes: then all that a scene solves for, two right-hand sides per method, counts
 Eigen::Index largest_block(const Scene& scene, Scheme scheme, Eigen::Index channels, bool shared = false);

@@ -19,15 +19,15 @@ struct Speed {
   std::string note;  // empty, or why this is a guess
 };
 
-/// Of the given work, the fastest of two trials: operations / seconds. Work that fails or takes no time that can be
-/// measured gives a guess of 1e10 a thread and a note, never an error.
+/// The fastest of two trials of the given work: operations / seconds. Work that fails or takes no time that can be
+/// measured gives a guess of 1e10 per thread and a note, never an error.
 Speed speed_of(const std::function<void()>& work, double operations);
 
 /// Rows of the largest LU that is timed: of about half a second.
 inline constexpr double kTimedRows = 1600;
 
-/// Of an LU of about that many rows, kTimedRows at most, so that an estimate takes no longer than what it is of; each
-/// size is measured once per process.
+/// The speed of an LU of about that many rows, at most kTimedRows. An estimate thus takes no longer than the work that
+/// it is for. Each size is measured once per process.
 const Speed& measured_speed(double rows);
 
 }  // namespace touchfield

@@ -11,7 +11,7 @@
 
 namespace touchfield {
 
-/// What the channels make of the skin, reduced for the phase methods, and how it was had.
+/// What the channels make of the skin, reduced for the phase methods, and how it was obtained.
 struct Transfer {
   SkinReduction reduction;
   double quiet_weight = 0;       // w_Z
@@ -24,9 +24,10 @@ struct Transfer {
 ///
 ///   r = 25 sqrt(D) + 0.65 D,  at most N,   D = sum_n sum_j a A_j cos(theta_n) cos(theta_j) / (R^2 lambda^2)
 ///
-/// D, the etendue of array and skin over lambda^2, counts the degrees of freedom of the waves between them; a is the
-/// square of the distance of channels. Fitted to the numerical rank: within 5 % on a fingertip, a hand 150 and 300 mm
-/// above 1,496 channels, a grasp, and a capsule over 256; `compressed` takes up to two blocks more.
+/// D is the etendue of array and skin over lambda^2. It counts the degrees of freedom of the waves between them. a is
+/// the square of the distance between neighbouring channels. The estimate is fitted to the numerical rank. It is within
+/// 5 % on a fingertip, a hand 150 and 300 mm above 1,496 channels, a grasp, and a capsule over 256. `compressed` takes
+/// up to two blocks more.
 ///
 /// centroids, normals, areas   of the skin's faces: 3 x M [m], 3 x M, M [m2]
 /// returns  1 for a plane wave

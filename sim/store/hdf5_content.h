@@ -50,9 +50,10 @@ class Content {
 
 /// Reads all that an HDF5 file holds and returns its root. The library does not survive every damaged or forged file,
 /// so it reads in a process of its own. It has 2 s and a second more for every 16 MiB of the file. It returns at most
-/// 64 MiB and 64 times the size of the file. Links within the file lead to what they name; what would lead out of it or
-/// into other programs is refused: external and user-defined links, external storage, virtual datasets, filters other
-/// than shuffle, deflate and fletcher32. A dataset that promises more than its bytes can hold is refused too.
+/// 64 MiB and 64 times the size of the file. Links within the file lead to what they name. All that would lead out of
+/// the file or into other programs is refused. These are external and user-defined links, external storage, virtual
+/// datasets, and filters other than shuffle, deflate and fletcher32. A dataset that promises more than its bytes can
+/// hold is refused too.
 ///
 /// throws   InputError naming the file and what is wrong; IoError if no process can be started
 Content read_content(const std::string& path);

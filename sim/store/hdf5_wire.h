@@ -5,9 +5,9 @@
 
 #include "sim/core/isolated_work.h"
 
-/// How the content of an HDF5 file goes from the process that reads it to the one that asked, both of one program: part
-/// by part, a group before what is in it, each part as its kind, place, rank, sizes and bytes. Numbers are the
-/// machine's own; a place, texts and a part's bytes have their length before them.
+/// How the content of an HDF5 file gets from the process that reads it to the one that asked, both of one program. It
+/// is sent part by part, a group before its content. Each part is sent as its kind, place, rank, sizes and bytes.
+/// Numbers are the machine's own. A place, a text and the bytes of a part have their length before them.
 namespace touchfield::hdf5 {
 
 enum class PartKind : unsigned char {

@@ -19,16 +19,16 @@ struct Statistics {
 
 enum class Worst { kLargest, kSmallest };
 
-/// The value below which a share of the values lies, 0 <= share <= 1: at place share (n - 1) of the n values in
-/// ascending order, linear between two of them, so that 0.5 gives the usual median. NaN of no values.
+/// The value below which a share of the values lies, 0 <= share <= 1. It is at place share (n - 1) of the n values in
+/// ascending order, linear between two of them. A share of 0.5 thus gives the usual median. NaN if there are no values.
 double percentile(std::vector<double> values, double share);
 
 /// Mean, median, 95th percentile and worst of values, without those that are NaN.
 Statistics statistics(std::vector<double> values, Worst worst = Worst::kLargest);
 
-/// One method over a motion in numbers. The worst of a metric is its largest value over the scores, of correlation,
-/// mean_inside_pa, reached_share and force_target_n the smallest; its 95th percentile is always the value that 95 % do
-/// not exceed.
+/// One method over a motion in numbers. The worst of a metric is its largest value over the scores. For correlation,
+/// mean_inside_pa, reached_share and force_target_n it is the smallest. The 95th percentile of a metric is always the
+/// value that 95 % do not exceed.
 struct MotionSummary {
   int frames = 0;
   int quiet = 0;    // of them

@@ -12,17 +12,24 @@ namespace touchfield {
 /// frame. Whole or not at all.
 void write_motion_csv(const std::string& path, const Motion& motion);
 
-/// frames.csv: a header line and one line per frame and method: method, frame, sampled_s, started_s, late_s, shown_s,
-/// pose_time_s, quiet (0 or 1), lost (likewise), skin_off_mm, patch_off_mm (SkinOff), target_off_mm, cost (after the
-/// last step), steps, status, seconds_STAGE for every stage. Whole or not at all.
+/// frames.csv: a header line and one line per frame and method. Whole or not at all. Its columns:
+///
+///   method, frame, sampled_s, started_s, late_s, shown_s, pose_time_s
+///   quiet, lost                   0 or 1
+///   skin_off_mm, patch_off_mm     SkinOff
+///   target_off_mm
+///   cost                          after the last step
+///   steps, status
+///   seconds_STAGE                 for every stage
 void write_frames_csv(const std::string& path, const Motion& motion);
 
-/// Of a part its label, then the methods side by side, one per line: error over the motion, level, displacement and age
-/// of what is felt, frames.
+/// The methods side by side, one per line: error over the motion, level, displacement and age of what is felt, frames.
+/// If the scores are of a part of the body, its label comes first.
 std::string motion_table(const Motion& motion);
 
-/// Meshes, array and provenance of a motion; its methods with the columns of their summary; and as text for a person
-/// the first, methods with their frames, latencies and stages, and motion_table.
+/// motion_value has the meshes, array and provenance of a motion, method_values its methods with the columns of their
+/// summary. describe_motion is text for a person. It has the former, the methods with their frames, latencies and
+/// stages, and motion_table.
 Value motion_value(const Motion& motion);
 Value method_values(const Motion& motion);
 std::string describe_motion(const Motion& motion);

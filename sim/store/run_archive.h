@@ -15,8 +15,8 @@
 #include "sim/store/hdf5_file.h"
 #include "sim/store/run_layout.h"
 
-/// Two classes of one interface, so that what a group of a file holds is said once for writing and reading: attributes
-/// by name and value, datasets by name, values and unit.
+/// Two classes of one interface: attributes by name and value, datasets by name, values and unit. The content of a
+/// group of a file is thus stated once for writing and reading.
 namespace touchfield {
 
 /// A text that stands for a value, and the value.

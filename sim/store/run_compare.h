@@ -19,8 +19,8 @@ struct SceneDifference {
   OnlyIn at_defaults;               // keys that one of them lacks, and the other has at what it means without them
 };
 
-/// How two runs differ: what was recorded about them, what they modelled, what they found, and what it comes to, as
-/// `compare --json` prints it. Its parts are described in difference.h; `a` and `b` are the two runs' values.
+/// The differences between two runs, as `compare --json` prints them: of records, models and results, with a verdict.
+/// Its parts are described in difference.h; `a` and `b` are the two runs' values.
 ///
 ///   verdict          identical (models and results, bit for bit), same_to_rounding (no number differs by more than
 ///                    `rounding`) or different
@@ -33,12 +33,13 @@ struct SceneDifference {
 ///   ..._in_one_alone   names
 ///   methods, fields   of both runs
 ///
-/// Pressures and fields differ by their relative L2 distance after the best common phase, phases by the largest of a
-/// channel in radians after theirs, all else relative to the larger of the two numbers. NaN equals NaN. Times never
-/// count. What only one run has, or has in another size, counts as infinitely different.
+/// Pressures and fields differ by their relative L2 distance after the best common phase. Phases differ by the largest
+/// difference of a channel in radians, after the best common phase of theirs. Other numbers differ relative to the
+/// larger of the two. NaN equals NaN. Times never count. What only one run has, or has in another size, counts as
+/// infinitely different.
 ///
-/// Rounding is 1e-6 relative, or 1e-4 if a system of either run was solved in single precision: iterated phases grow
-/// the last bits of a sum (measured on scenes/quick.yaml, one thread against two: 3e-9, and 4e-5 in single precision).
+/// Rounding is 1e-6 relative, or 1e-4 if a system of either run was solved in single precision. Iterated phases amplify
+/// the last bits of a sum. Measured on scenes/quick.yaml, one thread against two: 3e-9, and 4e-5 in single precision.
 ///
 /// scene   how the scenes differ: scene_changes
 Value compare_runs(const Run& a, const Run& b, const SceneDifference& scene);

@@ -99,7 +99,7 @@ struct RunTransfer {
   double quiet_left_out = 0;     // of what they do to the skin outside the target that R leaves out
 };
 
-/// What the array really does, where that is not what the solver reckons with.
+/// What the array really does, where that is not what the solver assumes.
 struct ArrayTruth {
   ChannelResponse response;
   int phase_levels = 0;  // phase levels to which phases are rounded; 0: they are not
@@ -113,7 +113,7 @@ struct Run {
   std::string name;
   std::string scene;                        // resolved YAML text
   TriangleMesh mesh;                        // in the world's frame; of several bodies one behind the other
-  TransducerArray array{};                  // as the solver reckons with it
+  TransducerArray array{};                  // as the solver assumes it
   std::optional<ArrayTruth> array_truth{};  // then judge and fields are of it
   double frequency = kNotComputed;          // [Hz]; not known of files from before 0.3
   std::optional<Target> target{};

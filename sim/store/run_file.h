@@ -26,17 +26,18 @@ Run read_run_file(const std::string& path);
 /// The run.h5 that a user's path names: the file itself, or the directory that holds it.
 std::string run_file_at(const std::string& path);
 
-/// Of a part its label, then the methods side by side, one per line; the gap to the certificate where it was computed;
-/// the best pressure and whose it is where the scene asked for it.
+/// The methods side by side, one per line, with the gap to the certificate where it was computed. If the metrics are of
+/// a part of the body, its label comes first. If the scene asked for the best pressure, that pressure and its method
+/// come last.
 std::string methods_table(const Run& run);
 
-/// Sound levels at the fields of one point, and the limits that are published for the frequency: a row a point and
-/// method, a row a limit; and both as text, empty without such fields.
+/// levels_value has the sound levels at the fields of one point, one row per point and method. It also has the limits
+/// that are published for the frequency, one row per limit. levels_text is both as text, empty without such fields.
 Value levels_value(const Run& run);
 std::string levels_text(const Run& run);
 
-/// Name, mesh and array sizes, solutions and provenance of a run; its methods with every metric; and the first with
-/// methods_table as text for a person.
+/// run_value has the name, mesh and array sizes, solutions and provenance of a run, method_values its methods with
+/// every metric. describe_run is the former with methods_table, as text for a person.
 Value run_value(const Run& run);
 Value method_values(const Run& run);
 std::string describe_run(const Run& run);

@@ -7,8 +7,8 @@
 
 namespace touchfield {
 
-/// A page in HTML about a run: its pictures, the figures of each method, a paragraph for the methods section of a
-/// paper with all settings that matter, what to cite (BibTeX), warnings and provenance.
+/// A page in HTML about a run. It has pictures, the figures of each method, what to cite (BibTeX), warnings and
+/// provenance. A paragraph for the methods section of a paper has all settings that matter.
 ///
 /// pictures   names of files beside the page; of planes and setup those that are there
 std::string run_report(const Run& run, const std::vector<std::string>& pictures);

@@ -81,17 +81,22 @@ struct SweepColumn {
 };
 std::vector<SweepColumn> sweep_columns(const SweepSummary& summary);
 
-/// sweep.csv: one line per case and method: case, status, the parameters, name, method, scheme, judged_skin, every
-/// metric, of motions what became of it over time (motion_summary.h), method_status, faces, channels, seconds,
-/// peak_mib, models, models_reused, revision, reason. A case without a finished method has one line. Whole or not at
-/// all.
+/// sweep.csv: one line per case and method. A case without a finished method has one line. Whole or not at all. Its
+/// columns:
+///
+///   case, status
+///   the parameters
+///   name, method, scheme, judged_skin
+///   every metric
+///   of motions, the statistics over time (motion_summary.h)
+///   method_status, faces, channels, seconds, peak_mib, models, models_reused, revision, reason
 void write_sweep_csv(const std::string& path, const SweepSummary& summary);
 
 /// How many cases are of parts of the bodies, in a sentence; empty if none is.
 std::string parts_text(const SweepSummary& summary);
 
-/// The first and last lines of the table for a person: per case those parameters that differ and, per method, error,
-/// width, leakage and seconds; parts_text before it.
+/// The first and last lines of the table for a person, with parts_text before it. Each line has the case, the
+/// parameters that differ between cases, the method, its error, width, leakage and force, seconds and status.
 ///
 /// most   lines; those in the middle are left out
 std::string sweep_table(const SweepSummary& summary, std::size_t most = 40);

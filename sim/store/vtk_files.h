@@ -6,13 +6,17 @@
 #include "sim/store/motion_data.h"
 #include "sim/store/run_data.h"
 
-/// Every .vtp and .vti holds the provenance of its run or motion as field data, a text array each, named as in
-/// /provenance of run.h5, and the resolved scene as `scene`.
+/// Every .vtp and .vti holds the provenance of its run or motion as field data. Each entry is a text array, named as in
+/// /provenance of run.h5. The resolved scene is in `scene`.
 namespace touchfield {
 
-/// surface.vtp: the solving mesh with per-face arrays `target_pa` (0 off target) and, for every method NAME,
-/// `NAME_abs_pa`, `NAME_re_pa`, `NAME_im_pa`, `NAME_phase_rad`; `NAME_abs_pa` per vertex too, the mean over its faces
-/// by area, for views that share colours with fields. Inline binary with zlib, whole or not at all.
+/// surface.vtp: the solving mesh. Inline binary with zlib, whole or not at all. Its arrays, for every method NAME:
+///
+///   body             per face, the number of the body it is of; only where the run has it
+///   target_pa        per face, 0 off target
+///   NAME_abs_pa      per face; also per vertex, the mean over its faces by area, for views that share colours
+///                    with fields
+///   NAME_re_pa, NAME_im_pa, NAME_phase_rad   per face
 void write_surface_vtp(const std::string& path, const Run& run);
 
 /// judge.vtp: the same of the judge's mesh, its target and its pressures.

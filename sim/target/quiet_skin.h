@@ -6,8 +6,8 @@
 
 namespace touchfield {
 
-/// The skin that is to stay quiet. A rigid wall in the way of sound has twice its incident pressure at most, so that
-/// skin that is not solved counts by 2 |p_inc|^2, between that of skin in the shade and skin that is lit.
+/// The skin that is to stay quiet. A rigid wall in the way of sound has twice its incident pressure at most. Skin that
+/// is not solved thus counts by 2 |p_inc|^2, between that of skin in the shade and that of lit skin.
 struct QuietSkin {
   Eigen::VectorXd faces{};  // M: 1 on faces of the solving mesh that are skin, else 0; empty: all are
   SkinPatches beyond{};     // skin that is not solved, by its incident pressure
@@ -28,8 +28,8 @@ struct QuietSkin {
   /// w of the rows of B and G in the paper's misfit: row_weights, 0 of faces that are no skin.
   Eigen::VectorXd misfit_weights(FaceWeights faces, const Eigen::VectorXd& areas, Eigen::Index rows) const;
 
-  /// What skin beyond adds to G^H diag(w) G there, N x N: that of rows with A_j over the mean area of the solved faces
-  /// for w_j, or the number of faces that a patch stands for. Empty if there is none.
+  /// The contribution of skin beyond to G^H diag(w) G, N x N. As `faces` says, w_j is A_j over the mean area of the
+  /// solved faces, or the number of faces that a patch stands for. Empty if there is no such skin.
   Eigen::MatrixXcd beyond_gram(FaceWeights faces, const Wave& wave, double mean_area) const;
 };
 

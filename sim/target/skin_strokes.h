@@ -10,8 +10,8 @@ namespace touchfield {
 
 /// Parts of a target that are drawn on the skin: discs and strips, as boxes that lie on it.
 ///
-/// A box reaches 3 mm above and below the skin, along the mean normal of the faces within half its width, so that it
-/// holds one side of a finger.
+/// A box reaches 3 mm above and below the skin, along the mean normal of the faces within half its width. It thus holds
+/// one side of a finger.
 class SkinStrokes {
  public:
   static constexpr double kDepth = 6e-3;       // [m], of a box
@@ -27,11 +27,11 @@ class SkinStrokes {
   /// diameter   [m], > 0
   TargetBox disc(const Vector3& at, double diameter, double level, const std::string& key) const;
 
-  /// The strip on the skin through the points that are nearest to `points`, with square ends, or closed if the last
-  /// point is the first. Between two points it goes by the skin nearest to their middle that faces as the skin at
-  /// both does on the mean, and likewise between each of them and that one, until no piece is longer than the width
-  /// and kLongest. The pieces' own x is across the strip, own y along it. They overlap; sharp bends are round, by a
-  /// disc behind all pieces.
+  /// The strip on the skin through the points that are nearest to `points`. Its ends are square. It is closed if the
+  /// last point is the first.
+  /// Between two points it passes through the skin that is nearest to their middle and faces as the skin at both does
+  /// on the mean. The halves are divided likewise, until no piece is longer than the width or kLongest. The pieces' own
+  /// x is across the strip, own y along it. They overlap. Sharp bends are rounded by a disc behind all pieces.
   ///
   /// points   2 or more [m]
   /// width    [m], > 0

@@ -30,9 +30,9 @@ struct DeformationPriors {
 ///   E = sum_p w_p (n_p . (x'_p - q_p))^2 + a sum_i sum_j |g_j + t_j - g_i - t_i - R_i (g_j - g_i)|^2
 ///       + b sum_i |t_i|^2 + c sum_i |t_i - s_i|^2
 ///
-/// x'_p, g, t, R and the neighbours j of i as in DeformationGraph, a, b, c the priors, s the shifts of before. The
-/// unknowns of a step are the shifts; the turns of the second term are eliminated from it exactly, those within x' are
-/// taken from before the step. All steps of a call use the matrix of the first.
+/// x'_p, g, t, R and the neighbours j of i are as in DeformationGraph. a, b, c are the priors, s the shifts of before.
+/// The unknowns of a step are the shifts. The turns of the second term are eliminated from it exactly. Those within x'
+/// are taken from before the step. All steps of a call use the matrix of the first.
 ///
 /// accuracy   some calls on targets that moved rigidly reach them to rounding, also where nothing is seen, if b = c =
 ///            0. A bump of 2 mm (12 mm to its slope), nodes 14 mm apart, three cameras with 0.36 mm of noise: within

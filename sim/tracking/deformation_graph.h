@@ -34,22 +34,23 @@ Vector3 moved(const NodeMotions& motions, const Nodes& nodes, const Weights& wei
   return sum;
 }
 
-/// Nodes spread over a skin whose motions deform whatever is bound to the skin (embedded deformation).
+/// Nodes spread over a skin. Their motions deform whatever is bound to the skin (embedded deformation).
 ///
-/// Nodes are vertices, each the farthest from those before it along the skin, until none is farther than the spacing.
-/// Two nodes are neighbours if their cells (the vertices nearer to them than to others) share an edge of the mesh.
-/// Distances run along the skin, so that fingers that touch do not move each other. A vertex is bound to the four nodes
-/// nearest to it, with the weights
+/// Nodes are vertices, each the farthest from those before it along the skin, until none is farther than the spacing. A
+/// node's cell is the vertices nearer to it than to other nodes. Two nodes are neighbours if their cells share an edge
+/// of the mesh. Distances run along the skin, so that fingers that touch do not move each other. A vertex is bound to
+/// the four nodes nearest to it, with the weights
 ///
 ///   w_k = (1 - d_k / d_5)^2 / sum,   d_k the distance to the k-th of them
 ///
-/// and a point on a face on the nodes of its corners with the weights of both. The point x goes to
+/// A point on a face is bound to the nodes of the face's corners. Their weights at the corners are averaged by the
+/// point's weights of the corners. The point x moves to
 ///
 ///   x' = moved(x) above,   R_i = argmin_R sum_j |g_j + t_j - g_i - t_i - R (g_j - g_i)|^2
 ///
-/// g the nodes' places on the undeformed skin, t their shifts, j the neighbours of i: the turns follow from the shifts.
-/// Shifts are kept in the frames of the nodes, which move with the skin: the same shifts on a skin moved rigidly are
-/// the same deformation moved rigidly, and on a skin in another pose what is most like it.
+/// g are the nodes' places on the undeformed skin, t their shifts, j the neighbours of i. The turns thus follow from
+/// the shifts. Shifts are kept in the frames of the nodes, which move with the skin. On a skin moved rigidly the same
+/// shifts are the same deformation, moved rigidly. On a skin in another pose they are the deformation most like it.
 ///
 /// accuracy   shifts of a rigid motion move all points by it, to rounding
 /// source     Sumner, Schmid and Pauly, ACM Trans. Graph. 26 (2007) 80; Sorkine and Alexa, Symposium on Geometry
@@ -73,7 +74,7 @@ class DeformationGraph {
   static constexpr int kNearest = 4;          // nodes to which a vertex is bound
   static constexpr int kMost = 3 * kNearest;  // nodes to which a face is bound
 
-  /// The nodes that points on a face hang on, and with which weights.
+  /// The nodes to which points on a face are bound, and their weights.
   ///
   /// corners   of the face's corners, 1 in sum
   std::span<const int> nodes_of(int face) const {
@@ -102,7 +103,7 @@ class DeformationGraph {
   /// The shifts in the frames of the nodes.
   static Points shifts(const NodeMotions& motions);
 
-  /// How points that lie on the constructor's mesh, or near it, hang on it.
+  /// How points that lie on the constructor's mesh, or near it, are bound to it.
   SkinBinding bind(const Points& points) const;
 
   /// Moves points to where the deformation takes them.

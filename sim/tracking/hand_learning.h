@@ -18,15 +18,17 @@ struct LearningOptions {
 
 /// Learns the shape of a hand from what was seen of it in several poses.
 ///
-/// First proportions and the poses of all frames together: Gauss-Newton on PoseFit's sum over the frames and
-/// sum_k (b_k / deviation_k)^2, the poses eliminated frame by frame. Where the template cannot make the hand, the
-/// points lie farther off it than their noise; the same places do in all frames, so that they weigh less against what
-/// is expected. Then the offset o of the vertices along their normals, and the poses again:
+/// First the proportions and the poses of all frames are fitted together. This is Gauss-Newton on PoseFit's sum over
+/// the frames and sum_k (b_k / deviation_k)^2. The poses are eliminated frame by frame. Where the template cannot make
+/// the hand, the points lie farther off it than their noise. The same places do so in all frames, so that the points
+/// weigh less against what is expected. Then the offset o of the vertices along their normals is fitted, and the poses
+/// again:
 ///
 ///   sum_frames sum_i w_i (r_i - sum_c b_ic o_c)^2 + sum_v (o_v / offset)^2 + sum_v ((o_v - mean_round o) /
 ///   roughness)^2
 ///
-/// whose matrix is sparse (Cholesky). What is not seen follows smoothly what is next to it and falls to 0.
+/// The matrix of this sum is sparse (Cholesky). The offset of skin that is not seen follows smoothly that of the skin
+/// next to it and falls to 0.
 ///
 /// start    shape to start from
 /// frames   points of each; one or more

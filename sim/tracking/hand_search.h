@@ -18,17 +18,17 @@ struct HandStart {
 
 /// Finds a hand of which nothing is known in what cameras see, among other things and at the end of a sleeve.
 ///
-/// What is seen is thinned to a point a cube of 8 mm and parted where it is more than about 20 mm apart. Of each part
-/// the hand may be the whole or either end of it along its longest axis. There 60 turns (the rotations of an
-/// icosahedron, from the part's principal axes on: none is farther than 45 degrees from one of them) are tried, brought
-/// closer by point-to-plane steps, and those of the least cost brought closer again:
+/// The points seen are thinned to one point per cube of 8 mm and parted where they are more than about 20 mm apart. In
+/// each part the hand may be the whole, or either end of it along its longest axis. There 60 turns are tried, the
+/// rotations of an icosahedron relative to the part's principal axes. Every rotation is within 45 degrees of one of
+/// them. Each is brought closer by point-to-plane steps, and those of the least cost are brought closer again:
 ///
 ///   cost = mean over the points of the part of min(d^2, D^2) / D^2 + mean over the skin's points in images of doubt
 ///
-/// d is the distance of a point from the skin, D = 15 mm; it counts as D where their normals differ by more than 78
-/// degrees. Doubt is 1 where a camera sees through the skin, 0.7 where it sees nothing, 0.5 where it sees something
-/// before what faces it, lens distortion apart. What lies within 70 mm of the hand's axis behind the end of its skin is
-/// a sleeve, costs 0.2 and moves nothing.
+/// d is the distance of a point from the skin, D = 15 mm. It counts as D where their normals differ by more than 78
+/// degrees. Doubt is 1 where a camera sees through the skin and 0.7 where it sees nothing. It is 0.5 where the camera
+/// sees something before skin that faces it. Points within 70 mm of the hand's axis behind the end of its skin are a
+/// sleeve. Such a point costs 0.2 and moves nothing.
 ///
 /// accuracy   right hands of 180 to 205 mm any way round, three cameras with 0.36 mm of noise, a mean hand's skin in
 ///            the same pose but for 20 to 29 degrees in two joints of the index finger: alone it is the first start;

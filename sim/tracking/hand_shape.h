@@ -26,13 +26,13 @@ inline constexpr Eigen::Index kDigitRatios = 8;
 /// length, breadth   of the hand that the proportions are relative to [m]
 HandSkeleton proportioned_skeleton(const HandPose& pose, double length, double breadth, const HandProportions& by);
 
-/// What proportions do to the skin in the pose that it was meshed in. Each bone b has an affine map of its own, which
-/// stretches along the bone by the ratio of its lengths and across by that of its digit's thickness,
+/// What proportions do to the skin in the pose that it was meshed in. Each bone b has an affine map of its own. It
+/// stretches along the bone by the ratio of its lengths, and across by the breadth and its digit's thickness:
 ///
-///   A_b(x) = j'_b + F_b' diag(g, l, g) F_b^T (x - j_b)   (F across, along, palmwards; j its joint),
+///   A_b(x) = j'_b + F_b' diag(g, l, g) F_b^T (x - j_b)   (F across, along, palmwards; j its joint)
 ///
-/// the palm diag(breadth, length, breadth thickness); a vertex moves by sum_b w_b A_b(x), with SkinnedHand's weights. A
-/// joint lies where both of its bones have it, so that nothing tears.
+/// The map of the palm is diag(breadth, length, breadth thickness). A vertex moves to sum_b w_b A_b(x), with
+/// SkinnedHand's weights. A joint lies where both of its bones have it, so that nothing tears.
 class ShapeMap {
  public:
   /// made_in   the template's skeleton; `of` the same pose's with the proportions

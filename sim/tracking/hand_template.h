@@ -22,9 +22,9 @@ struct ShapedHand {
   Points displacement;     // of each vertex by its offset [m]
 };
 
-/// The built-in hand as it is fitted to what cameras see: meshed in a pose, carried to others by its skeleton
-/// (SkinnedHand), to other sizes by proportions (ShapeMap) and an offset along its normals. The vertices lie on the
-/// hand's surface itself and not, as those of hand(), off it by their faces' sagitta.
+/// The built-in hand as it is fitted to what cameras see. It is meshed in one pose. Its skeleton carries it to other
+/// poses (SkinnedHand). Proportions (ShapeMap) and an offset along its normals carry it to other sizes. The vertices
+/// lie on the hand's surface itself. Those of hand() lie off it by their faces' sagitta.
 class HandTemplate {
  public:
   static constexpr double kUsualEdge = 4.5e-3;  // of a mesh that is fitted [m]
@@ -54,7 +54,7 @@ class HandTemplate {
   /// their size.
   void carry(const ShapedHand& shape, const HandSkeleton& posed, Points& vertices) const;
 
-  /// How other points hang on the template: of a finer mesh of the same hand, of a region, an anchor.
+  /// How other points are bound to the template: of a finer mesh of the same hand, of a region, an anchor.
   struct Carrier {
     SkinnedHand skin;
     Points rest;          // [m], in the template's frame

@@ -81,11 +81,12 @@ struct FitTimes {
 
 /// Follows a hand through the frames of depth cameras: points, pose, check, deformation.
 ///
-/// Each frame the pose starts from where the last two have it move to (the place's motion times 0.8, the joints' times
-/// 0.5) and is fitted (PoseFit). It is believed if the images confirm it (SightCheck), as a whole and at each digit's
-/// end, and the points near the skin lie on it; what lies behind the wrist does not count. If not, the hand is lost:
-/// the fit says so, and the following frames look for it again (HandSearch), some starts per frame. The skin is then
-/// deformed towards the points (DeformationFit).
+/// In each frame the pose starts from a prediction by the last two frames and is fitted (PoseFit). The prediction takes
+/// the motion of the place times 0.8 and that of the joints times 0.5. The fit is believed if the images confirm it
+/// (SightCheck), as a whole and at each digit's end. The points near the skin must also lie on it. Points behind the
+/// wrist do not count. If the fit is not believed, the hand is lost, and the fit says so. The following frames then
+/// look for the hand again (HandSearch), with some starts per frame. If the hand is not lost, the skin is then deformed
+/// towards the points (DeformationFit).
 ///
 /// accuracy   three simulated D415 0.34 m away with their noise, a hand 6 % shorter and 7 % narrower than the template
 ///            that moves at 50 mm/s while its index finger flexes: the skin seen within 0.11 mm rms and 0.23 mm at 95 %
@@ -98,8 +99,8 @@ class HandTracker {
   HandTracker(const HandTemplate& hand, std::vector<DepthCamera> cameras, const Box& workspace,
               const FitOptions& options = {});
 
-  /// Learns the hand's shape from frames that follow each other: finds and follows the hand by the template's shape, or
-  /// what was learnt before, then learns from up to twelve of the frames.
+  /// Learns the hand's shape from frames that follow each other. It finds and follows the hand by the template's shape,
+  /// or by the shape that was learnt before. Then it learns from up to twelve of the frames.
   ///
   /// frame     makes number 0, 1, ... of so many, and up to three of them again; no more than these are in memory at a
   ///           time

@@ -61,12 +61,15 @@ struct PoseFitResult {
 ///
 ///   sum_i rho(r_i) / (c s_i^2) + sum_j ((q_j - prior_j) / deviation_j)^2,   rho(r) = r^2 / (1 + (r / m)^2)
 ///
-/// r_i the distance of point i along the normal from the smooth skin at the nearest point of the face nearest to it,
-/// s_i^2 the point's variance and that of the skin's model (0.3 mm), c = 8 for points that err together, m the scale.
-/// The smooth skin passes through the vertices and has their normals n_k: with weights b_k of the corners x_k at the
-/// foot, r = (n . (p - sum b_k x_k) + sum b_k n_k . (p - x_k)) / 2, n = sum b_k n_k / |..|: exact to second order.
-/// Matches are made again in each round (VertexGrid); the last 12 mm of the skin match nothing, an arm continues there.
-/// Joints are held in their ranges and 10 degrees more.
+/// r_i is the distance of point i from the smooth skin, along the normal at the nearest point of the face nearest to
+/// it. s_i^2 is the point's variance and that of the skin's model (0.3 mm). c = 8 is for points that err together, m is
+/// the scale. The smooth skin passes through the vertices and has their normals n_k. With weights b_k of the corners
+/// x_k at the foot,
+///
+///   r = (n . (p - sum b_k x_k) + sum b_k n_k . (p - x_k)) / 2,   n = sum b_k n_k / |..|
+///
+/// which is exact to second order. Matches are made again in each round (VertexGrid). The last 12 mm of the skin match
+/// nothing, since an arm continues there. Joints are held in their ranges and 10 degrees more.
 ///
 /// The derivatives are those of linear blending of the bones' motions: SkinnedHand's but for the bulge at joints.
 class PoseFit {
@@ -88,7 +91,7 @@ class PoseFit {
   const Points& vertices() const { return vertices_; }  // 3 x V, in the world's frame [m]
   const Points& normals() const { return normals_; }    // of the vertices
   const std::vector<SkinMatch>& matches() const { return matches_; }
-  /// How far the skin moves along the normal of each match for each unknown, a match a column.
+  /// How far the skin moves along the normal of each match for each unknown, one column per match.
   auto rows() const { return rows_.leftCols(static_cast<Eigen::Index>(matches_.size())); }
 
  private:

@@ -14,9 +14,9 @@ struct SeenDistance {
   Eigen::VectorXi cameras;  // M, how many saw it
 };
 
-/// Holds the faces of a skin against depth images. A camera saw a face if its centroid x is within 75 degrees of the
-/// camera, in its image, and the depth of its pixel within `reach` of its own; with y the point that the pixel saw, the
-/// distance is n . (y - x).
+/// Compares the faces of a skin with depth images. A camera saw a face under three conditions. The way from the
+/// centroid x to the camera is within 75 degrees of the face's normal. x is in the image. The depth of its pixel is
+/// within `reach` of that of x. With y the point that the pixel saw, the distance is n . (y - x).
 ///
 /// reach    what lies farther off is of something else [m]
 /// throws   InputError as require_frame

@@ -30,8 +30,8 @@ struct PossibleHand {
   int where;  // 0 the whole part, 1 and 2 its ends along the longest axis
 };
 
-/// A part as a whole, if it is not longer than 260 mm, and its ends, 190 mm (a hand) and 120 mm (a fist) long, if it is
-/// longer than these by a tenth; by where they are.
+/// A part as a whole, if it is not longer than 260 mm, and its ends. Ends are 190 mm (a hand) and 120 mm (a fist) long.
+/// An end is taken only if the part is longer than it by a tenth. The order is by `where`.
 std::vector<PossibleHand> possible_hands(const SkinSamples& part);
 
 /// Columns: across, along the longest axis, along the shortest; a rotation.

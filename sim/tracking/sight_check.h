@@ -40,15 +40,16 @@ struct SightCheck {
   }
 };
 
-/// Holds vertices against the images: a vertex whose normal is within 70 degrees of a camera is seen if the depth at
-/// its pixel is its own within the tolerance, and refuted if that is greater. If it is less something hides the vertex:
-/// it is covered, unless that lies on the skin too. Where the nine pixels round it saw nothing, it is blank, unless
+/// Compares vertices with the images. A vertex counts for a camera if its normal is within 70 degrees of it. It is seen
+/// if the depth at its pixel is its own within the tolerance, and refuted if that depth is greater. If the depth is
+/// less, something hides the vertex. It is then covered, unless what hides it lies on the skin too. Where the nine
+/// pixels round it saw nothing, the vertex is blank, unless
 ///
 ///   something nearer hides the vertex from the camera's second eye, which stands to the right of the first,
 ///   it is within 4 pixels of what was seen at its depth: outlines of stereo cameras lack as much, or
 ///   what was seen at its depth lies round it, in three of four directions within 40 pixels: a hole in a hand.
 ///
-/// A camera that confirms less than a tenth of what another one does leaves no vertex blank or covered: it looks
+/// A camera that confirms less than a tenth of what another one does leaves no vertex blank or covered. It looks
 /// elsewhere, or stands where it is not told to be.
 ///
 /// vertices, normals   3 x V, in the world's frame [m], unit

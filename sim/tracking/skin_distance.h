@@ -31,9 +31,10 @@ struct SkinPatch {
   double radius;   // [m]; faces whose centroid is no farther
 };
 
-/// Of each face of `from`, n its normal, the distance from its centroid x to the nearest point y of the faces of `to`
-/// that look within 90 degrees the same way [m], so that a finger is not taken for the one beside it or for its own
-/// back: positive if n . (y - x) > 0, that is, if `to` lies outside of `from` there. NaN where no face looks that way.
+/// The distance from the centroid x of each face of `from` to the nearest point y of the faces of `to` [m]. Only faces
+/// of `to` count that look the same way within 90 degrees. A finger is thus not taken for the one beside it or for its
+/// own back. With n the normal of the face, the distance is positive if n . (y - x) > 0. `to` then lies outside of
+/// `from` there. NaN where no face looks that way.
 ///
 /// accuracy   exact at the centroids; some microseconds per face
 Eigen::VectorXd signed_distances(const TriangleMesh& from, const TriangleMesh& to);

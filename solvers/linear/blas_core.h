@@ -8,9 +8,9 @@ namespace touchfield {
 /// It chooses once, when it is loaded: by the processor's model, or as the environment variable OPENBLAS_CORETYPE says.
 std::string blas_core();
 
-/// The core whose kernels fit this processor by its instruction sets and not by its model, where those of blas_core()
-/// use narrower registers; empty where there is nothing to gain. OpenBLAS takes processors newer than itself for a
-/// "Prescott" and then runs at a tenth of their speed.
+/// The core that has kernels for the instruction sets of this processor, whatever its model. Empty unless those of
+/// blas_core() use narrower registers. OpenBLAS takes processors newer than itself for a "Prescott" and then runs at a
+/// tenth of their speed.
 std::string better_blas_core();
 
 /// The same for a core of that name, on a processor with these instruction sets.
@@ -18,12 +18,13 @@ std::string better_blas_core();
 /// wide   AVX-512 (level v4) in full-width units, as Intel's
 std::string better_blas_core(const std::string& core, bool avx, bool avx2, bool wide);
 
-/// The instructions that kernels of that core use and this processor lacks ("AVX-512"), so that a product would end the
-/// process; empty if it has them all.
+/// The instructions that kernels of that core use and this processor lacks ("AVX-512"). A product would then end the
+/// process. Empty if the processor has them all.
 std::string lacking_instructions(const std::string& core);
 
-/// One line for a user whose OpenBLAS runs slower kernels than the processor has, or other ones than OPENBLAS_CORETYPE
-/// names, with what mends it; empty otherwise, and where the user has chosen the slower ones by that variable.
+/// One line for a user, with what mends it, if OpenBLAS runs slower kernels than the processor has. Likewise if it runs
+/// other kernels than OPENBLAS_CORETYPE names. Empty otherwise, and where the user has chosen the slower ones by that
+/// variable.
 std::string blas_warning();
 
 /// Where better_blas_core() names one, in a program that cannot be started again (restart_with_better_settings), such

@@ -28,12 +28,12 @@ struct GmresResult {
 ///
 ///   x <- x + V y,   y = argmin || r - A V y ||,   span V = { r, A r, .., A^(k-1) r },   r = b - A x.
 ///
-/// Each column has a space of its own; one block product serves a step of all of them, and a column leaves the block
-/// when its estimated residual is in tolerance. The true residuals are formed at the end of each cycle, with one block
-/// product more; a column whose true residual is above the tolerance continues. Given up, with converged = false, is a
-/// column that has spent its steps or whose true residual a cycle has lessened by under 0.1 % (a singular matrix, a
-/// stagnating restart, a tolerance below the rounding of the product); its better iterate is returned. A zero column
-/// is solved by zero in no step.
+/// Each column has a space of its own. One block product serves a step of all columns. A column leaves the block when
+/// its estimated residual is in tolerance or its cycle is over. The true residuals are formed at the end of each cycle,
+/// with one block product more. A column with a true residual above the tolerance continues. It is given up, with
+/// converged = false, when it has spent its steps or the cycle has lessened its true residual by under 0.1 %. The
+/// latter is due to a singular matrix, a stagnating restart, or a tolerance below the rounding of the product. The
+/// better iterate of a column that is given up is returned. A zero column is solved by zero in no step.
 ///
 /// apply     A X; an n x n matrix, which need not be stored
 /// b         n x S, finite

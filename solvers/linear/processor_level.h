@@ -5,7 +5,7 @@
 
 namespace touchfield {
 
-/// The instruction sets that the inner loops are compiled for (levels of the x86-64 psABI); all other code is compiled
+/// The instruction sets that the inner loops are compiled for (levels of the x86-64 psABI). All other code is compiled
 /// for the plain architecture, so that one binary runs everywhere.
 enum class InstructionLevel {
   kGeneric,  // not an x86-64 processor, or one from before 2009: the architecture's own baseline

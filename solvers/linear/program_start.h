@@ -4,12 +4,12 @@
 
 namespace touchfield {
 
-/// How often a thread that waits for others looks for them before it sleeps, to GNU's OpenMP.
+/// The variable that tells GNU's OpenMP how often a thread that waits for others looks for them before it sleeps.
 ///
-/// By itself that lets threads look for milliseconds. Where other programs want the cores too, the one that is waited
-/// for may have none until those are over, at every one of the thousands of points where threads meet: a run takes many
-/// times as long. Threads that sleep at once take twice as long on an idle machine. kSpins times come near the better
-/// of the two on either (results/tables/waiting.csv).
+/// Without it threads look for milliseconds. Where other programs want the cores too, the thread that is waited for may
+/// have none until those are over. This happens at every one of the thousands of points where threads meet, so that a
+/// run takes many times as long. Threads that sleep at once take twice as long on an idle machine. kSpins times come
+/// near the better of the two on either (results/tables/waiting.csv).
 inline constexpr const char* kSpinsVariable = "GOMP_SPINCOUNT";
 inline constexpr int kSpins = 4000;
 

@@ -21,8 +21,8 @@ struct RefinementResult {
 };
 
 /// Iterative refinement: x = C b, then x <- x + C (b - A x) for the columns above the tolerance, C being close to A^-1.
-/// Stops, with converged = false, after max_rounds or when a round does not halve the worst residual; each column then
-/// has the best of its iterates, x = 0 among them.
+/// It stops early after max_rounds or when a round does not halve the worst residual. `converged` is false if a column
+/// is then still above the tolerance. Each column has the best of its iterates, x = 0 among them.
 ///
 /// exact                 A X in the precision the residuals are to have
 /// approximate_inverse   C X; gets columns of unit norm, so that in single precision no small residual underflows

@@ -16,8 +16,8 @@ inline constexpr int kMostThreads = 4096;
 /// Calls nothing of those libraries, so it may be asked before they are initialised.
 std::string missing_room(const char* const* environment);
 
-/// Where this process's memory is limited, has OpenBLAS take all buffers now that calls on so many threads may need, so
-/// that it never asks for one when other data have taken the room.
+/// Where this process's memory is limited, has OpenBLAS take all buffers now that calls on so many threads may need.
+/// OpenBLAS thus never asks for one when other data have taken the room.
 ///
 /// throws   std::runtime_error if they do not fit; it names the limit and what mends it
 void take_blas_buffers(int threads);

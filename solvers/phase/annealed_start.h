@@ -12,17 +12,18 @@ struct AnnealingOptions {
   unsigned seed = 1;
 };
 
-/// Drives of amplitude `level` to start from, by way of a problem with fewer traps: every drive is a row of l numbers
+/// Drives of amplitude `level` to start from, by way of a problem with fewer traps. Every drive is a row of l numbers
 /// of length `level` together, Y is N x l, and
 ///
 ///   F(Y) = sum_j w_j (|h_j Y| - p'_j)^2 + || R Y ||^2
 ///
-/// as in low_rank_relaxation.h. From random rows F falls by accelerated projected gradient steps (of 1 / ||A||^2 at
-/// first, A = [diag(sqrt w) H_T; R]); then Y is turned so that its first column is the strongest and what is left in
-/// the others is bounded more tightly in each stage, sqrt(sum_i>1 |y_ni|^2) <= 0.8, 0.65, ... 0, while F continues
-/// falling.
+/// as in low_rank_relaxation.h. From random rows F falls by accelerated projected gradient steps. Their length is 1 /
+/// ||A||^2 at first, A = [diag(sqrt w) H_T; R]. Then Y is turned so that its first column is the strongest. What is
+/// left in the others is bounded more tightly in each stage, while F continues falling:
 ///
-/// cost      one pass over A in single precision a step; the result is the same to the last bit for every number of
+///   sqrt(sum_i>1 |y_ni|^2) <= 0.8 level, 0.65 level, ... 0
+///
+/// cost      one pass over A in single precision per step; the result is the same to the last bit for every number of
 ///           threads. Channels in another order have other rows, and may end in another trap
 /// throws    std::invalid_argument as require_valid, on options out of range
 /// source    Nesterov's acceleration with restarts: O'Donoghue and Candes, Found. Comput. Math. 15 (2015) 715

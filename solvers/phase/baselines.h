@@ -6,13 +6,13 @@
 namespace touchfield {
 
 /// The field's common methods on the same transfer matrix. H is the K x N matrix of the target, p' the wanted
-/// amplitudes; none but lbfgs knows of the faces' weights or of the skin outside the target.
+/// amplitudes. Only lbfgs includes the faces' weights and the skin outside the target.
 ///
 /// All return amplitudes of 1: where a method finds drives of several amplitudes, only their phases are kept.
 /// cost_history is skin_cost; the methods that never form drives on the way leave it empty. Faces without sound wanted
-/// (p' = 0) or without reach (h_j = 0) take no part and are not counted among the K; channels that reach none of the
-/// others keep the phase they start with, 0 where there is no start. In lbfgs faces take part as they do in skin_cost,
-/// and channels that reach no face and no skin outside the target keep their phase. Nothing is random.
+/// (p' = 0) or without reach (h_j = 0) take no part and are not counted among the K. Channels that reach none of the
+/// other faces keep the phase they start with, 0 where there is no start. In lbfgs faces take part as they do in
+/// skin_cost. There channels that reach no face and no skin outside the target keep their phase. Nothing is random.
 ///
 /// start    drives, N: only their phases count, 0 where a drive is 0
 /// throws   std::invalid_argument as require_valid, on a start of another size or not finite, or iterations < 1
@@ -51,13 +51,14 @@ PhaseSolution solve_wgs(const SkinProblem& problem, const Eigen::VectorXcd& star
 /// source   Plasencia, Hirayama, Montano-Murillo, Subramanian, ACM Trans. Graph. 39 (2020) 138
 PhaseSolution solve_gs_pat(const SkinProblem& problem, const BaselineOptions& options);
 
-/// Eigensolver: the points' phases theta from the dominant eigenvector of M = H H^H diag(p'_j / sum_n |h_jn|^2), what a
-/// focus of the wanted amplitude on one point does at another; then the phases of the drives that minimise
+/// Eigensolver. The points' phases theta come from the dominant eigenvector of M = H H^H diag(p'_j / sum_n |h_jn|^2). M
+/// holds what a focus of the wanted amplitude on one point does at another. The result is the phases of the drives that
+/// minimise
 ///
 ///   || H q - p' exp(i theta) ||^2 + sum_n s_n^2 |q_n|^2,   s_n^2 = sum_j p'_j |h_jn| / K,
 ///
-/// the published regularisation at exponent 1; s_n^2 counts as 1e-12 of its largest at least. Where several
-/// eigenvectors share the largest eigenvalue, one of them.
+/// the published regularisation at exponent 1. s_n^2 counts as 1e-12 of its largest at least. Where several
+/// eigenvectors share the largest eigenvalue, one of them is taken.
 ///
 /// throws   also std::domain_error as hermitian_eigen, and where the system is singular to rounding: K > N and p' below
 ///          about 1e-16 of what the channels reach

@@ -29,11 +29,14 @@ struct Certificate {
 ///
 ///   S = H^H diag(1 - b_j / g_j) H + R^H R - diag d,   cost >= sum_j (b_j^2 - b_j g_j) + sum_n d_n + N min(0, lambda),
 ///
-/// lambda the smallest eigenvalue of S and d <= 0, which lets drives lie within the circle too. g and d come from
-/// minimising the cost over drives that are unit rows of l numbers (regularised Newton steps), from those that 30 steps
-/// of solve_surface reach, in as few dimensions as the tolerance allows. That -lambda is no more than a shift is proved
-/// by the Cholesky factorisation of the whole S + shift in double, its rounding bounded a priori: the bound holds
-/// whatever produced g and d. Leaving rows out of R only lowers S, so that it holds for the full cost too.
+/// lambda the smallest eigenvalue of S and d <= 0, which lets drives lie within the circle too.
+///
+/// g and d come from minimising the cost over drives that are unit rows of l numbers (regularised Newton steps). The
+/// start is the drives that 30 steps of solve_surface reach. As few dimensions are used as the tolerance allows.
+///
+/// The Cholesky factorisation of the whole S + shift in double proves that -lambda is no more than the shift. Its
+/// rounding is bounded a priori. The bound thus holds whatever produced g and d. Leaving rows out of R only lowers S,
+/// so that the bound holds for the full cost too.
 ///
 /// cost     per iteration: three to six factorisations and about 15 solves by DualFactor; the proof one Cholesky
 ///          factorisation N x N or more. Fastest with the rows of R orthogonal, the strongest first
@@ -43,8 +46,8 @@ struct Certificate {
 ///          Numerical Algorithms, 2nd ed., theorem 10.3 (rounding of Cholesky); weak duality
 Certificate certify(const SkinProblem& problem, const CertificateOptions& options = {});
 
-/// (reached - bound) / bound; NaN where the bound is below 1e-9 of the cost of silence, sum w p'^2, since a share of
-/// nothing says nothing: the difference itself tells there.
+/// (reached - bound) / bound. NaN where the bound is not above 1e-9 of the cost of silence, sum w p'^2: a share of
+/// nothing says nothing. There the difference itself tells.
 double optimality_gap(const SkinProblem& problem, const Certificate& certificate, double reached);
 
 }  // namespace touchfield

@@ -11,11 +11,11 @@ namespace touchfield {
 ///
 ///   rows <= columns:  h = -S [L^T (L L^T + I)^-1 (f - L S e) + S e];   else  h = -S (L^T L + I)^-1 S (J^T f + e)
 ///
-/// The matrix is formed and factorised in single precision and the solution refined against J in double; where that
-/// does not converge (d far below eps ||J||^2 of single precision) both happen in double.
+/// The matrix is formed and factorised in single precision, and the solution is refined against J in double. Where that
+/// does not converge (d far below eps ||J||^2 of single precision), both happen in double.
 ///
-/// Where the problem has a device, that forms the matrix, factorises and corrects, always as for rows <= columns; how
-/// far, is decided here.
+/// Where the problem has a device, the device forms the matrix, factorises and corrects, always as for rows <= columns.
+/// The number of corrections is decided here.
 ///
 /// accuracy   residual of the inner system below 1e-8 of its right-hand side
 class DampedStep {

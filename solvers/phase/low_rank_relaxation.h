@@ -43,8 +43,9 @@ struct RelaxedPoint {
 /// That of the rows Y^T, l x N, of length one.
 RelaxedPoint relaxed_point(const LowRankRelaxation& relaxation, Eigen::MatrixXcd y);
 
-/// Rows of the drives q (N, not 0) and of random numbers 0.3 times as long, normalised: near what the phases of q reach
-/// already, and in no corner that symmetry holds.
+/// A start: rows of the drives q (N, not 0) and of random numbers, normalised. The random numbers of a row are 0.3
+/// times as long as its phasor. The rows are near what the phases of q reach already, and in no corner that symmetry
+/// holds.
 RelaxedPoint relaxed_start(const LowRankRelaxation& relaxation, const Eigen::VectorXcd& q, Eigen::Index width,
                            unsigned seed);
 

@@ -26,8 +26,8 @@ struct PhaseBounds {
 };
 
 /// Follows the phases of least cost through a sequence of problems that change little from one to the next, as those of
-/// a body that moves: limited-memory BFGS whose memory of curvature continues from problem to problem. Each step halves
-/// until the cost falls (Armijo) and turns phases by at most 0.3 rad, root mean square.
+/// a body that moves. This is limited-memory BFGS with a memory of curvature that continues from problem to problem.
+/// Each step halves until the cost falls (Armijo). It turns phases by at most 0.3 rad, root mean square.
 ///
 /// source   Nocedal, Math. Comp. 35 (1980) 773
 class PhaseDescent {

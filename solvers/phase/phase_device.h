@@ -48,9 +48,9 @@ class SkinDevice {
   /// in_double   else in single precision
   /// returns     false where a pivot is not positive
   virtual bool factorise(const SkinMoves& moves, const double* scale, bool in_double) = 0;
-  /// A correction by the last factor F of a y that begins at 0: y += F^-1 (right - (F y)), the remainder in double by L
-  /// itself and only its solution by the factor, to which it is handed in units of `unit`. Between factorise and the
-  /// last of its corrections only send and send_back may be called.
+  /// A correction by the last factor F of a y that begins at 0: y += F^-1 (right - (L L^T + I) y). The remainder is
+  /// formed in double by L itself. Only its solution is by the factor, to which it is handed in units of `unit`.
+  /// Between factorise and the last of its corrections only send and send_back may be called.
   ///
   /// right     a value for each row of J to begin with; null to continue
   /// inner     gets L^T y, a value for each column of J

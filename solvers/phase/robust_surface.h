@@ -25,13 +25,13 @@ struct ChannelMoments {
 ///   mean = (1 - dead) exp(-phase^2 / 2),   E g^2 = (1 - dead) (1 + gain^2)
 ChannelMoments channel_moments(const ChannelTolerances& tolerances);
 
-/// A bound of the expected cost of a skin problem if channels differ from their design, and the expected cost itself
-/// where the pressure wanted is far above its own deviation:
+/// A bound of the expected cost of a skin problem if channels differ from their design:
 ///
 ///   E cost <= cost of mean q + variance sum_n u_n |q_n|^2,   u_n = sum_j w_j |h_jn|^2 + sum_i |r_in|^2
 ///
 /// The bound is above E cost by 2 sum_j w_j p'_j (E |p_j| - |E p_j|), where E |p_j| - |E p_j| is about a quarter of the
-/// variance of p_j over |E p_j|.
+/// variance of p_j over |E p_j|. This is small against sum_j w_j p'_j^2 where |E p_j| and p'_j are far above the
+/// deviation of p_j.
 double expected_cost(const SkinProblem& problem, const Eigen::VectorXcd& q, const ChannelTolerances& tolerances);
 
 struct RobustOptions {
@@ -41,8 +41,8 @@ struct RobustOptions {
 };
 
 /// Minimises expected_cost over the phases and one amplitude a <= 1 of all channels. For one a the second part is
-/// constant. So phases (method surface at that level) and the level (in closed form) are found in turn, until the cost
-/// falls by less than a share of 1e-4. cost_history has the cost after each turn.
+/// constant. Phases (method surface at that level) and the level (in closed form) are thus found in turn. This ends
+/// when the cost falls by less than a share of 1e-4, or after 30 turns. cost_history has the cost after each turn.
 ///
 /// starts   as of method surface
 /// throws   as solve_surface; std::invalid_argument on tolerances out of range

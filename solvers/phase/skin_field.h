@@ -4,8 +4,8 @@
 
 namespace touchfield {
 
-/// A value for each row of a SkinProblem: the pressure that drives make on the target and what they leave on the quiet
-/// skin, or weights to send back through the rows.
+/// One value per row of a SkinProblem. These are the pressure that drives make on the target and what they leave on the
+/// quiet skin. Or they are weights to send back through the rows.
 struct SkinField {
   Eigen::VectorXcd target;  // K
   Eigen::VectorXcd quiet;   // r

@@ -12,11 +12,12 @@ namespace touchfield {
 ///
 ///   f = [ sqrt(w_j) (|u_j| - p'_j);  Re t_1; Im t_1; Re t_2; ... ],   K + 2 r rows
 ///
-/// or the first of them: rows at the end that are too weak to matter in a linear model can be left out of f and J,
+/// or the first of them. Rows at the end that are too weak to matter in a linear model can be left out of f and J,
 /// though not of the gradient.
 ///
-/// against moves of the drives in their own frames, q_n -> e^{i phi_n} (a_n + s + i t): first the N tangential moves t,
-/// then the radial moves s of the channels in `radial`. At a_n = 1 a tangential move is a turn of the phase.
+/// The Jacobian is against moves of the drives in their own frames, q_n -> e^{i phi_n} (a_n + s + i t). First come the
+/// N tangential moves t, then the radial moves s of the channels in `radial`. At a_n = 1 a tangential move is a turn of
+/// the phase.
 class SkinJacobian {
  public:
   /// problem   outlives this object
@@ -29,9 +30,9 @@ class SkinJacobian {
   /// phasors   e^{i phi_n}
   void set(const SkinField& field, const Eigen::VectorXcd& phasors);
 
-  /// Leaves as many rows at the end of R out of f and J as J^T J can lack for a norm below `most`, until it is called
-  /// again: where R's rows are orthogonal, which the constructor finds out, those of squared norms below it, else those
-  /// whose squared norms have a sum below it.
+  /// Leaves rows at the end of R out of f and J until it is called again, as many as J^T J can lack for a norm below
+  /// `most`. If R's rows are orthogonal, which the constructor finds out, those are left out that have squared norms
+  /// below it. Else those are left out that have a sum of squared norms below it.
   void leave_out_up_to(double most);
 
   /// radial   channels whose amplitude may move

@@ -17,29 +17,30 @@ struct SurfaceOptions {
   double standstill = 0.0;            // converged if six steps together lower the cost by less than this share; >= 0
 };
 
-/// Minimises skin_cost over the phases, and the amplitudes if they are free, by Levenberg-Marquardt with Madsen's
-/// damping in the small system: with the residual f (K + 2 r) and its Jacobian J along the tangents i q_n,
+/// Minimises skin_cost over the phases, and the amplitudes if they are free. The method is Levenberg-Marquardt with
+/// Madsen's damping in the small system. With the residual f (K + 2 r) and its Jacobian J along the tangents i q_n,
 ///
 ///   f = [ sqrt(w_j) (|h_j q| - p'_j);  Re R q;  Im R q ],
 ///   h = -D^-1 J^T (J D^-1 J^T + I)^-1 f,   D = mu I + 0.3 diag(max(0, -Re(conj(q_n) g_n))),
 ///   phi_n += h_n + b_n,   b = -D^-1 J^T (J D^-1 J^T + I)^-1 f'' / 2,   2 |b| <= 0.3 |h|,
 ///
-/// f'' the residual's second derivative along h (see SkinJacobian): the geodesic acceleration, by the same factor, that
-/// follows the bend of a narrow valley, where without it half as many steps again are needed. Where amplitudes move
-/// too, phi_n += atan h_n. g is cost's half gradient in the plane of q_n: the diagonal is a share of the curvature of
-/// |q_n| = 1. Rows at the end of R that are weaker than the damping (see SkinJacobian::leave_out_up_to, mu) stay out of
-/// J^T J, not out of the cost and its gradient: they bend the model less than the damping does. Where N < K + 2 r the N
-/// x N system (J^T J + D) h = -J^T f is solved instead. The matrix is formed and factorised in single precision, the
-/// step refined in double to 1e-8; in double throughout where that fails.
+/// f'' is the residual's second derivative along h (see SkinJacobian). b, by the same factor, is the geodesic
+/// acceleration. It follows the bend of a narrow valley, where without it half as many steps again are needed. Where
+/// amplitudes move too, phi_n += atan h_n. g is the cost's half gradient in the plane of q_n. The diagonal is a share
+/// of the curvature of |q_n| = 1. Rows at the end of R that are weaker than the damping stay out of J^T J (see
+/// SkinJacobian::leave_out_up_to, mu). They stay in the cost and its gradient. They bend the model less than the
+/// damping does. Where N < K + 2 r the N x N system (J^T J + D) h = -J^T f is solved instead. The matrix is formed and
+/// factorised in single precision, and the step is refined in double to 1e-8. Where that fails, all of it is in double.
 ///
 /// From several starts `trial` steps each are taken, and the path that is lowest then continues.
 ///
-/// Free level: all drives have one amplitude, at first that of the start's loudest. From below 1 it goes to its best
-/// value (best_level) after each step, from 1 at the end: an array that is too strong for what is wanted is turned
-/// down.
+/// Free level: all drives have one amplitude, at first that of the start's loudest. If that is below 1, it is set to
+/// its best value (best_level) after each step, else only at the end. An array that is too strong for what is wanted is
+/// thus turned down.
 ///
-/// Free amplitudes: the start's phases settle first if it is at full drive; then drives move in the disc |q_n| <= 1,
-/// those on its edge that the cost pulls outwards along it only. A step that pushes a drive out is cut at the edge.
+/// Free amplitudes: the start's phases settle first if it is at full drive. Then drives move in the disc |q_n| <= 1.
+/// Those on its edge that the cost pulls outwards move along the edge only. A step that pushes a drive out is cut at
+/// the edge.
 ///
 /// The cost never rises. An iteration costs O((K + 2r)^2 N), r of the rows that are not left out, and never touches the
 /// quiet faces themselves. At |u_j| = 0 a subgradient is taken (see pressure_directions in skin_field.h), so that

@@ -4,11 +4,11 @@
 
 namespace touchfield {
 
-/// solve_surface from the most promising of several starts: the two lowest of five annealed ones (annealed_start.h),
-/// zero after five steps, and `others`. Each takes three steps, then the lowest path continues. It ends when
-/// `iterations` are done, or when six of them together lower the cost by less than 2e-4 of it. On problems with traps
-/// single starts end up to 30 % above one another; this takes about twice the time of one (docs/phases.md has both
-/// figures, over 60 scenes).
+/// solve_surface from the most promising of several starts. These are the two lowest of five annealed ones
+/// (annealed_start.h), zero after five steps, and `others`. Each takes three steps, then the lowest path continues. It
+/// ends when `iterations` are done, or when six of them together lower the cost by less than 2e-4 of it. On problems
+/// with traps single starts end up to 30 % above one another. The search takes about twice the time of one of them
+/// (docs/phases.md has both figures, over 60 scenes).
 ///
 /// Free amplitudes: fitted_start is followed as well, to its end, and the lower of the two answers is taken. Annealed
 /// starts are at full drive. Where the array is far too strong they end in traps with amplitudes, up to 12 % above.
