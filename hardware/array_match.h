@@ -12,8 +12,8 @@ inline constexpr double kMatchTolerance = 1e-4;
 /// Where along its axis a transducer is compared as well, so that the tolerance allows 10 mrad of its direction [m].
 inline constexpr double kMatchReach = 1e-2;
 
-/// Refuses an array that is not the device's: it may be moved and turned as a whole, and must agree with the device in
-/// count, places, axes, and the order of units and channels.
+/// Refuses an array that is not the device's. The array may be moved and turned as a whole. It must agree with the
+/// device in count, places, axes, and the order of units and channels.
 ///
 /// run      an array as a run has it
 /// device   the device's own layout

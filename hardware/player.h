@@ -46,14 +46,14 @@ using FrameSource = std::function<DriveFrame(std::size_t number)>;
 /// Told after each frame that was sent.
 using FrameObserver = std::function<void(std::size_t number, const DriveFrame& frame)>;
 
-/// Sends frame n at time n / rate after the start. Latest wins: a source or a device that takes too long makes the
-/// frames that are overtaken drop out, it never makes a queue; only the last one of a sequence is always sent. While a
-/// frame is held the device is asked for several times per second whether it is still there.
+/// Sends frame n at time n / rate after the start. The latest frame wins: if a source or a device takes too long,
+/// overtaken frames are dropped and never make a queue. The last frame of a sequence is always sent, unless the time is
+/// over before. While a frame is held, the device is asked several times per second whether it is still there.
 ///
 /// count    frames there are, >= 1
 /// report   gets what was done, also until something is thrown
-/// throws   InputError if a rate or a time is not positive or the rate is more than the link carries; what the link and
-///          the source throw
+/// throws   InputError if a rate or a time is not positive or the rate is more than the link carries; errors of the
+///          link and the source
 void play(std::size_t count, const FrameSource& source, ArrayLink& link, const PlayOptions& options, Pace& pace,
           PlayReport& report, const FrameObserver& observer = {});
 
@@ -82,13 +82,14 @@ struct FrameStream {
   double stale = 0.15;                                           // [s], > 0
 };
 
-/// Sends the newest frame of a stream as soon as it is there, at most as many a second as the link carries. The array
-/// is quiet while what was seen for the frame that it has is older than stream.stale: before the first frame, when none
-/// comes, and when those that come are that old already, which are not sent. It is quieted at the end, be it an error.
+/// Sends the newest frame of a stream as soon as it is there, at most as many per second as the link carries. The array
+/// is quiet before the first frame. It is quieted when the observation (StreamFrame::seen) behind its frame becomes
+/// older than stream.stale and no newer frame comes. Frames that are already that old when they come are not sent. The
+/// array is quieted at the end, also after an error.
 ///
 /// seconds   after which it ends, if the stream is not over before and the pace does not stop it
 /// report    gets what was done, also until something is thrown
-/// throws    InputError if a time is not positive; what the link and the stream's functions throw
+/// throws    InputError if a time is not positive; errors of the link and the stream's functions
 void play(const FrameStream& stream, ArrayLink& link, double seconds, Pace& pace, PlayReport& report,
           const FrameObserver& observer = {});
 

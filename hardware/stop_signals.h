@@ -8,7 +8,7 @@
 
 namespace touchfield {
 
-/// Takes signals in turn with other work, instead of letting them end or stop the process: from the construction on
+/// Takes signals in turn with other work, instead of letting them end or stop the process. From the construction on,
 /// all() wait until they are asked for. To be made before the process has threads that do not block them.
 class StopSignals {
  public:

@@ -25,8 +25,8 @@ void require_apart(const std::string& output, const std::string& scene_file, con
 /// What a scene reads: its file unless that is "", the files that it names and the folder of recorded images.
 std::vector<std::string> read_by(const std::string& scene_file, const Scene& scene);
 
-/// The directory of a command's results, closed by an interrupt as well: from this object's making on signals are taken
-/// by a thread of their own, so it is made before any other thread.
+/// The directory of a command's results. An interrupt closes it as well: from the construction of this object on, a
+/// thread of its own takes the signals. So it must be made before any other thread.
 class ClaimedDirectory {
  public:
   /// kept   what an interrupt says of what is already written, after "interrupted by SIGINT; "; {} stands for

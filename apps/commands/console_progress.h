@@ -14,11 +14,13 @@ namespace touchfield {
 /// "12 s", "34 min", "5.6 h"
 std::string span_text(double seconds);
 
-/// Shows progress to a person on standard error, a bar on a terminal and plain lines elsewhere, and keeps every line in
-/// a log file if there is one. The bar is of the stage, or of everything if it is known how long that takes. Details
-/// and stages of less than half a second are for the log alone, unless the user asks for all. A stage that lasts says
-/// in the log, and where there is no terminal, how far it is and how long it still takes: after 2 s, then each time
-/// twice as late, at most a minute apart.
+/// Shows progress to a person on standard error: a bar on a terminal, plain lines elsewhere. Every line also goes to a
+/// log file if there is one. The bar is that of the stage, or of all work if its duration is known. Details and stages
+/// of less than half a second are for the log alone, unless the user asks for all.
+///
+/// A stage that lasts reports how far it is and how long it still takes. These reports go to the log and, if there is
+/// no terminal, to standard error. The first comes after 2 s. Each later interval is twice as long as the one before,
+/// but at most a minute.
 class ConsoleProgress : public Progress {
  public:
   explicit ConsoleProgress(const CommonFlags& flags);

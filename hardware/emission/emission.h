@@ -126,11 +126,11 @@ ArrayLayout layout_of(const TransducerArray& array);
 /// The link that a choice names, in this process.
 std::unique_ptr<ArrayLink> local_link(const DeviceChoice& device, const ArrayLayout& array, std::size_t frames = 1);
 
-/// Checks everything that can be checked (the functions above, array_match.h, quantise.h), and then, if the plan is to
-/// emit, sends through a guard and leaves the array quiet. A dry run writes its files.
+/// Checks everything that can be checked (the functions above, array_match.h, quantise.h). If the plan is to emit, it
+/// then sends through a guard and leaves the array quiet. A dry run writes its files.
 ///
 /// throws   InputError before the device hears anything: a value out of range, above its cap, or that the device cannot
-///          do, an array that is not the device's; DeviceError before the first frame, afterwards it is in the report
+///          do, an array that is not the device's. DeviceError before the first frame; a later one is in the report
 EmissionReport emit(const EmissionPlan& plan);
 
 }  // namespace touchfield

@@ -8,16 +8,23 @@ namespace touchfield {
 
 /// The guard: owns a device on behalf of the program at the other end of a socket, and outlives it.
 ///
-/// It stops the device: it sends a quiet frame, commits and closes, each within kLinkPatience. It does so when it is
-/// told to, when any of StopSignals::all() comes, when the device fails, and kGuardGrace after the time that the
-/// program may emit. It also does so when the program or the guard's own watchdog is gone, or is stopped or silent for
-/// 250 ms while the device may emit. The last reason is that the guard itself did not look for longer than kLongestGap
-/// meanwhile. It reports every stop but the first on standard error. It refuses frames above the level it was given.
-/// SIGKILL and SIGSTOP of the guard itself are its watchdog's business, see run_watchdog.
+/// It stops the device: it sends a quiet frame, commits and closes, each within kLinkPatience. The reasons are:
+///
+///   - it is told to
+///   - any of StopSignals::all() comes
+///   - the device fails
+///   - kGuardGrace has passed since the end of the time that the program may emit
+///   - the program or the guard's own watchdog is gone
+///   - one of these two is stopped, or silent for 250 ms, while the device may emit
+///   - the guard itself did not look for longer than kLongestGap while the device may emit
+///
+/// The program that asked gets the error of a device that fails. Every other stop that the guard was not told to make
+/// is reported on standard error. The guard refuses frames above the level it was given. SIGKILL and SIGSTOP of the
+/// guard itself are its watchdog's business, see run_watchdog.
 ///
 /// descriptor   its end of the program's socket; the next one is that of the watchdog's
 /// returns      the exit code of the process: 0, or kDeviceFailed if the device could not be quieted
-/// throws       InputError if the descriptors are no sockets; IoError if it cannot watch the others
+/// throws       InputError if the descriptors are not sockets; IoError if it cannot watch the others
 int run_guard(int descriptor);
 
 /// Exit code of a guard or a watchdog whose device may still be on.
@@ -32,8 +39,8 @@ struct Quieting {
   std::string text;  // "the array is quiet after 3 ms", or why it is not
 };
 
-/// Quiets an open device and asks it whether it is, where it can tell. Does not let go of it: the system may hold back
-/// who closes a line that stands still, and what was found is to be told before.
+/// Quiets an open device and asks it whether it is quiet, where it can tell. The device stays open. The system may
+/// block the caller that closes a stalled line, and the result is to be reported before that.
 Quieting quieted(ArrayLink& link);
 
 /// "; the array may still be on: switch off its supply": said wherever nobody can tell.

@@ -13,15 +13,15 @@
 
 namespace touchfield {
 
-/// For an answer of a guard [s]; the link itself gives up after kLinkPatience, and a guard that was away for longer
+/// Time for an answer of a guard [s]. The link itself gives up after kLinkPatience. A guard that was away for longer
 /// than kLongestGap quiets the device when it is back. Time in which this process is stopped or frozen does not count.
 inline constexpr double kGuardPatience = 1;
-/// For the end of a watchdog that has to quiet the device itself [s].
+/// Time for the end of a watchdog that has to quiet the device itself [s].
 inline constexpr double kEndPatience = 2;
 
-/// A link that lives in a process of its own, the guard, which owns the device and quiets it when this process, or it
-/// itself, is told to stop, or when this process is gone, stopped or silent. The guard has a watchdog, a process too.
-/// See run_guard and run_watchdog.
+/// A link that lives in a process of its own, the guard, which owns the device. The guard quiets the device when this
+/// process, or the guard itself, is told to stop. It also does so when this process is gone, stopped or silent. The
+/// guard has a watchdog, which is a process too. See run_guard and run_watchdog.
 class GuardedLink final : public ArrayLink {
  public:
   /// Starts the watchdog, and with it the guard; touches no device.

@@ -39,13 +39,13 @@ class Autd3UdpChain {
   bool adopt();
   void close() noexcept { socket_.close(); }
 
-  /// Sends each unit its own commands, each confirmed before the next, all units at the same time; what is not answered
-  /// is sent again every 10 ms.
+  /// Sends each unit its own commands, each confirmed before the next. All units are served at the same time. A command
+  /// without an answer is sent again every 10 ms.
   ///
   /// programs   one of each unit, or one for all
   /// what       for messages, e.g. "frame 3"
   /// patience   for all of it [s]
-  /// returns    what each unit answered to its last command
+  /// returns    the answer of each unit to its last command
   std::vector<autd3_udp::Bytes> run(const std::vector<Program>& programs, const std::string& what, double patience);
 
  private:

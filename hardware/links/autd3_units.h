@@ -15,9 +15,9 @@ inline constexpr std::uint16_t kAutd3ModulationDivider = 10;
 
 /// The smoothing of an AUTD3: a change of phase or intensity is spread over this many periods of the 40 kHz carrier.
 ///
-/// In this mode every transducer arrives exactly at what it was sent, and all at the same time: phases 1 ms after a
-/// frame, before the next one can follow; intensities within one sample of the modulation. Not smoothed at all, each
-/// change would be heard as a click.
+/// In this mode every transducer arrives exactly at the values that it was sent, and all at the same time. Phases
+/// arrive 1 ms after a frame, before the next one can follow. Intensities arrive within one sample of the modulation.
+/// Without smoothing each change would be heard as a click.
 inline constexpr int kAutd3PhaseSteps = 40;
 inline constexpr int kAutd3IntensitySteps = 10;
 

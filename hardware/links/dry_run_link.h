@@ -14,8 +14,9 @@ struct DryRunFiles {
   std::string of(std::size_t frame) const;
 };
 
-/// Everything but a device: writes each frame to a text file of phases [rad], one transducer a line in the run's order,
-/// that a scene's method `fixed` reads back as its phases_file; the steps stand beside them as comments.
+/// Everything but a device: writes each frame to a text file of phases [rad], one line per transducer in the run's
+/// order. A scene's method `fixed` reads this file back as its phases_file. The steps stand beside the phases as
+/// comments.
 class DryRunLink final : public ArrayLink {
  public:
   /// array          whose shape it takes

@@ -10,11 +10,12 @@
 namespace touchfield {
 
 /// The open-hardware 16 x 16 array on a serial port, see sonicsurface_protocol.h. It drives a transducer fully or not
-/// at all, and answers nothing: that a board is there at all is only seen at the bench.
+/// at all. It answers nothing: only at the bench can one see that a board is there at all.
 ///
-/// A frame goes out when the line has had the time to carry the one before and, as far as the system can tell, has done
-/// so: no queue builds up behind it, and a line that stands still is lost within kLinkPatience. A silence takes the
-/// place of what has not left yet: whatever part of a frame the board has then, it is never committed.
+/// A frame waits for the time that the line needs to carry the one before. It also waits until the system reports that
+/// the line has done so, as far as the system can tell. So no queue builds up behind a frame, and a line that stands
+/// still is lost within kLinkPatience. A silence takes the place of everything that has not left yet. The board may
+/// have part of a frame then, but this part is never committed.
 class SonicsurfaceLink final : public ArrayLink {
  public:
   SonicsurfaceLink(std::string port, SonicsurfaceFirmware firmware, SonicsurfaceOrder order);

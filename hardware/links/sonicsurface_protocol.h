@@ -35,9 +35,9 @@ std::array<int, kTransducers> wiring(SonicsurfaceOrder order);
 /// Phases that the firmware tells apart. The tactile one drops the lowest bit of the byte.
 int phase_levels(SonicsurfaceFirmware firmware);
 
-/// Frequencies of the tactile firmware's modulation by its step length s = 0..31 [Hz]: it switches the 256 transducers
-/// off one after another and on again, one every s + 1 ticks of 0.64 MHz, so 640 kHz / (512 (s + 1)); none of the
-/// others.
+/// Frequencies of the tactile firmware's modulation by its step length s = 0..31: 640 kHz / (512 (s + 1)) [Hz]. The
+/// firmware switches the 256 transducers off one after another and on again, one every s + 1 ticks of 0.64 MHz. The
+/// other firmwares have no frequencies.
 std::vector<double> modulation_frequencies(SonicsurfaceFirmware firmware);
 /// The byte that sets the step length s.
 std::uint8_t modulation_byte(std::size_t s);

@@ -22,13 +22,14 @@ inline constexpr double kNonlinearityOfAir = 1.2;
 double shock_distance_share(const TransducerArray& array, const Wave& wave, const Eigen::VectorXcd& drive,
                             const Vector3& from, const Vector3& to, int points = 400);
 
-/// Where the way from the array's centre (the mean of its transducers) to a point begins to be counted: the first point
-/// from which on no transducer is nearer than a wavelength; `to` itself if there is none.
+/// The point from which the way from the array's centre to `to` counts. The centre is the mean of the transducers. The
+/// way counts from the first point after which no transducer is nearer than a wavelength, or from `to` itself if there
+/// is no such point.
 ///
-/// Before that the array has no common front, only the near field of each transducer. There P0 d/r, the law of a point,
-/// does not hold: its integral has no bound towards a transducer in the centre. The pressure before a real face of
-/// radius b and velocity u is at most 2 rho c u = 4 P0 / (k b^2). What is left out is therefore at most 4 beta P0
-/// lambda / (rho c^2 b^2): 0.06 for an AUTD3's transducer.
+/// Before that the array has no common front, only the near field of each transducer. P0 d/r, the law of a point, does
+/// not hold there: its integral has no bound towards a transducer in the centre. The pressure before a real face of
+/// radius b and velocity u is at most 2 rho c u = 4 P0 / (k b^2). So the part that is left out is at most
+/// 4 beta P0 lambda / (rho c^2 b^2). This is 0.06 for an AUTD3's transducer.
 ///
 /// array   of transducers; a plane wave has no centre
 /// throws  std::logic_error on a plane wave

@@ -12,9 +12,9 @@ struct Finding {
   std::string advice;   // empty, or what makes runs slow or incomplete and how to mend it
 };
 
-/// Looks at all that decides how fast and how completely runs work here: processor and instruction level, BLAS core and
-/// its threads, threads and cores, speed (an LU of about half a second), memory, disk, libraries, pictures (their
-/// font).
+/// Examines everything that decides how fast and how completely runs work here. Hardware: processor and instruction
+/// level, threads and cores, speed (an LU of about half a second), memory, disk, graphics card. Software: the program's
+/// build, BLAS core and its threads, libraries, pictures (their font).
 ///
 /// threads   in use
 std::vector<Finding> examine_machine(int threads);

@@ -47,9 +47,9 @@ struct ScanComparison {
   double largest_relative = kNotComputed;  // that over the largest |measured|
 };
 
-/// Compares the field of one method with what was measured. Points that lie inside the body, nearer to its skin than
-/// the longest edge of the face there (nearer the pressure of a face, constant on it, shows), or on a transducer do not
-/// count.
+/// Compares the field of one method with the measured values. Points that lie inside the body or on a transducer do not
+/// count. Points nearer to the skin than the longest edge of the face there do not count either. So near, the field
+/// shows that the pressure is constant on each face.
 ///
 /// setting   how the scan was taken
 /// throws    InputError if the run has no such method, no field (see run_field) or fewer than two points count

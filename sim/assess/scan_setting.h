@@ -52,12 +52,12 @@ void write_scan_setting(const std::string& path, const ScanSetting& setting);
 /// Where the points of a scan with this middle lay [m].
 Points placed_points(const Points& points, const Vector3& middle, const ScanSetting& setting);
 
-/// What the microphone reads at such points of the field of the only method of a run: run_field's pressure, the mean
-/// over the disc by 7 places where it has a radius. Of a plane wave at an angle theta this is 2 J1(x)/x, x = k radius
-/// sin(theta), within 0.01 up to x = 2.5.
+/// The readings of the microphone at such points of the field of the only method of a run. A reading is run_field's
+/// pressure or, with a radius, its mean over the disc by 7 places. For a plane wave at an angle theta this mean is
+/// 2 J1(x)/x, x = k radius sin(theta), within 0.01 up to x = 2.5.
 Eigen::VectorXcd scan_reading(const Run& run, const Wave& wave, const Points& placed, const ScanSetting& setting);
 
-/// What it reads there of each channel at unit drive, without any scattering: incident_matrix, averaged likewise.
+/// The readings there of each channel at unit drive, without any scattering: incident_matrix, averaged likewise.
 /// returns   J x N [Pa]
 Eigen::MatrixXcd channel_readings(const TransducerArray& array, const Wave& wave, const Points& placed,
                                   const ScanSetting& setting);

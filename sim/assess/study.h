@@ -33,19 +33,20 @@ struct Study {
   std::vector<StudyRung> rungs;
 };
 
-/// Solves a scene in every way of the ladder. A rung's seconds are those of setting up the scheme, solving the scene's
-/// methods and their pressures on the skin, without meshing and files; its memory the largest of the process meanwhile.
+/// Solves a scene in every way of the ladder. The seconds of a rung cover setting up the scheme and solving the scene's
+/// methods and their pressures on the skin. They do not cover meshing and files. The memory of a rung is the largest of
+/// the process meanwhile.
 ///
-///   error_reference   of the pressure that the array focused on the target makes, against burton_miller_polished on a
-///                     mesh of 0.6 times the finest edge (of a file's mesh: every face in four), at the rung's
-///                     centroids
+///   error_reference   of the pressure that the array focused on the target makes, at the rung's centroids. The
+///                     reference is burton_miller_polished on a mesh of 0.6 times the finest edge (of a file's mesh:
+///                     every face in four)
 ///   error_interior    rms of the interior-source indicator over the body
-///   pattern_error     relative_error of the scene's first method, judged by the reference; NaN without a target
+///   pattern_error     relative_error of the scene's first method, evaluated on the reference; NaN without a target
 ///
-/// chief has no iterative rungs: its square form suits none.
+/// chief has no iterative rungs, because no iterative solver suits its square form.
 ///
 /// models    as study_models makes them
-/// on_rung   called after each rung with all so far, so that none is lost
+/// on_rung   called after each rung with all so far, so that no rung is lost
 Study run_study(const Scene& scene, std::vector<Model> models, const StudyOptions& options, Progress& progress,
                 const std::function<void(const Study&)>& on_rung);
 

@@ -41,19 +41,27 @@ struct FittedFolder {
 /// The names of all files that fit_folder writes.
 std::vector<std::string> fit_files(const CameraFolder& folder);
 
-/// Fits the built-in hand to every frame of a recording, in order, and writes what `body: {meshes: {folder, times}}`
-/// takes: skin_0001.vtp, ... with the same triangles [m], and times.csv, counted from the first frame of the recording.
-/// Every face has `cameras`, the number of cameras that saw it, and `distance_m` from what they saw (seen_distance.h).
-/// skin.pvd lists the meshes. body.yaml is a scene's body of them with the landmarks of the hand. fit.csv has one line
-/// per frame, with the times of the recording and the reason why the hand is lost. landmarks.csv is written if the
-/// recording has landmarks (landmark_table.h). Frames in which it is have no mesh. Where it ends early the tables are
-/// of the frames until then.
+/// Fits the built-in hand to every frame of a recording, in order, and writes the files that
+/// `body: {meshes: {folder, times}}` takes:
 ///
-/// Warns of what is odd in the recording (CameraFolder::warnings), of a side that another comes close to, and of a
-/// camera that sees no skin where the others see it.
+///   skin_0001.vtp, ...   the same triangles [m] for each frame, except frames in which the hand is lost. Every face
+///                        has `cameras`, the number of cameras that saw it, and `distance_m` from the points that they
+///                        saw (seen_distance.h)
+///   times.csv            the times of the meshes, counted from the first frame of the recording
+///   skin.pvd             the list of the meshes
+///   body.yaml            a scene's body of these meshes with the landmarks of the hand
+///   landmarks.csv        the landmarks of the fitted hand (landmark_table.h)
+///   fit.csv              one line per frame, with the times of the recording and the reason why the hand is lost
 ///
-/// throws   InputError as HandTemplate and CameraFolder::frame, or if the hand is in no frame, saying what the nearest
-///          one lacks and what each camera sees; IoError
+/// If the work ends early, the tables hold the frames until then. If the hand is found in no frame, only fit.csv of
+/// these is written.
+///
+/// Warns of oddities in the recording (CameraFolder::warnings), of a shape that was not learnt, and of a side that the
+/// other side comes close to. Warns also of a large residual, and of a camera that sees too little skin where the fit
+/// has it.
+///
+/// throws   InputError as HandTemplate and CameraFolder::frame, or if the hand is in no frame. The message then says
+///          that the images show the other hand, or what the nearest frame lacks and what each camera sees. IoError
 FittedFolder fit_folder(const CameraFolder& folder, const FolderFit& how, RunDirectory& directory, Progress& progress);
 
 }  // namespace touchfield

@@ -15,8 +15,12 @@ namespace touchfield {
 /// The names of all files that a pattern may write into its directory.
 std::vector<std::string> pattern_files(const Scene& scene, std::optional<PictureFormat> asked = std::nullopt);
 
-/// Solves a scene's pattern (solve_pattern) and writes its results: pattern.h5 in the layout of motion.h5, pattern.csv
-/// with a row per frame, spectrum.csv with a row per point and line, and a strip of pictures.
+/// Solves a scene's pattern (solve_pattern) and writes its results:
+///
+///   pattern.h5     in the layout of motion.h5
+///   pattern.csv    one row per frame
+///   spectrum.csv   one row per point and line
+///   strip.FORMAT   a strip of pictures
 ///
 /// pictures   as play_scene's
 /// throws     as solve_pattern; IoError on a failed write

@@ -21,11 +21,11 @@ bool there(const std::filesystem::path& file);
 /// throws   InputError if it cannot be made, or a file is in the way
 void make_directory(const std::string& path);
 
-/// The directory a run lands in, claimed before anything is computed and to this object's end, and the record of what
-/// it holds. Its manifest, files.json, names the files that the run writes, in the directory or a folder of it: no
-/// other file is ever replaced or removed, and nothing outside of the directory. What a process that was killed left of
-/// them half-written goes at the next start.
-/// Safe to call from several threads: an interrupt is handled beside the run.
+/// The directory that holds a run, and the record of its contents. It is claimed before anything is computed, and until
+/// the end of this object. Its manifest, files.json, names the files that the run writes, in the directory or a folder
+/// of it. No other file is ever replaced or removed, and nothing outside of the directory. Half-written files of a
+/// process that was killed are removed at the next start. Safe to call from several threads: an interrupt is handled
+/// beside the run.
 class RunDirectory {
  public:
   /// The next free ROOT/NAME-NNNN, made here. Two runs that start at once get two numbers.

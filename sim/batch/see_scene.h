@@ -39,10 +39,15 @@ struct SightSummary {
   double beyond = 0;  // share of the pixels that see skin and whose depth is beyond kMostUnits
 };
 
-/// Writes what the cameras of a scene see of its whole motion: a folder of images (CameraFolderWriter) and sight.png,
-/// the first frame; where the bodies are a hand, landmarks.csv with where its landmarks are (landmark_table.h), by
-/// which a fit is judged. The images say nothing of where skin and cameras truly are. Warns of a camera that has no
-/// depth of it at all, or whose unit is so small that 16 bits do not hold how far the skin is.
+/// Writes the images that the cameras of a scene take of its whole motion:
+///
+///   a folder of images   (CameraFolderWriter)
+///   sight.FORMAT         the first frame
+///   landmarks.csv        the places of a hand's landmarks (landmark_table.h), by which a fit is evaluated; only if the
+///                        bodies have such landmarks
+///
+/// The images do not tell the true places of skin and cameras. Warns of a camera that has no depth of the body at all.
+/// Warns also of a camera with a unit so small that 16 bits do not hold the distance of the skin.
 ///
 /// throws   IoError on a failed write
 std::vector<SightSummary> see_scene(const SeenScene& seen, RunDirectory& directory, PictureFormat format,

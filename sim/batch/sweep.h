@@ -75,15 +75,17 @@ struct SweepResult {
   int jobs = 1;
 };
 
-/// Computes the cases of a sweep that have no record yet, each in a worker process, several at a time. A process goes
-/// on with cases that share its last one's body while there are any, so that mesh and factorisation are used again;
-/// cases of other bodies go to other processes. A process that dies takes only its case with it; one that is stopped or
-/// hangs is killed once its case has taken longer than options.case_seconds, or without that longer than case_limit.
-/// Time while this process does not run itself does not count.
+/// Computes the cases of a sweep that have no record yet, each in a worker process, several at a time. A process
+/// continues with cases that share its last one's body while there are any. So mesh and factorisation are used again.
+/// Cases of other bodies go to other processes.
 ///
-/// Without options.jobs there are as many jobs as bodies, at most one per thread; the threads are shared out evenly.
-/// The first case begins alone, with all threads, until it has said what memory a case takes: there are no more jobs
-/// than have room.
+/// A process that dies takes only its case with it. A process that is stopped or stuck is killed once its case has
+/// taken longer than options.case_seconds. Without that option the limit is case_limit. Time in which this process
+/// itself does not run does not count.
+///
+/// Without options.jobs there are as many jobs as bodies, at most one per thread. The threads are shared out evenly.
+/// The first case begins alone, with all threads, until it has reported the memory that a case takes. There are no more
+/// jobs than fit into memory.
 class SweepRunner {
  public:
   using OnCase = std::function<void(const SweepRecord&, const SweepProgress&)>;

@@ -35,12 +35,13 @@ std::string to_json(const CaseJob& job);  // one line
 /// throws   IoError on a text that is no job
 CaseJob job_from_json(const std::string& text);
 
-/// Status of an answer on a case that there was no room to write: it is no record to be kept, the case may be computed
-/// as soon as there is room.
+/// Status of an answer on a case that there was no room to write. Such an answer is not a record to be kept: the case
+/// may be computed as soon as there is room.
 inline constexpr const char* kNoRoom = "no room";
 
-/// What the process that computes cases says of one: first what it is expected to take, a line {"expected": {...}},
-/// which is answered by a line with the number of threads to continue with; then its record.
+/// An answer of the process that computes cases. For each case it first sends the expected cost, a line
+/// {"expected": {...}}. The reply to this is a line with the number of threads to continue with. Then the process sends
+/// the record of the case. A case that fails early has only the record.
 struct CaseAnswer {
   std::optional<CaseCost> expected;
   std::optional<SweepRecord> record;
@@ -49,13 +50,13 @@ std::string to_json(const CaseCost& cost);  // that first line, without its end
 /// throws   IoError on a line that is neither
 CaseAnswer answer_from_json(const std::string& line);
 
-/// The loop of a worker process: reads one job per line from standard input, computes it into its scratch folder, and
-/// answers it; ends with the input. A case that fails has a record that says why, and a failed.json beside what was
-/// finished.
+/// The loop of a worker process. It reads one job per line from standard input, computes it into its scratch folder,
+/// and answers it. It ends with the input. A case that fails has a record that says why, and a failed.json beside the
+/// finished results.
 int serve_cases();
 
-/// For every scene the number of its group, from 0: scenes of a group have the same bodies, medium and schemes, and
-/// share models if they only stand elsewhere.
+/// For every scene the number of its group, from 0. Scenes of a group have the same bodies, medium, scheme and solver.
+/// They can share models. A scene's only body may stand elsewhere than in the other scenes of the group.
 std::vector<int> body_groups(const std::vector<Scene>& scenes);
 
 }  // namespace touchfield

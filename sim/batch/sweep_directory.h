@@ -52,8 +52,9 @@ class SweepDirectory {
   /// throws   IoError
   std::string scratch(int number) const;
 
-  /// Puts a case in its place: its files are added to the record, the record is written into its scratch folder, which
-  /// then gets the case's name; what was there before is removed.
+  /// Puts a case in its place. Its files are added to the record, and the record is written into its scratch folder.
+  /// This folder then gets the case's name. An older folder of that name is removed. Files in it that no case wrote
+  /// move to the new folder, unless that has a file of the same name.
   /// throws   IoError; the scratch folder is then still there
   void land(SweepRecord& record, const std::string& scratch) const;
 
@@ -76,8 +77,8 @@ OwnDirectory own_sweep_directory(const std::string& path, const std::string& loc
 /// throws   InputError if it holds none, IoError if it cannot be read
 SweepIdentity read_identity(const std::string& directory);
 
-/// The cases in a directory, by number, without locking it. Each is whole if its record can be read and every file that
-/// the record names is there, as long as it was and with the same CRC-32.
+/// The cases in a directory, by number, without locking it. A case is whole if its record can be read and every file of
+/// the record is there. Each file must also have the length and the CRC-32 in the record.
 CaseRecords read_records(const std::string& directory);
 
 /// The table of a plan, or of part of its cases, from what there is of them.

@@ -21,8 +21,8 @@ class WorkerProcess {
   /// Kills it if it still runs.
   ~WorkerProcess();
 
-  /// What to wait for with poll(): readable once there is an answer or the process has ended; while a line is not all
-  /// sent, writable once send_rest() can continue.
+  /// The descriptor to wait for with poll(). It is readable once there is an answer or the process has ended. While
+  /// part of a line is not sent, it is writable once send_rest() can continue.
   int socket() const { return socket_.number(); }
 
   /// Sends a line, as much of it as the process takes now; a process that does not read keeps nobody waiting. One that

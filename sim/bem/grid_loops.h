@@ -16,8 +16,8 @@ inline constexpr int kGridLanes = 64 / static_cast<int>(sizeof(Real));
 inline constexpr int kWindowDegree = 16;  // of the polynomials a window is made of
 inline constexpr int kWidestWindow = 16;  // points along an axis
 
-/// A window along one axis as polynomials in t = 2 f - 1, f in 0..1 the place between two points: coefficient c of the
-/// weight of point l is values[c * lanes + l], the highest power first. Points from `width` on weigh 0.
+/// A window along one axis as polynomials in t = 2 f - 1, where f in 0..1 is the place between two points. Coefficient
+/// c of the weight of point l is values[c * lanes + l], the highest power first. Points from `width` on weigh 0.
 template <typename Real>
 struct GridWindow {
   int width;
@@ -25,8 +25,8 @@ struct GridWindow {
   const Real* values;
 };
 
-/// Faces on a grid, one array a quantity: the first grid point that a face's window reaches, its place after that
-/// point along each axis, and its unit normal over the grid's step.
+/// Faces on a grid, one array per quantity. `first` is the first grid point that a face's window reaches. fx, fy and fz
+/// are its place after that point along each axis. nx, ny and nz are its unit normal over the grid's step.
 template <typename Real>
 struct GridFaces {
   const std::ptrdiff_t* first;
@@ -50,8 +50,8 @@ struct FaceValues {
 template <typename Real>
 inline constexpr int kLocalDegree = sizeof(Real) == 4 ? 12 : 24;  // of the polynomials of the local kernel
 
-/// The local kernel times 4 pi in units of its reach, u = r below 1 (kernel_split.h), as polynomials in t = 2 u - 1,
-/// the lowest power first: v of g, a of its slope, b of its second derivative,
+/// The local kernel times 4 pi in units of its reach, u = r below 1 (kernel_split.h). Its parts are polynomials in
+/// t = 2 u - 1, the lowest power first. v is that of g, a of its slope and b of its second derivative:
 ///
 ///   S = v/u   D = a (n.d)/u^3   D' = -a (m.d)/u^3   W = (a m.n - b (m.d)(n.d)/u^2)/u^3,   d = x - y
 template <typename Real>

@@ -37,8 +37,8 @@ class KernelSplit {
   /// (chi * g)(r) [1/m], r >= 0; relative accuracy 1e-12 at 0 and from a hundredth of the reach on.
   Complex smooth(double r) const;
 
-  /// v, a = v - r v' and b = r^2 v'' - 3 r v' + 3 v as polynomials, which the local part and its slopes are made of; at
-  /// r = 0 the smooth part with the sign changed, so that a face adds nothing to itself.
+  /// v, a = v - r v' and b = r^2 v'' - 3 r v' + 3 v as polynomials. The local part and its slopes are made of these. At
+  /// r = 0 they give the smooth part with the sign changed, so that a face adds nothing to itself.
   ///
   /// gamma   eta = i gamma [m]
   template <typename Real>

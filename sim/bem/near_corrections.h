@@ -7,8 +7,8 @@
 
 namespace touchfield {
 
-/// What a sum with one point per face leaves out: for each pair of faces nearer than the rule's reach the integral over
-/// the face minus its one point, by rows.
+/// The part that a sum with one point per face leaves out, by rows. For each pair of faces nearer than the rule's reach
+/// it is the integral over the face minus its one-point value.
 ///
 /// memory   20 bytes per pair, 12 in single precision; some 220 pairs per face with FaceRule's distances, 240 on a
 ///          whole hand

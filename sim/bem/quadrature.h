@@ -10,9 +10,9 @@
 namespace touchfield {
 
 /// Integrals of Layer's kernels over flat faces seen from one point. On faces nearer than seven_below the static part
-/// of D and W, which is what is most singular, is taken in closed form (solid angle and its gradient); points integrate
-/// the rest. Holds the points of all faces that were added, so
-/// that the kernels are evaluated together; keep one per thread.
+/// of D and W, the most singular one, is taken in closed form. The closed forms are the solid angle and its gradient.
+/// Points integrate the rest. The object holds the points of all faces that were added, so that the kernels are
+/// evaluated together. Keep one per thread.
 class FaceQuadrature {
  public:
   /// wavenumber   k + i alpha [1/m];  gamma: eta = i gamma [m]

@@ -9,12 +9,13 @@
 namespace touchfield {
 
 struct SolveReport {
-  int steps = 0;           // most GMRES steps of a column, all refinements together; 0 of LU
-  int refinements = 0;     // corrections after the first solution
-  double residual = 0;     // worst relative residual of a column, by a product in double; by one in single precision
-                           // plus its rounding, 3e-6, where GMRES works in that and the tolerance is 1e-4 or more;
-                           // by one through a grid plus its error where those are accurate enough for the tolerance;
-                           // of 8 columns only where there are more, solved by LU or not refined
+  int steps = 0;        // most GMRES steps of a column, all refinements together; 0 of LU
+  int refinements = 0;  // corrections after the first solution
+  /// Worst relative residual of a column, by a product in double. With a tolerance of 9e-5 or more, GMRES in single
+  /// precision takes the residual by its own products plus their rounding, 3e-6. With a tolerance of 5 times the grid's
+  /// error or more, GMRES through a grid takes it by those products plus this error. Of more than 8 columns only 8 are
+  /// examined, if they are solved by LU or not refined.
+  double residual = 0;
   bool converged = false;  // residual <= tolerance
 };
 

@@ -71,8 +71,9 @@ class ScatteringSystem {
   /// Whether pressure() reads incident.pressure; it reads nothing else of it.
   bool needs_incident_pressure() const { return traits(scheme_).polished; }
 
-  /// Rows of H, p = H q, by transposed solves: first the right-hand sides, unknowns x K, of B^T x = r for the pressures
-  /// of the given faces; then from those x and the unit field the rows, K x N [Pa].
+  /// Rows of H, p = H q, by transposed solves. The first function gives the right-hand sides, unknowns x K, of
+  /// B^T x = r for the pressures of the given faces. The second gives the rows, K x N [Pa], from those x and the unit
+  /// field.
   Eigen::MatrixXcd transposed_right_hand_side(const std::vector<Eigen::Index>& faces) const;
   Eigen::MatrixXcd transfer_rows(const std::vector<Eigen::Index>& faces, const Eigen::MatrixXcd& x,
                                  const IncidentField& unit) const;

@@ -27,11 +27,12 @@ struct SkinFunction {
 
 /// The function of a body near its skin: closed, filled and smoothed on a grid.
 ///
-/// Closed by a ball of radius r: what the ball cannot touch from outside is filled, so that gaps narrower than 2 r
-/// merge and no crease is sharper than the ball.
+/// Closed by a ball of radius r: everything that the ball cannot touch from outside is filled. So gaps narrower than
+/// 2 r merge and no crease is sharper than the ball.
 ///
 ///   g(x) = min(f(x), r - dist(x, {f >= r})),   f the body's own function
-/// Cavities, what cannot be reached from outside, are filled.
+///
+/// Filled: cavities, which cannot be reached from outside, become part of the body.
 ///
 /// Smoothed: g is blurred with a standard deviation of 1.15 grid spacings h and interpolated by cubic B-splines, twice
 /// continuously differentiable. This moves a skin of curvature radii R1, R2 inwards by 0.67 h^2 (1/R1 + 1/R2).

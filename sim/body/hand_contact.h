@@ -27,13 +27,18 @@ struct HandContact {
 /// "middle phalanx of the .. and palm come into contact at (..) mm of the hand's own frame".
 std::string contact_text(const HandContact& contact);
 
-/// Whether a pose can be reached with the triangles of the template: no parts come into contact that are apart in it,
-/// none move against each other that touch in it, and none turn so far against each other that the skin between them
-/// loses its shape: proximal phalanges next to each other 75 degrees, the thumb's metacarpal 22 to its palm side, which
-/// itself turns by 100. Beyond, skin cuts itself at the webs, and the thumb's loses over 3 % of the hand's volume.
+/// Whether a pose can be reached with the triangles of the template. Three things must not happen:
 ///
-/// The digits count as rows of balls of the skeleton's radii and 3 % more, 5 mm apart or less, the palm as its own
-/// flesh. A finger that is bent so far that its inside fills with flesh has come into contact with itself. Webs and
+///   - parts that are apart in the template come into contact
+///   - parts that touch in the template move against each other
+///   - parts turn so far against each other that the skin between them loses its shape
+///
+/// Proximal phalanges next to each other may turn by 75 degrees against each other. The thumb's metacarpal may turn by
+/// 22 degrees to its palm side, and this side itself by 100 degrees. Beyond, skin cuts itself at the webs, and that of
+/// the thumb loses over 3 % of the hand's volume.
+///
+/// The digits count as rows of balls of the skeleton's radii and 3 % more, 5 mm apart or less. The palm counts as its
+/// own flesh. A finger that is bent so far that its inside fills with flesh has come into contact with itself. Webs and
 /// whatever else is one flesh in every pose do not count.
 class HandContacts {
  public:

@@ -24,8 +24,8 @@ struct FingerJoints {
 
 /// Angles of the thumb's joints [rad] that differ from the pose's.
 ///
-/// The metacarpal points along y turned by 20 degrees - cmc_flexion about the back of the hand, away from the index
-/// finger, and then by cmc_abduction out of the plane of the palm.
+/// The metacarpal points along y, turned twice. The first turn is by 20 degrees - cmc_flexion about the normal z of the
+/// back of the hand, away from the index finger. The second is by cmc_abduction out of the plane of the palm.
 struct ThumbJoints {
   std::optional<double> cmc_flexion;    // across the palm
   std::optional<double> cmc_abduction;  // out of the palm's plane, palmwards
@@ -67,8 +67,8 @@ struct HandPose {
   std::array<FingerAngles, 4> fingers;  // index, middle, ring, little
 };
 
-/// The angles of all joints in a row [rad]: the thumb's five in the order of ThumbAngles, then four of each finger,
-/// from index to little, in that of FingerAngles.
+/// The angles of all joints in a row [rad]. The thumb's five come first, in the order of ThumbAngles. Then follow four
+/// per finger, from index to little, in the order of FingerAngles.
 using JointAngles = Eigen::Matrix<double, 21, 1>;
 
 /// Where a digit's angles begin among them, from thumb to little, and how many there are.

@@ -8,8 +8,8 @@
 
 namespace touchfield {
 
-/// A chain of bones: joints from the base to the end of the skin at the tip, and which way its palm side faces at each
-/// bone.
+/// A chain of bones: joints from the base to the end of the skin at the tip. Each bone has the direction that its palm
+/// side faces.
 struct BoneChain {
   std::array<Vector3, 4> joints;  // finger: MCP, PIP, DIP, tip; thumb: CMC, MCP, IP, tip
   std::array<Vector3, 3> palmar;  // unit, normal to the bone from joint i to i + 1

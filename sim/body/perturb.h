@@ -25,21 +25,24 @@ struct Perturbed {
 /// faces round a vertex, weighted by area. The displacement is a random Gaussian field of zero mean. Points of the skin
 /// at a distance d in space have the covariance rms^2 exp(-d^2 / (2 L^2)). The field is realised in space
 /// (random_field.h): the same seed and noise give the same field at the same point, whatever the mesh. So a finer mesh
-/// of the body gets the same displacement. On a sphere of radius R, meshes of edge h and h / 2 differ by about 1.5 (h /
-/// R)^2 rms, because of their normals and radii. Neither the mean nor the rms over one skin is forced: that would make
-/// the field depend on the body and its mesh, and on a body of few L it would take away much of what is long in it.
-/// They scatter from seed to seed as those of any such field, the rms over a skin of area A >> L^2 by sqrt(pi L^2 / (2
-/// A)) of itself.
+/// of the body gets the same displacement. On a sphere of radius R, meshes of edge h and h / 2 differ by about 1.5
+/// (h / R)^2 rms, because of their normals and radii.
 ///
-/// Where the skin would cut itself (narrow gaps, folds and thin parts tighter than the displacement), turn a face by
-/// more than 84 degrees or make it four times as thin, or would if displaced by a fifth more, the displacement is
-/// damped: in rounds, each of which takes a quarter of it away at the faces in question and exp(-s^2 / (2 R^2)) of that
-/// a way s from them, R = L or 10 rms, whichever is less, but two mean edges at least. Beyond 4 R nothing changes.
+/// Neither the mean nor the rms over one skin is forced: that would make the field depend on the body and its mesh. On
+/// a body of few L it would also take away much of the field's long waves. Mean and rms scatter from seed to seed as
+/// those of any such field. Over a skin of area A >> L^2 the rms scatters by sqrt(pi L^2 / (2 A)) of itself.
+///
+/// The displacement is damped where the skin would cut itself, turn a face by more than 84 degrees or make it four
+/// times as thin. It is also damped where a displacement larger by a fifth would do so. The skin would cut itself in
+/// narrow gaps, folds and thin parts tighter than the displacement. Damping works in rounds. Each round takes a quarter
+/// of the displacement away at the faces in question, and exp(-s^2 / (2 R^2)) of that quarter at a distance s from
+/// them. R is the lesser of L and 10 rms, but two mean edges at least. Beyond 4 R nothing changes.
 ///
 /// mesh      closed, oriented outwards, without self-intersections
 /// returns   the same triangles on moved vertices, without self-intersections
 /// throws    InputError on a value out of range, a mesh that cuts itself, or if damping takes more than a fifth of the
-///           rms away; the message says where, and an rms (found by halving, tried) that would do with this seed
+///           rms away; the message says where, and an rms (found by halving, tried) that would do with this seed, if
+///           one was found
 Perturbed perturbed(const TriangleMesh& mesh, const SensingNoise& noise);
 
 /// Patches of the same skin, each moved as a whole along its normal by the field at its centre, without damping, then

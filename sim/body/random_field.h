@@ -10,11 +10,13 @@ namespace touchfield {
 ///
 ///   f(x) = rms / sqrt(M) sum_m r_m cos(w_m . x + phi_m)
 ///
-/// of M = 1024 waves with components of w_m normal of deviation 1 / L, r_m^2 / 2 exponential, phi_m uniform: the sum of
-/// a cosine and a sine with independent normal weights. Over the seeds the value at a point is exactly normal and the
-/// covariance exact; a difference of two values has a kurtosis of 3 (1 + (1 + rho)^2 / (2 M)), rho their correlation:
-/// below 3.006. The covariance of one seed's waves, over r and phi, is off by rms^2 (1 - exp(-d^2 / L^2)) / sqrt(2 M)
-/// (one deviation): 2.2 % of rms^2 at most. The gradient's components have the deviation rms / L.
+/// It consists of M = 1024 waves. The components of w_m are normal of deviation 1 / L, r_m^2 / 2 is exponential and
+/// phi_m uniform. So each wave is the sum of a cosine and a sine with independent normal weights.
+///
+/// Over the seeds the value at a point is exactly normal and the covariance exact. A difference of two values has a
+/// kurtosis of 3 (1 + (1 + rho)^2 / (2 M)), rho their correlation: below 3.006. The covariance of one seed's waves,
+/// taken over r and phi, is off by rms^2 (1 - exp(-d^2 / L^2)) / sqrt(2 M) (one deviation). This is 2.2 % of rms^2 at
+/// most. The gradient's components have the deviation rms / L.
 ///
 /// source   Rahimi and Recht, Random features for large-scale kernel machines, NIPS 2007; Box and Muller 1958
 class RandomField {

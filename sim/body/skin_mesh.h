@@ -15,14 +15,16 @@ inline constexpr double kAlwaysPossible = 5e-3;
 
 /// A closed manifold of nearly equilateral triangles on the surface of a body. Inner cavities are filled.
 ///
-/// sizing         wanted edge lengths: 99 % of the edges are 0.6 to 1.6 times as long as asked at their middles, and
-///                the number of faces is that of equilateral ones of the lengths asked for within 6 %
+/// Edges above kAlwaysPossible are at most kOfRoom times as long as the body is thick there, and as the air before it
+/// is wide. So no thin part becomes a prism or is lost, and clefts stay clear.
+///
+/// The vertices stand off the surface by the mean sagitta of their faces, by 0.1 of the edge at most. So area and
+/// volume are those of the body to second order in edge over radius of curvature.
+///
+/// sizing         wanted edge lengths: 99 % of the edges are 0.6 to 1.6 times as long as asked at their middles. The
+///                number of faces is that of equilateral ones of the lengths asked for within 6 %
 /// coarsest_grid  spacing [m] at which the body is sampled first, if `far` of the sizing is not finer: details below
 ///                are lost, gaps wider stay open; finer zones only follow the surface more closely
-/// Edges above kAlwaysPossible are at most kOfRoom times as long as the body is thick there, or the air before it wide,
-/// so that no thin part becomes a prism or is lost and clefts stay clear.
-/// The vertices stand off the surface by the mean sagitta of their faces, by 0.1 of the edge at most, so that area and
-/// volume are those of the body to second order in edge over radius of curvature.
 /// throws         NumericalError if the body falls into several pieces
 TriangleMesh skin_mesh(const SoftBody& body, const EdgeSizing& sizing, double coarsest_grid);
 

@@ -13,23 +13,25 @@
 
 namespace touchfield {
 
-/// The skin of the built-in hand carried from the pose that it was meshed in to others: the same triangles in all of
-/// them, vertex by vertex, so that any part of a mesh moves as the whole does. Landmarks follow (body.h).
+/// The skin of the built-in hand, carried to other poses from the one in which it was meshed. All poses have the same
+/// triangles. The skin is carried vertex by vertex, so that any part of a mesh moves as the whole does. Landmarks
+/// follow (body.h).
 ///
 /// Every vertex is bound to up to a few of 17 bones: the palm, three of each digit, and the thumb's metacarpal without
-/// its turn about itself. With unit dual quaternions q_b of the bones' motions from the one skeleton to the other and
-/// the vertex's weights w_b >= 0, sum 1, it moves by
+/// its turn about itself. q_b are the unit dual quaternions of the bones' motions from the one skeleton to the other.
+/// The vertex's weights are w_b >= 0, sum 1. The vertex moves by
 ///
 ///   q / |q|,   q = sum_b +-w_b q_b   (each with the sign that turns the same way as that of the heaviest bone)
 ///
-/// Along a digit the weight passes from bone to bone within 1.8 radii of the flesh of the joint between them (knuckles
-/// 2, the thumb's base 1.5), the slope constant over the middle half and falling linearly to 0 outside it. Between
-/// digits it falls as (1 - d/s)^3, d being how much farther the vertex is from one's flesh than from the nearest's;
-/// s is wide at the webs (5 radii of the base, thumb 3) and narrow along the free digits (0.35, thumb 0.5).
+/// Along a digit the weight passes from bone to bone near each joint. It does so within 1.8 radii of the flesh there
+/// (knuckles 2, the thumb's base 1.5). The slope is constant over the middle half and falls linearly to 0 outside it.
+/// Between digits the weight falls as (1 - d/s)^3. Here d is the vertex's distance from the flesh of one digit minus
+/// that from the nearest digit's. s is wide at the webs (5 radii of the base, thumb 3) and narrow along the free digits
+/// (0.35, thumb 0.5).
 ///
 /// accuracy   the template's pose gives the template to 1e-12 m. Volume within 3 % of that of hand(), and no face
 ///            inverted where pose() is given the triangles, in poses that HandContacts has nothing against
-///            (docs/bodies.md says what was measured)
+///            (docs/bodies.md gives the measurements)
 /// source     Kavan, Collins, Zara and O'Sullivan, ACM Trans. Graph. 27 (2008) 105 (dual quaternions)
 class SkinnedHand {
  public:
@@ -44,9 +46,10 @@ class SkinnedHand {
   /// throws   InputError if the skeleton is of a hand of another length or breadth
   void pose(const HandSkeleton& posed, Points& vertices) const;
 
-  /// The same, with faces kept from turning over: the corners of a face that shows less than 0.02 of its template's
-  /// area to the side that they turned it to take over its mean motion, in rounds, more of it the less it shows;
-  /// continuous in the pose. All other vertices are as skinned, to the last bit. 0.3 to 0.5 ms for 2,400 faces.
+  /// The same, with faces kept from turning over. A face is mended if it shows less than 0.02 of its template's area to
+  /// the side that its corners turned it to. Its corners then take over its mean motion, in rounds, more of it the less
+  /// the face shows. The result is continuous in the pose. All other vertices are as skinned, to the last bit. 0.3 to
+  /// 0.5 ms for 2,400 faces.
   ///
   /// triangles   3 x M
   void pose(const HandSkeleton& posed, const Triangles& triangles, Points& vertices) const;

@@ -19,9 +19,10 @@ class NoRoomError : public IoError {
   using IoError::IoError;
 };
 
-/// Writes the parts one after another as one file. It appears under `path` whole or not at all: a temporary name in the
-/// same directory that nobody can guess (.NAME.tmp- and 16 hexadecimal digits), flush to the disk, rename. An older
-/// file is replaced; on failure it stays as it was and nothing else is left behind.
+/// Writes the parts one after another as one file, which appears under `path` whole or not at all. The parts go to a
+/// temporary file in the same directory, which is flushed to the disk and renamed. Nobody can guess its name
+/// (.NAME.tmp- and 16 hexadecimal digits). An older file is replaced; on failure it stays as it was and nothing else is
+/// left behind.
 ///
 /// throws   NoRoomError if there is no room, IoError on anything else, naming the path and the system's reason
 void write_atomically(const std::string& path, std::initializer_list<std::string_view> parts);

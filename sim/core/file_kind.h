@@ -6,8 +6,8 @@
 
 namespace touchfield {
 
-/// What bytes are that stand where a text or a mesh should, by how they begin, with the remedy: a Git LFS pointer, an
-/// HTML page, a packed file, a PDF, an image, HDF5, UTF-16 or UTF-32 text. Nothing if they are none of these.
+/// The kind of bytes that stand where a text or a mesh should, by how they begin, with the remedy. It knows a Git LFS
+/// pointer, an HTML page, a packed file, a PDF, an image, HDF5, UTF-16 or UTF-32 text. Nothing for any other bytes.
 ///
 /// returns   e.g. "a Git LFS pointer, not the file itself: run git lfs pull"
 std::optional<std::string> foreign_kind(std::string_view bytes);

@@ -23,9 +23,9 @@ struct WorkOutput {
 
 using Emit = std::function<void(std::string_view)>;
 
-/// Does work on what nobody vouches for in a copy of this process: a crash, an endless loop or a hunger for memory ends
-/// there, and nothing of it comes back but bytes, which the caller must check in turn. Threads do not exist in the
-/// copy, so the work must not use OpenMP or BLAS; what it prints is lost.
+/// Does work on untrusted data in a copy of this process. A crash, an endless loop or excessive use of memory ends
+/// there. Only bytes come back from it, which the caller must check in turn. Threads do not exist in the copy, so the
+/// work must not use OpenMP or BLAS. Anything that it prints is lost.
 ///
 /// subject  of the sentence that says which limit was met or how the copy ended: "x.h5: is damaged: reading it"
 /// work     calls its argument with what it has found, piece by piece

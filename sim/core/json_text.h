@@ -5,8 +5,9 @@
 
 namespace touchfield {
 
-/// How bytes go through a library of JSON that takes UTF-8 alone: a byte that is no part of a character as one of the
-/// last 128 of Unicode, U+10FF80 to U+10FFFF, which nobody uses. Where they are used each of their bytes goes so.
+/// Bytes as text for a library of JSON that takes UTF-8 alone, and back. A byte that is not part of a character becomes
+/// one of the last 128 characters of Unicode, U+10FF80 to U+10FFFF, which nobody uses. Where a text does use them, each
+/// of their bytes is replaced in this way.
 std::string bytes_in_characters(const std::string& bytes);
 std::string characters_in_bytes(const std::string& text);
 

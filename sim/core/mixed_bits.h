@@ -4,8 +4,8 @@
 
 namespace touchfield {
 
-/// 64 bits that look random, made of a number: one and the same everywhere, so that what is drawn by numbers that count
-/// along depends neither on the order nor on threads. The step and the finaliser of splitmix64.
+/// 64 bits that look random, made of a number. They are the same everywhere. So values drawn by consecutive numbers
+/// depend neither on their order nor on threads. The step and the finaliser of splitmix64.
 ///
 /// source   Steele, Lea and Flood, Fast splittable pseudorandom number generators, OOPSLA 2014
 constexpr std::uint64_t mixed_bits(std::uint64_t number) {

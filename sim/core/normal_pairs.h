@@ -8,8 +8,8 @@
 
 namespace touchfield {
 
-/// Random numbers that a seed gives alike on every machine, but for the rounding of log, cos and sin: pairs of
-/// independent normal numbers of mean 0 and deviation 1, and uniform ones to the bit.
+/// Random numbers of a seed: pairs of independent normal numbers of mean 0 and deviation 1, and uniform ones. The pairs
+/// are the same on every machine but for the rounding of log, cos and sin. The uniform ones are the same to the bit.
 ///
 /// source   Box and Muller 1958
 class NormalPairs {

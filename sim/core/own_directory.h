@@ -7,9 +7,9 @@
 
 namespace touchfield {
 
-/// A directory in which this process alone works while the object lives, or with others that share it, by the kernel's
-/// lock (flock) on the directory itself. That needs no file, and ends with the process, however that ends. Processes
-/// that are started do not inherit it; copies of this one (fork) lose it with the object.
+/// A directory in which this process alone works while the object lives, or with others that share it. This is by the
+/// kernel's lock (flock) on the directory itself. The lock needs no file, and ends with the process, however that ends.
+/// Processes that are started do not inherit it; copies of this one (fork) lose it with the object.
 class OwnDirectory {
  public:
   /// path       of the directory, or of a link to it

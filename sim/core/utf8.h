@@ -10,8 +10,9 @@ namespace touchfield {
 /// surrogates are not characters.
 std::size_t character_length(std::string_view text, std::size_t place);
 
-/// A text as a terminal may show it: each control character but tab and end of line, and each mark that turns the
-/// direction of writing, as JSON writes it, \u001b. So JSON stays the same JSON, and no text moves the cursor.
+/// A text as a terminal may show it. Control characters other than tab and end of line are written as in JSON, \u001b.
+/// Marks that turn the direction of writing are written in the same way. So JSON stays the same JSON, and no text moves
+/// the cursor.
 std::string visible_text(std::string_view text);
 
 /// The same of what is part of a line: tabs and ends of lines too.

@@ -9,7 +9,7 @@
 
 namespace touchfield {
 
-/// Distance, in square roots of the area, from which one point stands for a face, as in the scheme itself: the static
+/// Distance, in square roots of the area, from which one point stands for a face, as in the scheme itself. The static
 /// kernel's integral is then within about 1 %.
 inline constexpr double kFarDistance = 5.0;
 
@@ -19,8 +19,8 @@ struct FieldValues {
   std::vector<unsigned char> inside;  // J: 1 inside the body
 };
 
-/// Accuracy of sums over faces by a grid, for choose_grid: the field's difference from sums pair by pair is 2e-5 to
-/// 3e-5 of its size (rms), 2e-4 at the worst of some 10,000 points.
+/// Accuracy of sums over faces by a grid, for choose_grid. The field's difference from sums pair by pair is 2e-5 to
+/// 3e-5 of its size (rms). It is 2e-4 at the worst of some 10,000 points.
 inline constexpr double kFieldTolerance = 3e-5;
 
 /// The box round points that ask for a field [m], how many they are, and the solutions.
@@ -40,16 +40,16 @@ struct FieldSums {
 };
 FieldSums choose_field_sums(const TriangleMesh& mesh, const Wave& wave, const FieldPoints& points);
 
-/// What the boundary integral gives at any point, inside the body too (there it should vanish),
+/// The value of the boundary integral at any point, inside the body too (there it should vanish):
 ///
 ///   p(x) = G(x) q + sum_f p_f int_f dg/dn_y (x, y) dS_y
 ///
-/// one point per face at five face sizes (square root of the area) or more, the integral over the face nearer by. The
-/// error is that of a constant pressure on each face; one edge length or more from the skin it is about that of the
-/// surface pressure itself. Large bodies and many points go through a grid (choose_field_sums).
+/// A face has one point at five face sizes (square root of the area) or more. Nearer by, the integral over the face is
+/// taken. The error is that of a constant pressure on each face. One edge length or more from the skin it is about that
+/// of the surface pressure itself. Large bodies and many points go through a grid (choose_field_sums).
 ///
 /// points     3 x J [m]
-/// surface    M x S [Pa]: pressures on the faces, one column a solution
+/// surface    M x S [Pa]: pressures on the faces, one column per solution
 /// drive      N x S: the drives that caused them
 /// returns    the integral as it is, and which points have a solid angle of more than 2 pi, i.e. lie inside
 FieldValues boundary_integral(const TriangleMesh& mesh, const TransducerArray& array, const Wave& wave,

@@ -121,9 +121,9 @@ class GpuBody {
   virtual void pressures(GpuComplex* all) = 0;
   /// With H = P V^H, V the drives of P, rows of H, count x N.
   virtual void rows(const int* faces, int count, GpuComplex* rows) = 0;
-  /// The few rows R, with R^H R = H^H diag(weights) H but for eigenvalues of at most tolerance^2 of the largest, as
-  /// reduced_skin_problem has them (sim/target/skin_reduction.h): how many they are and what they leave out; then
-  /// these, rank x N.
+  /// The few rows R, with R^H R = H^H diag(weights) H but for eigenvalues of at most tolerance^2 of the largest. They
+  /// are those of reduced_skin_problem (sim/target/skin_reduction.h). reduce() says how many they are and what they
+  /// leave out. reduced() gives the rows, rank x N.
   struct Reduction {
     int rank = 0;
     double left_out = 0;
@@ -170,8 +170,8 @@ class Gpu : public PhaseDevice {
   virtual std::size_t allowed() const = 0;
 
   virtual std::unique_ptr<GpuBody> body(const GpuBodySpec& spec) = 0;
-  /// The field at points by the sums over a surface's faces, of `body` the mesh and the wavenumber; points in as many
-  /// parts as there is room for.
+  /// The field at points by the sums over a surface's faces. `body` gives the mesh and the wavenumber. The points are
+  /// taken in parts that fit into memory.
   ///
   /// accuracy   3e-7 of each face's part, which add up like errors at random; which faces are near as the processor has
   ///            it, to the last one
