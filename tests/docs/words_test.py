@@ -80,6 +80,15 @@ class Words(unittest.TestCase):
         (self.root / "scripts/other").write_text("#!/usr/bin/env bash\n# Look anew.\n")
         self.assertEqual(self.words("--sources").stdout, "scripts/tool:4: `anew`: write `again`\n")
 
+    def test_a_long_sentence_of_a_header_is_found(self):
+        long = "This sentence has " + "many " * 22 + "words."
+        (self.root / "sim/text.h").write_text(f"/// Short one. {long[:47]}\n/// {long[48:]} And a short one.\nint a;\n")
+        self.assertIn("sim/text.h:1: 26 words: This sentence", self.words("--sources").stdout)
+        for kept in (f"/// {long.replace('many ', '', 1)}\n", f"///   {long}\n", f"// One.\nint a;  // {long[:47]}\n// {long[48:]}\n",
+                     f"/// {long[:47]}\n///\n/// {long[48:]}\n", f"/// x   {long[:47]}\n/// y   {long[48:]}\n"):
+            (self.root / "sim/text.h").write_text(kept)
+            self.assertEqual(self.words("--sources").stdout, "", kept)
+
     def test_older_changes_stay_as_they_are(self):
         (self.root / "CHANGELOG.md").write_text("# Changes\n\n## [2]\n\nAll new.\n\n## [1]\n\nLook anew.\n")
         self.assertEqual(self.words().stdout, "")
