@@ -1,4 +1,4 @@
-"""How much the result depends on assumptions that the published study leaves open: one change at a time."""
+"""Effects of assumptions that the published study leaves open, one change at a time."""
 
 import json
 
@@ -13,7 +13,7 @@ METHODS = ["surface", "paper", "unscattered", "focus"]
 
 
 def in_words(row, inputs):
-    """What a case changes, for a reader."""
+    """Describes the change of a case."""
     said = []
     for key in inputs:
         value = row[key]
@@ -27,7 +27,7 @@ def in_words(row, inputs):
         elif key == "medium.temperature_c":
             said.append(f"air at {value} C")
         elif key == "target.pressure_pa":
-            said.append(f"wanted {float(value) / 1e3:g} kPa")
+            said.append(f"wanted pressure {float(value) / 1e3:g} kPa")
         elif key == "target.box.size_mm":
             said.append("box {} x {} x {} mm".format(*json.loads(value)))
         elif key == "array":
@@ -37,14 +37,14 @@ def in_words(row, inputs):
             breadth = value.split("breadth_mm: ")[1].split(",")[0]
             said.append(f"hand {breadth} mm broad")
         elif key == "body.edge_mm":
-            said.append(f"mesh of {value.split('near_target: ')[1].split(',')[0]} mm near the target")
+            said.append(f"edges of {value.split('near_target: ')[1].split(',')[0]} mm near the target")
         else:
             said.append(f"{key} {value}")
     return ", ".join(said)
 
 
 def read(folder):
-    """[(what changed, {method: row})] of the sweep's cases, the unchanged scene first."""
+    """[(change, {method: row})] of the cases of a sweep, with the unchanged scene first."""
     rows = [row for row in table(folder / "sweep.csv") if row["status"] == "ok"]
     columns = list(rows[0])
     inputs = columns[columns.index("status") + 1:columns.index("name")]
@@ -65,8 +65,8 @@ def figure(changes, path):
                   label=LABELS[method])
         right.plot([float(known[method]["width_mm"]) for _, known in changes], places, **style)
     left.set_yticks(places, [what for what, _ in changes])
-    left.set_xlabel("judged error [%]")
-    right.set_xlabel("width at half of the largest |p|^2 [mm]")
+    left.set_xlabel("evaluated error [%]")
+    right.set_xlabel("full width at half maximum of |p|^2 [mm]")
     right.axvline(float(changes[0][1]["surface"]["width_wanted_mm"]), color="red", linewidth=0.9)
     for axes in (left, right):
         axes.grid(axis="y", color="0.9")
@@ -77,7 +77,7 @@ def figure(changes, path):
 
 
 def summary(changes):
-    """Header and rows: the judged error of each method, what scattering in the solver brings, the width."""
+    """Header and rows: evaluated error of each method, effect of scattering in the solver, width. The header names CSV columns too."""
     header = ["what changes", *(f"`{method}`" for method in METHODS), "`paper` - `unscattered` [points]",
               "width by `surface` / `paper` / `unscattered` [mm]"]
     rows = []
@@ -97,9 +97,11 @@ def sentences(changes):
     base = changes[0][1]
     errors = [(float(known["surface"]["relative_error"]), what) for what, known in changes]
     worse = [what for value, what in gains if value <= 0]
-    said = [f"As shipped, scattering in the solver lowers the judged error by {100 * gain(base):.1f} points of per cent; over all "
-            f"changes by {100 * min(gains)[0]:.1f} ({min(gains)[1]}) to {100 * max(gains)[0]:.1f} ({max(gains)[1]}).",
-            f"The error of `surface` goes from {percent(min(errors)[0])} ({min(errors)[1]}) to {percent(max(errors)[0])} "
-            f"({max(errors)[1]})."]
-    said.append("It helps in every case tried." if not worse else "It does not help with: " + "; ".join(worse) + ".")
+    said = [f"In the scene as shipped, scattering in the solver lowers the evaluated error by {100 * gain(base):.1f} percentage points. "
+            f"Over all changes, the reduction is {100 * min(gains)[0]:.1f} ({min(gains)[1]}) to {100 * max(gains)[0]:.1f} "
+            f"({max(gains)[1]}) points."]
+    said.append("Scattering in the solver lowers the error in all cases." if not worse else
+                "Scattering in the solver does not lower the error with: " + "; ".join(worse) + ".")
+    said.append(f"The error of `surface` is {percent(min(errors)[0])} ({min(errors)[1]}) to {percent(max(errors)[0])} "
+                f"({max(errors)[1]}).")
     return said

@@ -1,4 +1,4 @@
-"""Error and time of the iterations: cost and evaluated error by iteration, time by size and error."""
+"""Cost, evaluated error and time of the iterations, and time and error of the schemes."""
 
 import re
 
@@ -11,11 +11,11 @@ from matplotlib import pyplot  # noqa: E402
 from runs import LABELS, STYLES, attributes, cases, costs, number, percent, size_of, table  # noqa: E402
 
 METHODS = ["surface", "paper", "unscattered"]
-MARKED = (5, 10, 30)  # iterations the published study speaks of
+MARKED = (5, 10, 30)  # numbers of iterations in the published study
 
 
 def errors(folder):
-    """{method: (iterations, judged errors)} of a run that holds METHOD_NN for several NN."""
+    """{method: (iterations, evaluated errors)} of a run that has METHOD_NN for several NN."""
     found = {}
     for name, known in attributes(folder).items():
         method, count = name.rsplit("_", 1)
@@ -24,7 +24,7 @@ def errors(folder):
 
 
 def longest_costs(folder):
-    """{method: cost before the first and after each iteration}, of the longest run of each method."""
+    """{method: cost before the first and after each iteration} of the longest run of each method."""
     found = {}
     for name, cost in costs(folder).items():
         method = name.rsplit("_", 1)[0]
@@ -51,12 +51,12 @@ def convergence_figure(work, path):
     for start, filled in (("cold", True), ("warm", False)):
         for method, (counts, values) in errors(work / "convergence" / start).items():
             style = STYLES[method] | {"markerfacecolor": STYLES[method]["color"] if filled else "white",
-                                      "label": f"{LABELS[method]}, " + ("from zero" if filled else "from the frame before"),
+                                      "label": f"{LABELS[method]}, " + ("from zero" if filled else "from the previous frame"),
                                       "linewidth": 1.6 if filled else 0.9}
             cost = found[start][method]
             least = min(one[method].min() for one in found.values())
             marks = [count for count in MARKED if count < len(cost)]
-            above = numpy.where(cost > least, cost / least - 1, numpy.nan)  # the least itself has no place on the scale
+            above = numpy.where(cost > least, cost / least - 1, numpy.nan)  # a logarithmic scale has no place for 0
             left.plot(numpy.arange(len(cost)), above, **style, markevery=marks)
             right.plot(counts, 100 * numpy.array(values), **style,
                        markevery=[i for i, count in enumerate(counts) if count in MARKED])
@@ -66,15 +66,15 @@ def convergence_figure(work, path):
         axes.set_xlabel("iteration (marked: 5, 10 and 30)")
         axes.set_xlim(0, 31)
     left.set_yscale("log")
-    left.set_ylabel("cost above the method's own least, as a share of it")
-    right.set_ylabel("judged error [%]")
+    left.set_ylabel("cost above the least of the method, relative")
+    right.set_ylabel("evaluated error [%]")
     right.legend(fontsize=9)
     drawing.savefig(path, dpi=90)
     pyplot.close(drawing)
 
 
 def from_there_on(counts, values, last, within=0.005):
-    """The first count from which on every value stays within reach of the last; None if the last one does not."""
+    """The first count from which all values are within reach of `last`. None if the final value is not."""
     found = None
     for count, value in zip(counts, values):
         near = abs(value - last) < within
@@ -83,25 +83,26 @@ def from_there_on(counts, values, last, within=0.005):
 
 
 def convergence_sentences(rows):
-    """What rows of convergence.csv say."""
+    """Sentences from rows of convergence.csv."""
     said = []
     for method in METHODS:
         points = {start: [(int(row["iterations"]), float(row["relative_error"])) for row in rows
                           if (row["method"], row["start"]) == (method, start)] for start in ("cold", "warm")}
         final, last = points["cold"][-1]
 
-        def since(start):
+        def stays(start, value):
             found = from_there_on(*zip(*points[start]), last)
-            return "never" if found is None else f"from iteration {found} on"
+            return f"does not stay within half a percentage point of {value}" if found is None else \
+                f"is within half a percentage point of {value} from iteration {found} onwards"
 
-        said.append(f"`{method}` stays within half a point of per cent of its judged error after {final} iterations from zero "
-                    f"({percent(last)}): {since('cold')} from zero, {since('warm')} from the frame before (tried: "
-                    f"{', '.join(str(count) for count, _ in points['cold'])}).")
+        said.append(f"`{method}` has an evaluated error of {percent(last)} after {final} iterations from zero. "
+                    f"From zero, the error {stays('cold', 'this value')}. From the previous frame, it {stays('warm', 'it')}. "
+                    f"The tried numbers of iterations are {', '.join(str(count) for count, _ in points['cold'])}.")
     return said
 
 
 def iteration_times(folder):
-    """Seconds of an iteration and of what comes once, from runs of few and of many steps: rows, one a case."""
+    """Times of an iteration and of the preparation, from runs of few and of many steps. One row per case."""
     rows = []
     for case in cases(folder):
         known = attributes(case)
@@ -124,18 +125,17 @@ def spread(rows, column, unit):
 
 
 def times_sentences(by_faces, by_channels):
-    """What the two tables say of an iteration and of what comes once."""
-    def times(rows, key):
-        return f"{int(rows[-1][key]) / int(rows[0][key]):.1f} times the {key}"
-
+    """Sentences from both tables: time per iteration, time of the preparation."""
     said = []
     for rows, key in ((by_faces, "faces"), (by_channels, "channels")):
-        said.append(f"From {rows[0][key]} to {rows[-1][key]} {key}, {times(rows, key)}, an iteration takes "
-                    + " and ".join(f"{number(rows[0][column])} to {number(rows[-1][column])} ms by `{method}` (all: "
-                                   f"{spread(rows, column, 'ms')})" for method in ("surface", "paper")
-                                   for column in (f"{method}_ms_an_iteration",))
-                    + ", what comes once " + " and ".join(f"{number(rows[0][f'{method}_once_s'])} to "
-                                                          f"{number(rows[-1][f'{method}_once_s'])} s" for method in ("surface", "paper")) + ".")
+        factor = int(rows[-1][key]) / int(rows[0][key])
+        of_surface, of_paper = (f"from {number(rows[0][column])} to {number(rows[-1][column])} ms "
+                                f"(all cases: {spread(rows, column, 'ms')})"
+                                for column in ("surface_ms_an_iteration", "paper_ms_an_iteration"))
+        said.append(f"From {rows[0][key]} to {rows[-1][key]} {key} ({factor:.1f} times as many), the time per iteration of `surface` "
+                    f"changes {of_surface}. That of `paper` changes {of_paper}. The time of preparation and first iteration changes "
+                    + " and ".join(f"from {number(rows[0][column])} to {number(rows[-1][column])} s for `{method}`"
+                                   for method in ("surface", "paper") for column in (f"{method}_once_s",)) + ".")
     return said
 
 
@@ -147,7 +147,7 @@ def times_figure(by_faces, by_channels, path):
             axes.plot([row[key] for row in rows], [float(row[f"{method}_ms_an_iteration"]) for row in rows],
                       **STYLES[method], label=LABELS[method])
         axes.set_xlabel(label)
-        axes.set_ylabel("time of an iteration [ms]")
+        axes.set_ylabel("time per iteration [ms]")
         axes.set_xlim(left=0)
         axes.set_ylim(bottom=0)
         axes.legend()
@@ -170,18 +170,18 @@ def study_figure(work, path):
                      edgecolors="0.25")
         axes.scatter([], [], marker=marker, s=42, facecolors="white", edgecolors="0.25", label=scheme)
     best = sorted((float(row["seconds"]), 100 * float(row["error_reference"])) for row in rows if row["pareto"] == "1")
-    axes.plot(*zip(*best), color="0.25", linewidth=0.9, label="no other is both faster and nearer (filled)")
+    axes.plot(*zip(*best), color="0.25", linewidth=0.9, label="Pareto front (filled)")
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_xlabel("time to solve [s]")
-    axes.set_ylabel("error of the pressure on the skin [%]")
+    axes.set_ylabel("relative error of the pressure on the skin [%]")
     axes.legend(fontsize=9)
     drawing.savefig(path, dpi=90)
     pyplot.close(drawing)
 
 
 def study_table(work):
-    """The rungs that nothing beats: header and rows."""
+    """Header and rows of the Pareto front: no other row is both faster and more accurate."""
     best = sorted((row for row in study_rows(work) if row["pareto"] == "1"), key=lambda row: float(row["seconds"]))
     header = ["scheme", "edge [mm]", "faces", "precision", "solver", "seconds", "error"]
     return header, [[row["scheme"], f"{float(row['edge_mm']):.2f}", row["faces"], row["precision"], row["solver"],

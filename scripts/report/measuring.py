@@ -1,4 +1,4 @@
-"""Series and meshes of the tests, for scripts that measure the program with them."""
+"""Lets measuring scripts use the series and meshes of the tests."""
 
 import os
 import pathlib
@@ -8,7 +8,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
 def begin(words):
-    """Says what the script does if asked; else makes the tests' modules importable, for the program that it is given first."""
+    """Prints `words` for --help. Otherwise makes the modules of the tests importable; the first argument is the program."""
     if {"-h", "--help"} & set(sys.argv[1:]):
         print(words, end="")
         sys.exit()

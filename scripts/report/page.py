@@ -1,4 +1,4 @@
-"""The report: figures, tables, Markdown, and one HTML page with all of them."""
+"""Writes the report: figures, tables, Markdown, and one HTML page that contains all of them."""
 
 import base64
 import json
@@ -27,31 +27,31 @@ STYLE = """body { max-width: 62em; margin: 2em auto; padding: 0 1em; font: 16px/
 img { max-width: 100%; } table { border-collapse: collapse; font-size: 85%; display: block; overflow-x: auto; }
 th, td { border: 1px solid #bbb; padding: .2em .5em; text-align: left; } code { background: #f2f2f2; }"""
 
-OPEN = """The published study does not say how fast sound was taken to be, how the transducers' directivity and amplitude were
-modelled, where the array was, how high the finger was above it, which mesh the hand had, how strong and how long the boxes
-were."""
+OPEN = """The published study does not give the speed of sound, nor the directivity and amplitude of the transducers. It does not give
+the place of the array, the height of the finger above it, or the mesh of the hand. The pressure and the length of the boxes are
+not given either."""
 
 
 def taken(work):
-    """What the scenes take for what the study leaves open, from the scene that ran."""
+    """The values of the scenes that the study leaves open, read from the runs."""
     known = settings(work / "panels/width_8mm", [
         "medium.temperature_c", "array.directivity", "array.source_pa_m", "array.grid.count", "array.grid.pitch_mm", "array.at_mm",
         "body.place.at_mm", "body.edge_mm.near_target", "body.edge_mm.far", "target.pressure_pa", "array.level"])
     columns, lines = json.loads(known["array.grid.count"])
     boxes = [json.loads(settings(work / "panels" / name, ["target.box.size_mm"])["target.box.size_mm"])
              for name in SCENES if name.startswith("width_")]
-    return (f"Taken here: air at {known['medium.temperature_c']} C, directivity `{known['array.directivity']}`, "
-            f"{known['array.source_pa_m']} Pa m per transducer at full level, level {known['array.level']}, a flat array of {columns} x {lines} ({columns * lines:,} transducers, "
-            f"{known['array.grid.pitch_mm']} mm apart), its middle at {known['array.at_mm']} mm, the pad at "
-            f"{known['body.place.at_mm']} mm, the built-in hand, edges of {known['body.edge_mm.near_target']} mm near the target and "
-            f"{known['body.edge_mm.far']} mm elsewhere, boxes of "
-            + ", ".join(" x ".join(f"{side:g}" for side in box) for box in boxes)
-            + f" mm, centred at the pad, {number(float(known['target.pressure_pa']) / 1e3)} kPa. What changing them changes, one at a "
-            "time, for the 8 mm box:")
+    return (f"The scenes have air at {known['medium.temperature_c']} C and the directivity `{known['array.directivity']}`. The "
+            f"strength of a transducer is {known['array.source_pa_m']} Pa m at full level, and the level is {known['array.level']}. "
+            f"The flat array has {columns} x {lines} = {columns * lines:,} transducers with a pitch of {known['array.grid.pitch_mm']} "
+            f"mm. Its centre is at {known['array.at_mm']} mm, and the pad is at {known['body.place.at_mm']} mm. The built-in hand has "
+            f"edges of {known['body.edge_mm.near_target']} mm near the target and {known['body.edge_mm.far']} mm elsewhere. The boxes "
+            "are centred at the pad. They measure " + ", ".join(" x ".join(f"{side:g}" for side in box) for box in boxes)
+            + f" mm, and the wanted pressure is {number(float(known['target.pressure_pa']) / 1e3)} kPa. The figure and the table "
+            "show the effect of one change at a time for the 8 mm box:")
 
 
 def is_done(work, *parts):
-    """Whether every step of these parts was done."""
+    """Whether all steps of these parts are done."""
     return all(stamps and all(stamp["done"] for stamp in stamps) for stamps in (steps_of(work, part) for part in parts))
 
 
@@ -60,7 +60,7 @@ def lines_of(items):
 
 
 def seconds_of(work):
-    """[(part, seconds)] of the steps, a part being the first folder of a step's name."""
+    """[(part, seconds)] of the steps. The part is the first folder in the name of a step."""
     parts = {}
     for stamp in sorted((work / "steps").glob("*.json")):
         kept = json.loads(stamp.read_text())
@@ -70,7 +70,7 @@ def seconds_of(work):
 
 
 class Page:
-    """Markdown that grows, with figures numbered."""
+    """Markdown text with numbered figures and tables."""
 
     def __init__(self):
         self.parts = []
@@ -85,17 +85,17 @@ class Page:
         self.add(f"![Figure {self.figures}](figures/{name})\n\n*Figure {self.figures}. {caption} Made by {origin.caption()}*")
 
     def table(self, name, header, rows, origin):
-        """A table of text, and where all of it is."""
+        """A table of text, with a link to the full table."""
         self.tables += 1
         self.add(markdown_table(header, rows))
-        self.add(f"*Table {self.tables}, of [tables/{name}](tables/{name}). Made by {origin.caption()}*")
+        self.add(f"*Table {self.tables}. The full table is [tables/{name}](tables/{name}). Made by {origin.caption()}*")
 
     def text(self):
         return "\n\n".join(self.parts) + "\n"
 
 
 def html_of(text, folder):
-    """One file: pictures as data."""
+    """One HTML page that contains its pictures."""
     body = markdown.markdown(text, extensions=["tables"])
     body = re.sub(r'src="(figures/[^"]+)"', lambda found: 'src="data:image/png;base64,'
                   + base64.b64encode((folder / found[1]).read_bytes()).decode("ascii") + '"', body)
@@ -111,47 +111,52 @@ def add_panels(page, work, report):
     rows = panels.metric_rows(work, names, "panels")
     write_table(report / "tables/metrics.csv", rows, origin)
     page.add("## Patterns on the skin")
-    page.figure("panels.png", "What is wanted, and abs p on the skin by the published method with scattering in the solver, by the same "
-                "without, by `surface`, and by a plain focus. Seen from the array (x to the left), the target outlined in white; one "
-                "scale of colours a row, from 0 to 1.5 times the largest wanted pressure. Error: relative L2 of abs p over the whole "
-                "skin after the best scale; width: of |p|^2 at half of its maximum. Both of the judge that the scene names.", origin)
+    page.figure("panels.png", "Wanted pressure, and absolute pressure on the skin by `paper`, `unscattered`, `surface` and `focus`. "
+                "The view is from the array, with x to the left. The target has a white outline. Each row has one colour scale, from "
+                "0 to 1.5 times the largest wanted pressure. The error is the relative L2 error over the whole skin after the best "
+                "common scale. The width is the full width at half maximum of |p|^2. Both refer to the evaluation mesh of the scene.",
+                origin)
     page.add(lines_of(panels.sentences(rows, names)))
     page.table("metrics.csv", *panels.short_table(rows), origin)
-    page.add("`gap`: how far the method is, provably at most, from the best that any phases can do on `surface`'s cost, for the "
-             "matrix that was computed. docs/metrics.md defines the metrics.")
+    page.add("The optimality gap is the relative distance of the cost from the optimality bound. No phases can lower the cost of "
+             "`surface` by more than that, for the computed matrix. docs/metrics.md defines the metrics.")
     if (work / "autd3").exists():
         rows, origin = panels.metric_rows(work, names, "autd3"), made(work, "autd3")
         write_table(report / "tables/metrics_autd3.csv", rows, origin)
         channels = size_of(work / "autd3" / names[0])[1]
-        page.add(f"### The same on AUTD3 units\n\n{channels:,} transducers as a real array has them (scenes/autd3), whose phases "
-                 "`touchfield send` can push to the device.")
+        page.add(f"### Patterns with AUTD3 units\n\nThese runs (scenes/autd3) have the {channels:,} transducers of a real array. "
+                 "`touchfield send` can send their phases to the device.")
         page.add(lines_of(panels.sentences(rows, names)))
         page.table("metrics_autd3.csv", *panels.short_table(rows), origin)
 
 
 def add_claims(page, work, shares, quick):
-    page.add("## What was published, and what is found here")
+    page.add("## Published statements and results")
     page.add(markdown_table(claims.HEADER, claims.rows(
         panels.metric_rows(work, list(SCENES), "panels"), curves.convergence_rows(work), curves.iteration_times(work / "faces"),
         shares, delays.delay_rows(delays.plays(work / "delays", "held")[0], delays.plays(work / "delays", "predicted"),
                                        course.translations(quick)) if is_done(work, "delays") else [])))
-    page.add("Every row is explained below. The model has steady sound, a rigid skin, equal transducers, and nothing of what people feel.")
+    page.add("The sections below explain every row. The model assumes steady sound, a rigid skin and equal transducers. It does not "
+             "model perception.")
 
 
 def add_whole_hand(page, work, report):
     rows, origin = whole_hand.finger_rows(work), made(work, "finger", "panels")
     write_table(report / "tables/finger.csv", rows, origin)
-    page.add("## What a finger alone would have said\n\nThe published figure shows fingers. Here each finger ends 50 mm from the target, and "
-             "nothing else is there: phases are found and judged on it. Then the same phases sound on the whole hand.")
+    page.add("## A finger alone and the whole hand\n\nThe published figure shows fingers. In these runs the body is a finger that "
+             "ends 50 mm from the target. Phases are found and evaluated on this finger. Then the same phases are evaluated on the "
+             "whole hand.")
     page.add(lines_of(whole_hand.finger_sentences(rows)))
-    page.table("finger.csv", ["scene", "method", "error of the finger alone", "its phases on the hand", "phases of the hand there"],
+    page.table("finger.csv", ["scene", "method", "error on the finger alone", "error of its phases on the hand",
+                              "error of phases found for the hand"],
                [[row["scene"], f"`{row['method']}`", *(percent(value) for value in list(row.values())[2:])] for row in rows], origin)
     rows, origin = whole_hand.arm_rows(work), made(work, "forearm", "panels")
     write_table(report / "tables/forearm.csv", rows, origin)
-    page.add("### The arm behind the hand")
+    page.add("### Effect of the arm\n\nThese runs evaluate phases on a hand with a forearm of 250 mm. Phases that were found with the "
+             "forearm know the arm. Phases that were found for the hand do not know it.")
     page.add(lines_of(whole_hand.arm_sentences(rows)))
-    page.table("forearm.csv", ["scene", "p^2 on the arm, unknown", "known", "error of `surface`, arm unknown", "known", "`paper`, known",
-                               "`unscattered`, known"],
+    page.table("forearm.csv", ["scene", "share of p^2 on the arm, arm unknown", "arm known", "error of `surface`, arm unknown",
+                               "arm known", "error of `paper`, arm known", "error of `unscattered`, arm known"],
                [[row["scene"], *(percent(value) for value in list(row.values())[1:7])] for row in rows], origin)
 
 
@@ -159,12 +164,12 @@ def add_sequences(page, work, report, quick):
     origin = made(work, "panels/width_8mm")
     rows = sequences.kept_rows(work, quick, origin)
     write_table(report / "tables/sequences.csv", rows, origin)
-    page.add("## Several patterns in quick succession\n\nWould skin that feels the mean square of the pressure over a sequence of "
-             "patterns be served better by one? For the 8 mm box, sequences from random phases, each improved by limited-memory "
-             "BFGS as a whole (scripts/report/sequences.py).")
+    page.add("## Fast sequences of patterns\n\nSkin may feel the mean square of the pressure over a fast sequence of patterns. Is a "
+             "sequence then closer to the wanted pattern than one pattern? For the 8 mm box, each sequence starts from random phases. "
+             "Limited-memory BFGS improves it as a whole (scripts/report/sequences.py).")
     page.add(lines_of(sequences.sentences(rows)))
     shown = ["frames", "starts", "cost_pa2m2", "misfit", "above_bound"]
-    page.table("sequences.csv", ["patterns", "starts", "least cost [Pa2 m2]", "misfit", "above the bound, as a share of it"],
+    page.table("sequences.csv", ["patterns", "starts", "least cost [Pa2 m2]", "misfit", "relative distance from the bound"],
                [[row[key] for key in shown] for row in rows], origin)
 
 
@@ -174,49 +179,56 @@ def add_curves(page, work, report):
     rows = curves.convergence_rows(work)
     curves.convergence_figure(work, report / "figures/convergence.png")
     write_table(report / "tables/convergence.csv", rows, origin)
-    page.figure("convergence.png", "The 8 mm box. Left: cost of each method, above the least it ever reached; each method has a cost of its "
-                "own. Right: judged error. Filled marks, thick: from zero. Hollow, thin: from the phases of the frame before, the hand "
-                "1 mm away (20 mm/s at the published 20 frames a second). Numbers: [tables/convergence.csv](tables/convergence.csv).",
-                origin)
+    page.figure("convergence.png", "Convergence for the 8 mm box. Left: cost above the least cost of the same method. The costs of "
+                "different methods are not comparable. Right: evaluated error. Thick lines with filled marks start from zero phases. "
+                "Thin lines with hollow marks start from the phases of the previous frame. The hand was then 1 mm away (20 mm/s at the "
+                "published 20 frames per second). [tables/convergence.csv](tables/convergence.csv) has the numbers.", origin)
     page.add(lines_of(curves.convergence_sentences(rows)))
 
-    page.add("## Time of an iteration")
+    page.add("## Time per iteration")
     by_faces, by_channels = curves.iteration_times(work / "faces"), curves.iteration_times(work / "parameters")
     curves.times_figure(by_faces, by_channels, report / "figures/iteration_time.png")
     ran = provenance(work / "panels" / "width_8mm")
-    page.figure("iteration_time.png", f"Left: against the faces of the body, {by_faces[0]['channels']} transducers. Right: against the "
-                f"transducers, {by_channels[0]['faces']} faces. {ran['threads']} threads of a machine that others may use as well "
-                f"({curves.processor()}): compare what lies side by side. The published times, 10 ms at 10,000 faces and 1,496 "
-                "transducers on an RTX 2080 Ti, are of a graphics card.", made(work, "faces", "parameters"))
+    page.figure("iteration_time.png", f"Time per iteration. Left: for different numbers of faces, with {by_faces[0]['channels']} "
+                f"transducers. Right: for different numbers of transducers, with {by_channels[0]['faces']} faces. The program ran with "
+                f"{threads(ran)} on {curves.processor()}. Other programs may have used the same computer, so compare only times "
+                "in this figure. The published time is that of a graphics card: 10 ms at 10,000 faces and 1,496 transducers on an "
+                "RTX 2080 Ti.", made(work, "faces", "parameters"))
     page.add(lines_of(curves.times_sentences(by_faces, by_channels)))
     for name, part, rows in (("iteration_faces", "faces", by_faces), ("iteration_channels", "parameters", by_channels)):
         origin = made(work, part)
         write_table(report / f"tables/{name}.csv", rows, origin)
-        page.table(f"{name}.csv", list(rows[0]), [list(row.values()) for row in rows], origin)
+        page.table(f"{name}.csv", ["faces", "transducers", "target faces", *(
+            f"`{method}`, {time}" for time in ("per iteration [ms]", "preparation and first iteration [s]")
+            for method in ("surface", "paper"))],
+                   [[row[key] for key in ("faces", "channels", "target_faces", "surface_ms_an_iteration", "paper_ms_an_iteration",
+                                          "surface_once_s", "paper_once_s")] for row in rows], origin)
 
 
 def add_study(page, work, report):
-    page.add("## Speed against error")
+    page.add("## Time and error of the schemes")
     origin = made(work, "study")
     curves.study_figure(work, report / "figures/speed_error.png")
     (report / "tables/study.csv").write_text(origin.head() + (work / "study" / "study.csv").read_text(), encoding="utf-8")
-    page.figure("speed_error.png", "Ways to solve for the pressure of one drive on the skin of the 8 mm scene (`touchfield study`), of its finger alone: scheme, mesh, solver, "
-                "precision. Error against the best scheme on a finer mesh than any of them.", origin)
+    page.figure("speed_error.png", "Time and error of the pressure of one excitation vector on the finger of the 8 mm scene "
+                "(`touchfield study`). Each mark is a combination of scheme, mesh, solver and precision. The reference for the error is "
+                "the best scheme on a mesh that is finer than all others. The table lists the Pareto front: no other combination is "
+                "both faster and more accurate.", origin)
     page.table("study.csv", *curves.study_table(work), origin)
 
 
 def add_assumptions(page, work, report):
     origin = made(work, "assumptions")
-    page.add(f"## What could not be compared\n\n{OPEN} {taken(work)}")
+    page.add(f"## Effect of open assumptions\n\n{OPEN} {taken(work)}")
     changes = assumptions.read(work / "assumptions")
     assumptions.figure(changes, report / "figures/assumptions.png")
     header, rows = assumptions.summary(changes)
     write_table(report / "tables/assumptions.csv", [dict(zip([name.replace("`", "") for name in header], row)) for row in rows],
                 origin)
-    page.figure("assumptions.png", "Judged error and rendered width of the 8 mm box when one thing changes. The red line: the width that is "
-                "wanted in the scene as shipped, faces' edges included.", origin)
+    page.figure("assumptions.png", "Evaluated error and width of the 8 mm box when one assumption changes. The red line is the wanted "
+                "width in the scene as shipped. It extends to the outer edges of the target faces.", origin)
     page.add(lines_of(assumptions.sentences(changes)))
-    page.table("assumptions.csv", header, rows, origin)
+    page.table("assumptions.csv", ["change", *header[1:]], rows, origin)
 
 
 def add_widths(page, work, report, trials, result):
@@ -243,7 +255,7 @@ def add_widths(page, work, report, trials, result):
 DELAYS = "## How much delay there is and what it does"
 CAMERAS = "## What it costs that cameras see the hand"
 ARRAYS = "## Patterns in time, tolerances and other arrays"
-AGAIN = "## Again"
+AGAIN = "## Reproduction"
 
 
 def add_delays(page, work, report, quick):
@@ -310,9 +322,13 @@ def add_arrays(page, work, report, quick):
         page.add(text)
 
 
-# Parts that can be put in by themselves, in order.
+# Parts that can be replaced separately, in order.
 LAST = {"delays": (DELAYS, add_delays), "cameras": (CAMERAS, add_cameras), "arrays": (ARRAYS, add_arrays)}
-KEPT = {"arrays"}  # made of kept tables, without steps
+KEPT = {"arrays"}  # uses existing tables, without steps
+
+
+def threads(ran):
+    return f"{ran['threads']} thread{'' if ran['threads'] == 1 else 's'}"
 
 
 def write_report(work, report, quick):
@@ -322,17 +338,25 @@ def write_report(work, report, quick):
         (report / part).mkdir(parents=True, exist_ok=True)
     ran = provenance(work / "panels" / "width_8mm")
     page = Page()
-    page.add("# Pressure patterns on the skin of a hand: the published analysis, reproduced and carried further")
+    page.add("# Pressure patterns on the skin of a hand: the published analysis reproduced and extended")
     if quick:
-        page.add("**A quick rehearsal: coarse meshes, an eighth of the transducers, few cases. Its numbers mean nothing.**")
-    page.add("The study: Matsubayashi, Makino, Shinoda, EuroHaptics 2020, doi 10.1007/978-3-030-58147-3_45. Methods: "
-             "`paper`, its optimisation, on this program's model of scattering; `unscattered`, its comparison, as if the hand did not "
-             "scatter; both with faces weighed by area, since the mesh is finer about the target; `paper_original` and "
-             "`unscattered_original`, faces alike and the model of scattering as it was published; `surface`, this program's; `focus`, "
-             "phase conjugation. Definitions: docs/theory.md, docs/metrics.md.")
+        page.add("**This is a quick rehearsal with coarse meshes, an eighth of the transducers and few cases. Its numbers mean "
+                 "nothing.**")
+    page.add("The study is Matsubayashi, Makino, Shinoda, EuroHaptics 2020, doi 10.1007/978-3-030-58147-3_45. These methods are "
+             "compared:")
+    page.add(lines_of(["`paper` is the published optimisation with the scattering model of this program. Faces are weighted by area.",
+                       "`unscattered` is the published comparison. It finds the phases as if the hand did not scatter. Faces are "
+                       "weighted by area.",
+                       "`paper_original` is `paper` as published, with the published scattering model and equal weights.",
+                       "`unscattered_original` is `unscattered` as published, with equal weights.",
+                       "`surface` is the method of this program.",
+                       "`focus` is phase conjugation."]))
+    page.add("Weights by area are needed because the mesh is finer near the target. docs/theory.md and docs/metrics.md have the "
+             "definitions.")
     revisions = made(work, *{stamp.stem.split("-")[0] for stamp in (work / "steps").glob("*.json")}).revisions
-    page.add(f"Computed by touchfield {ran['version']} ({' and '.join(revisions)}) with {ran['threads']} threads on "
-             f"{curves.processor()}." + ("" if len(revisions) == 1 else " **Of several revisions: the captions say what is of which.**"))
+    page.add(f"The results were computed by touchfield {ran['version']} ({' and '.join(revisions)}) with {threads(ran)} on "
+             f"{curves.processor()}."
+             + ("" if len(revisions) == 1 else " **They are from several revisions. The captions give the revision of each.**"))
     trials = widths_trials.load(work / "hands") if is_done(work, "hands") else None
     result = widths.analyse(trials) if trials else None
     shares = [{"observer": score.observer, "method": score.method, "share": score.share} for score in result.scores] if result else []
@@ -341,19 +365,21 @@ def write_report(work, report, quick):
     add_whole_hand(page, work, report)
     add_sequences(page, work, report, quick)
     add_curves(page, work, report)
-    later = {"study": ("speed against error", lambda: add_study(page, work, report)),
-             "assumptions": ("what could not be compared", lambda: add_assumptions(page, work, report)),
-             "hands": ("whether the widths can be told apart", lambda: add_widths(page, work, report, trials, result))}
-    later |= {part: (title.lstrip("# ").lower(), lambda add=add: add(page, work, report, quick)) for part, (title, add) in LAST.items()}
+    later = {"study": ("Time and error of the schemes", lambda: add_study(page, work, report)),
+             "assumptions": ("Effect of open assumptions", lambda: add_assumptions(page, work, report)),
+             "hands": ("Can the widths be distinguished?", lambda: add_widths(page, work, report, trials, result))}
+    later |= {part: (title.lstrip("# "), lambda add=add: add(page, work, report, quick)) for part, (title, add) in LAST.items()}
     there = {part for part in later if part in KEPT or is_done(work, part)}
     for part, (_, add) in later.items():
         if part in there:
             add()
     missing = [words for part, (words, _) in later.items() if part not in there]
     if missing:
-        page.add(f"## Not computed\n\nOf this revision, not yet: {'; '.join(missing)}. `scripts/reproduce` goes on with it.")
-    page.add(f"{AGAIN}\n\n`scripts/reproduce` computes all of this (seeds are in the scenes and sweeps), `--quick` a small version of it, "
-             "`--report-only` the report of what is there.")
+        page.add(f"## Missing sections\n\n{'This section has' if len(missing) == 1 else 'These sections have'} not been computed with "
+                 "this revision. Call `scripts/reproduce` to continue.")
+        page.add(lines_of(missing))
+    page.add(f"{AGAIN}\n\n`scripts/reproduce` computes all results and writes this report. The seeds are in the scenes and sweeps. "
+             "With `--quick` it computes a small version. With `--report-only` it writes the report from existing results.")
     parts = seconds_of(work)
     page.add(markdown_table(["part", "seconds"], [[name, f"{seconds:.0f}"] for name, seconds in parts]
                             + [["all", f"{sum(seconds for _, seconds in parts):.0f}"]]))
@@ -366,7 +392,7 @@ def write_page(text, report):
 
 
 def refresh(part, work, report, quick):
-    """Puts one of the last parts, before what tells how to compute all again, into the report that is there, or a new one."""
+    """Replaces or inserts one of the parts in LAST, in the existing report or a new one."""
     work, report = pathlib.Path(work), pathlib.Path(report)
     for folder in ("figures", "tables"):
         (report / folder).mkdir(parents=True, exist_ok=True)
@@ -375,7 +401,7 @@ def refresh(part, work, report, quick):
     own = kept.find(f"{title}\n")
     later = [kept.find(f"{name}\n") for name in [*(other for other, _ in LAST.values()), AGAIN]]
     end = min((at for at in later if at > max(own, 0) and at >= 0), default=len(kept))
-    if own < 0:  # it comes before the parts that follow it
+    if own < 0:  # insert it before the parts that follow it
         follows = list(LAST)[list(LAST).index(part) + 1:]
         own = end = min((at for at in (kept.find(f"{name}\n") for name in [*(LAST[other][0] for other in follows), AGAIN]) if at >= 0),
                         default=len(kept))

@@ -1,4 +1,4 @@
-"""The published figure, recomputed: the wanted pressure on the skin and the pressure that each method reaches."""
+"""The published figure, computed again: the wanted pressure on the skin and the pressure of each method."""
 
 import math
 
@@ -16,7 +16,7 @@ MARGIN = 0.006  # m of skin around the target
 
 
 def outline(one):
-    """Line segments [n, 2, 2] (x, y in mm) around the faces that are wanted, and not seen through the body."""
+    """Line segments [n, 2, 2] (x, y in mm) around the target, without those on the far side of the body."""
     owners = {}
     for face in numpy.flatnonzero(one.wanted):
         a, b, c = one.triangles[face]
@@ -28,14 +28,14 @@ def outline(one):
 
 
 def draw(axes, one, values, largest, window):
-    """The skin as the array sees it, from below: parallel projection along z, +y up, so that +x points to the left."""
+    """The skin as the array sees it, from below. Parallel projection along z: +y is up, +x points to the left."""
     seen = numpy.flatnonzero(one.normals[:, 2] < 0)
     seen = seen[numpy.argsort(-one.corners[seen, :, 2].mean(axis=1))]  # the far ones first
     faces = PolyCollection(one.corners[seen, :, :2] * 1e3, array=values[seen] / 1e3, cmap="viridis", edgecolors="face",
                            linewidths=0.2, rasterized=True)
     faces.set_clim(0, largest / 1e3)
     axes.add_collection(faces)
-    for colour, width in (("black", 2.2), ("white", 1.0)):  # seen on dark and on bright, in grey too
+    for colour, width in (("black", 2.2), ("white", 1.0)):  # visible on dark and bright colours
         axes.add_collection(LineCollection(outline(one), colors=colour, linewidths=width))
     (left, right), (low, high) = window
     axes.set_xlim(right, left)
@@ -53,7 +53,7 @@ def window_of(one):
 
 
 def figure(work, names, path):
-    """A row a scene, a column a method, one scale of colours a row: 0 to 1.5 times the largest wanted pressure."""
+    """One row per scene, one column per method. Each row has one colour scale: 0 to 1.5 times the largest wanted pressure."""
     drawing, grid = pyplot.subplots(len(names), 2 + len(COLUMNS), figsize=(15.5, 0.9 + 3.05 * len(names)), squeeze=False,
                                     gridspec_kw={"width_ratios": [1] * (1 + len(COLUMNS)) + [0.06], "left": 0.075,
                                                  "right": 0.95, "top": 1 - 0.75 / (0.9 + 3.05 * len(names)),
@@ -71,18 +71,18 @@ def figure(work, names, path):
                 axes.set_xlabel("x [mm]")
                 continue
             known = metrics[method]
-            # A box held between the sides of several fingers has no width on any of them.
+            # A box between several fingers has no width on any of them.
             width = "" if name == "grasp" or known["width_mm"] != known["width_mm"] else f", width {known['width_mm']:.1f} mm"
             axes.set_title((LABELS[method] + "\n" if name == names[0] else "")
                            + f"error {100 * known['relative_error']:.1f} %{width}", fontsize=11)
             axes.tick_params(labelleft=False, labelbottom=False)
-        drawing.colorbar(faces, cax=row[-1], extend="max", label="abs p on the skin [kPa]")
+        drawing.colorbar(faces, cax=row[-1], extend="max", label="absolute pressure on the skin [kPa]")
     drawing.savefig(path, dpi=80)
     pyplot.close(drawing)
 
 
 def metric_rows(work, names, folder):
-    """Every metric of every method and scene, for a table."""
+    """All metrics, one row per scene and method."""
     rows = []
     for name in names:
         for method, known in attributes(work / folder / name).items():
@@ -92,9 +92,9 @@ def metric_rows(work, names, folder):
 
 
 def short_table(rows):
-    """The metrics a reader compares first: header and rows of text."""
-    header = ["scene", "method", "scheme", "error", "gap", "width wanted / got [mm]", "leakage",
-              "mean inside / wanted peak [kPa]", "force on / off target [mN]", "judge differs"]
+    """Header and rows of the most important metrics."""
+    header = ["scene", "method", "scheme", "error", "optimality gap", "width, wanted / obtained [mm]", "leakage",
+              "mean pressure on the target / peak [kPa]", "force on the target / outside [mN]", "difference between the meshes"]
     shown = []
     for row in rows:
         shown.append([row["scene"], f"`{row['method']}`", row["scheme"], percent(row["relative_error"]),
@@ -102,57 +102,57 @@ def short_table(rows):
                       percent(row["leakage"]), f"{float(row['mean_inside_pa']) / 1e3:.1f} / {float(row['peak_pa']) / 1e3:.1f}",
                       f"{1e3 * float(row['force_target_n']):.2f} / {1e3 * float(row['force_elsewhere_n']):.2f}",
                       percent(row["judge_difference"])])
-    header[7] = "mean inside / peak [kPa]"
     return header, shown
 
 
 def differences(error, names, method, other):
-    """In points of per cent, scene by scene."""
+    """In percentage points, one per scene."""
     return ", ".join(f"{SCENES[name]} {100 * (error[name, method] - error[name, other]):+.1f}" for name in names)
 
 
 def sentences(rows, names):
-    """What the table says about the methods, scene by scene."""
+    """Comparison of the methods over the scenes."""
     error = {(row["scene"], row["method"]): float(row["relative_error"]) for row in rows}
     said = []
     helps = [name for name in names if error[name, "paper"] < error[name, "unscattered"]]
-    said.append(f"With scattering in the solver (`paper`) the judged error is lower than without (`unscattered`) on "
-                f"{len(helps)} of {len(names)} scenes; points of per cent with minus without: "
+    said.append(f"With scattering in the solver (`paper`), the evaluated error is lower than without (`unscattered`) on "
+                f"{len(helps)} of {len(names)} scenes. In percentage points, `paper` minus `unscattered` is: "
                 f"{differences(error, names, 'paper', 'unscattered')}.")
     if len(helps) < len(names):
-        said.append("It does not help on: " + ", ".join(SCENES[name] for name in names if name not in helps) + ".")
+        said.append("Scattering in the solver does not lower the error on: "
+                    + ", ".join(SCENES[name] for name in names if name not in helps) + ".")
     original = [name for name in names if error[name, "paper_original"] < error[name, "unscattered_original"]]
-    said.append(f"As it was published, model of scattering and faces counted alike (`paper_original` and `unscattered_original`), that "
-                f"holds on {len(original)} of {len(names)}; points with minus without: "
-                f"{differences(error, names, 'paper_original', 'unscattered_original')}.")
+    said.append(f"With the published scattering model and equal weights, the error of `paper_original` is lower than that of "
+                f"`unscattered_original` on {len(original)} of {len(names)} scenes. In percentage points, `paper_original` minus "
+                f"`unscattered_original` is: {differences(error, names, 'paper_original', 'unscattered_original')}.")
     ours = [name for name in names if error[name, "surface"] <= error[name, "paper"]]
-    said.append(f"`surface` is at least as near as `paper` on {len(ours)} of {len(names)}; points of per cent, `surface` "
-                f"minus `paper`: {differences(error, names, 'surface', 'paper')}.")
+    said.append(f"The error of `surface` is at most that of `paper` on {len(ours)} of {len(names)} scenes. In percentage points, "
+                f"`surface` minus `paper` is: {differences(error, names, 'surface', 'paper')}.")
     width = {(row["scene"], row["method"]): float(row["width_mm"]) for row in rows}
     boxes = [name for name in names if name.startswith("width_")]
     largest = max(abs(width[name, "paper"] - width[name, "unscattered"]) for name in boxes)
-    said.append("Width at half maximum of " + ", ".join(SCENES[name] for name in boxes) + " [mm]: "
+    said.append("The full widths at half maximum for " + ", ".join(SCENES[name] for name in boxes) + " are, in mm: "
                 + "; ".join(f"`{method}` " + ", ".join(f"{width[name, method]:.1f}" for name in boxes)
                             for method in ("surface", "paper", "unscattered", "focus"))
-                + f". With scattering in the solver or without, it differs by {largest:.1f} mm at most.")
+                + f". The widths of `paper` and `unscattered` differ by at most {largest:.1f} mm.")
     leakage = {(row["scene"], row["method"]): float(row["leakage"]) for row in rows}
     less = [name for name in names if leakage[name, "paper"] < leakage[name, "unscattered"]]
-    said.append(f"The share of the sound that lies beside the target is smaller with scattering on {len(less)} of {len(names)}; points "
-                f"of per cent, with minus without: {differences(leakage, names, 'paper', 'unscattered')}.")
+    said.append(f"The leakage of `paper` is lower than that of `unscattered` on {len(less)} of {len(names)} scenes. In percentage "
+                f"points, `paper` minus `unscattered` is: {differences(leakage, names, 'paper', 'unscattered')}.")
     return said + proved(rows, names)
 
 
 def proved(rows, names):
-    """What the certificate says of `surface`, and what stands beside it; nothing where there is none."""
+    """Optimality gaps of `surface`, and the difference between the meshes. Empty if no run has an optimality bound."""
     known = {row["scene"]: row for row in rows if row["method"] == "surface"}
     certified = [name for name in names if not math.isnan(float(known[name]["optimality_gap"]))]
     if not certified:
         return []
-    said = ("For the matrix that was computed it is proved that no phases lower `surface`'s cost by more than the gap: "
+    said = ("No choice of phases can lower the cost of `surface` by more than the optimality gap: "
             + ", ".join(f"{SCENES[name]} {percent(known[name]['optimality_gap'], 2)}" for name in certified)
-            + ". The model's own error is not in that.")
+            + ". This is proved for the computed matrix. It does not include the discretisation error.")
     judged = [name for name in certified if not math.isnan(float(known[name]["judge_difference"]))]
     if judged:
-        said += (" Between the pressures on the solving mesh and the judge's there are "
+        said += (" The pressures on the solving mesh and on the evaluation mesh differ by "
                  + ", ".join(f"{percent(known[name]['judge_difference'])} ({SCENES[name]})" for name in judged) + ".")
     return [said]

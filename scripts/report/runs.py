@@ -1,4 +1,4 @@
-"""Reads runs, sweeps and studies for the report. Gives each method the same look in every figure."""
+"""Reads runs, sweeps and studies for the report. Each method looks the same in all figures."""
 
 import csv
 import dataclasses
@@ -17,7 +17,7 @@ SCENES = {"width_5mm": "5 mm box", "width_8mm": "8 mm box", "width_11mm": "11 mm
 LABELS = {"surface": "surface (ours)", "paper": "paper (with scattering)",
           "paper_original": "paper as published", "unscattered": "unscattered (without)",
           "unscattered_original": "unscattered as published", "focus": "focus"}
-# Told apart by marker and line in grey as well.
+# Marker and line distinguish the methods in grey too.
 STYLES = {"surface": {"color": "#0072B2", "marker": "o", "linestyle": "-"},
           "paper": {"color": "#D55E00", "marker": "s", "linestyle": "--"},
           "paper_original": {"color": "#E69F00", "marker": "D", "linestyle": "-."},
@@ -31,7 +31,7 @@ METRICS = ["relative_error", "relative_error_raw", "scale", "correlation", "leak
 
 @dataclasses.dataclass
 class Skin:
-    """What the judge saw: triangles [M, 3, 3] in m, area [M] in m2, wanted abs p [M] in Pa, abs p [M] of every method."""
+    """Evaluation mesh: corners [M, 3, 3] in m, area [M] in m2, wanted pressure [M] in Pa, absolute pressure [M] per method."""
 
     corners: numpy.ndarray
     triangles: numpy.ndarray
@@ -79,12 +79,12 @@ def provenance(folder):
 
 
 def scene_of(run):
-    """The text of the scene in an open run.h5, every default written out."""
+    """The text of the scene in an open run.h5, with all defaults."""
     return run["scene"][()].decode()
 
 
 def setting(scene, path):
-    """A value in such a text, as it stands there; None where there is none. `path` is of keys, without lists."""
+    """The text of a value in such a scene, or None. `path` has keys only, without indices of lists."""
     keys, depth = path.split("."), 0
     for line in scene.splitlines():
         level = (len(line) - len(line.lstrip())) // 2
@@ -112,13 +112,13 @@ def table(path):
 
 
 def cases(folder):
-    """Folders of a sweep's cases that are whole, in order."""
+    """Folders of the complete cases of a sweep, in order."""
     return [case for case in sorted(pathlib.Path(folder).glob("cases/*")) if (case / "run.h5").exists()]
 
 
 @dataclasses.dataclass
 class Made:
-    """Where a table or a figure comes from."""
+    """Provenance of a table or figure."""
 
     command: str
     revisions: list  # of touchfield
@@ -137,17 +137,17 @@ class Made:
         return f"# made by: {self.command}; revision: {self.revision()}; scenes: {self.scenes() or 'none'}\n"
 
     def caption(self):
-        return f"touchfield {self.revision()} of {self.scenes()} (SHA-256)."
+        return f"touchfield {self.revision()} from {self.scenes()} (SHA-256)."
 
 
 def steps_of(work, *parts):
-    """What is kept of the steps of scripts/reproduce whose name is one of `parts` or in a folder of that name."""
+    """Stamps of the steps of scripts/reproduce with a name in `parts` or in a folder of that name."""
     kept = [(stamp.stem, json.loads(stamp.read_text())) for stamp in sorted((pathlib.Path(work) / "steps").glob("*.json"))]
     return [stamp for name, stamp in kept if any(name == part.replace("/", "-") or name.startswith(part + "-") for part in parts)]
 
 
 def made(work, *parts):
-    """Where what these steps computed comes from."""
+    """Provenance of the results of these steps."""
     stamps = steps_of(work, *parts)
     inputs = {pathlib.Path(path).name: text_hash[:12] for stamp in stamps for path, text_hash in stamp["inputs"].items()}
     quick = " --quick" * any(stamp.get("quick", False) for stamp in stamps)
@@ -155,13 +155,13 @@ def made(work, *parts):
 
 
 def revision_of(said):
-    """The revision in what `touchfield --version` says."""
+    """The revision in the output of `touchfield --version`."""
     found = re.search(r"\(([^)]+)\)", said)
     return found[1] if found else said.strip() or "unknown"
 
 
 def made_by(command, program, scenes=()):
-    """Of a script that calls `program` on these scene files."""
+    """Provenance for a script that calls `program` with these scene files."""
     said = subprocess.run([program, "--version"], check=True, capture_output=True, text=True).stdout
     return Made(command, [revision_of(said)],
                 {f"{path.parent.name}/{path.name}": hashlib.sha256(path.read_bytes()).hexdigest()[:12]
@@ -169,7 +169,7 @@ def made_by(command, program, scenes=()):
 
 
 def write_table(path, rows, origin):
-    """Dictionaries with the same keys as CSV, below a line that says where they come from."""
+    """Writes dictionaries with equal keys as CSV. The first line is a comment with the provenance."""
     with open(path, "w", newline="", encoding="utf-8") as file:
         file.write(origin.head())
         writer = csv.DictWriter(file, fieldnames=list(rows[0]), lineterminator="\n")
@@ -178,7 +178,7 @@ def write_table(path, rows, origin):
 
 
 def number(value, digits=3):
-    """A number as a reader wants it: `digits` significant ones, a dash for what is not there."""
+    """A number with `digits` significant digits, or a dash for NaN."""
     value = float(value)
     return "-" if value != value else f"{value:.{digits}g}" if value == 0 or abs(value) < 1e5 else f"{value:.2e}"
 

@@ -1,8 +1,8 @@
-"""Whether a fast sequence of patterns comes nearer to a wanted mean square pressure than one pattern.
+"""Compares fast sequences of patterns with one pattern.
 
 Skin that feels the mean square over a sequence of T patterns receives |h_j q|^2 averaged over T. The cost is that of `surface` with
-the root of this mean for |h_j q|. A single pattern is the case T = 1. The optimality bound holds for both. It is linear in the matrix
-of the products of the excitation vectors. A sequence has a mean of such matrices, with the same diagonal of at most 1
+the root of this mean in place of |h_j q|. A single pattern is the case T = 1. The optimality bound holds for both. It is linear in the
+matrix of the products of the excitation vectors. A sequence has a mean of such matrices, also with a diagonal of at most 1
 (docs/theory.md).
 """
 
@@ -23,7 +23,7 @@ STEPS = 400
 
 @dataclasses.dataclass
 class Problem:
-    """Rows of H [Pa] and what is wanted, of a run with the transfer matrix; `bound` is NaN where none was proved."""
+    """Transfer matrix [Pa] and wanted pressure of a run. `bound` is NaN if the run has no optimality bound."""
 
     target: numpy.ndarray  # [K, N]
     quiet: numpy.ndarray  # [r, N]
@@ -42,7 +42,7 @@ def read(folder):
 
 
 def cost_and_slope(problem, phase):
-    """Cost of a sequence, phases [N, T], and its derivative by each phase."""
+    """Cost of a sequence with phases [N, T], and its derivatives with respect to the phases."""
     drives = numpy.exp(1j * phase) / numpy.sqrt(phase.shape[1])
     loud, rest = problem.target @ drives, problem.quiet @ drives
     root = numpy.sqrt((numpy.abs(loud) ** 2).sum(axis=1))
@@ -54,7 +54,7 @@ def cost_and_slope(problem, phase):
 
 
 def least(problem, frames, seed, steps=STEPS):
-    """Least cost found by limited-memory BFGS from phases drawn at random, and the sequence, phases [N, T]."""
+    """Least cost that limited-memory BFGS finds from random phases, and the phases [N, T] of this sequence."""
     shape = problem.target.shape[1], frames
     start = numpy.random.default_rng([seed, frames]).uniform(0, 2 * numpy.pi, shape)
     scale = (problem.weight * problem.wanted**2).sum()
@@ -69,7 +69,7 @@ def least(problem, frames, seed, steps=STEPS):
 
 
 def rows(problem, frames=FRAMES, seeds=SEEDS, steps=STEPS):
-    """A row a number of frames: the least and the largest cost of the seeds, the misfit, how far it is above the bound."""
+    """One row per number of frames: least and largest cost over the seeds, misfit, relative distance from the bound."""
     silence = (problem.weight * problem.wanted**2).sum()
     found = []
     for count in frames:
@@ -84,7 +84,7 @@ def rows(problem, frames=FRAMES, seeds=SEEDS, steps=STEPS):
 
 
 def kept_rows(work, quick, origin):
-    """The rows, found anew only where the run is newer than what was found of it before."""
+    """The rows. They are computed again only if the run is newer than the kept table."""
     run, kept = work / "panels/width_8mm/run.h5", work / "sequences.csv"
     if not kept.exists() or kept.stat().st_mtime < run.stat().st_mtime:
         problem = read(run.parent)
@@ -93,20 +93,22 @@ def kept_rows(work, quick, origin):
 
 
 def sentences(found):
-    """What the rows say, and what of it is proved."""
+    """Results of the sequences, and the proved bound."""
     one = float(found[0]["surface_misfit"])
     more = [row for row in found if int(row["frames"]) > 1]
     bound, surface = float(found[0]["bound_pa2m2"]), float(found[0]["surface_cost_pa2m2"])
-    said = ["Misfit: root of `surface`'s cost over that of silence, the root of the mean square over the patterns in the place of "
-            f"abs p. One pattern, `surface`: {one:.4f}. Sequences of " + ", ".join(str(row["frames"]) for row in more)
-            + " patterns, the least found: " + ", ".join(f"{float(row['misfit']):.4f}" for row in more) + "."]
+    said = ["The misfit is the root of the cost of `surface` relative to that of silence. For a sequence, the root of the mean square "
+            f"over the patterns replaces the absolute pressure. One pattern of `surface` reaches {one:.4f}. Sequences of "
+            + ", ".join(str(row["frames"]) for row in more) + " patterns reach "
+            + ", ".join(f"{float(row['misfit']):.4f}" for row in more) + " at best."]
     if not math.isfinite(bound):
-        return said + ["Nothing is proved of them here: the run has no certificate."]
+        return said + ["Nothing is proved about these sequences, because the run has no optimality bound."]
     gap, gain = surface / bound - 1, 1 - min(float(row["cost_pa2m2"]) for row in more) / surface
-    said.append(f"Proved: no sequence of any length, of patterns of at most full level, has a cost below {number(bound, 6)} Pa2 m2; "
-                f"the one pattern of `surface` is {percent(gap, 2)} above that. The best sequence found is "
+    said.append(f"It is proved that no sequence of patterns up to full level has a cost below {number(bound, 6)} Pa2 m2, at any length. "
+                f"The one pattern of `surface` is {percent(gap, 2)} above this bound. The best sequence found is "
                 + (f"{percent(gain, 3)} below the one pattern." if gain > 0 else f"{percent(-gain, 3)} above the one pattern."))
-    said.append(f"That holds for the matrix that was computed, {found[0]['target_rows']} target faces and {found[0]['quiet_rows']} rows "
-                f"of the quiet skin by {found[0]['channels']} transducers, in the mean square alone. It says nothing of skin that feels "
-                "something else of a sequence, or of how far the matrix is from a real hand's.")
+    said.append(f"This holds for the computed matrix. It has {found[0]['target_rows']} rows for target faces, "
+                f"{found[0]['quiet_rows']} rows for the skin outside the target, and {found[0]['channels']} columns for the "
+                "transducers. The bound does not apply to skin that feels something other than the mean square. It does not include "
+                "the difference between the matrix and a real hand.")
     return said

@@ -1,4 +1,4 @@
-"""Effect of unsolved skin: a finger alone against the whole hand, and of the arm behind the hand."""
+"""Effects of skin that the model leaves out: a finger alone and the whole hand, a hand with and without the arm."""
 
 import h5py
 import numpy
@@ -11,7 +11,7 @@ FINGERS = [name for name in SCENES if name != "grasp"]
 
 
 def finger_rows(work):
-    """Judged error of phases of a finger on that finger and on its hand, and of phases of the hand there."""
+    """Evaluated errors: phases of a finger on the finger and on the whole hand, and phases of the hand."""
     rows = []
     for name in FINGERS:
         alone, there, whole = (attributes(work / folder) for folder in (
@@ -31,23 +31,23 @@ def finger_sentences(rows):
     said = []
     for name in FINGERS:
         orders = {column: order(rows, name, column) for column in ("finger_alone", "its_phases_on_the_hand", "phases_of_the_hand")}
-        same = "the same order" if orders["finger_alone"] == orders["its_phases_on_the_hand"] else orders["its_phases_on_the_hand"]
-        said.append(f"{SCENES[name]}: by the finger alone {orders['finger_alone']}; these phases on the hand: {same}; phases of the "
-                    f"hand: {orders['phases_of_the_hand']}.")
+        same = "the same" if orders["finger_alone"] == orders["its_phases_on_the_hand"] else orders["its_phases_on_the_hand"]
+        said.append(f"{SCENES[name]}: on the finger alone, the order of the errors is {orders['finger_alone']}. With the same phases on "
+                    f"the hand, it is {same}. With phases found for the hand, it is {orders['phases_of_the_hand']}.")
     off = [float(row["its_phases_on_the_hand"]) for row in rows]
-    said.append(f"On the hand, phases of a finger miss by {percent(min(off), 0)} to {percent(max(off), 0)}.")
+    said.append(f"On the hand, the error of phases found for a finger is {span(off, '{:.0%}')}.")
     return said
 
 
 def arm_of(work, name, run):
-    """Sum of p^2 over the arm as a share of that over all skin, of `surface` in a run with a forearm."""
+    """Share of the squared pressure that is on the arm, for `surface` in a run with a forearm."""
     with h5py.File(work / "panels" / name / "run.h5") as known:
         hand = known["judge/mesh/vertices"][:]
     with h5py.File(work / run / "run.h5") as with_arm:
         judge = with_arm["judge"]
         corners = judge["mesh/vertices"][:][judge["mesh/triangles"][:]]
         weight = judge["mesh/area"][:] * numpy.abs(judge["methods/surface/pressure"][:]) ** 2
-    apart = cKDTree(hand).query(corners.mean(axis=1))[0] > 0.006  # m; the edges of either mesh are shorter
+    apart = cKDTree(hand).query(corners.mean(axis=1))[0] > 0.006  # m; all edges of both meshes are shorter
     return float(weight[apart].sum() / weight.sum())
 
 
@@ -68,7 +68,7 @@ def arm_rows(work):
 
 
 def span(values, form="{:.1%}"):
-    """From the least to the largest; one number where they are the same."""
+    """The range of the values, or one number if its ends look the same."""
     said = [form.format(value).replace("%", " %") for value in (min(values), max(values))]
     return " to ".join(dict.fromkeys(said))
 
@@ -78,8 +78,9 @@ def arm_sentences(rows):
     changed = [100 * (float(row["error_known"]) - float(row["error_unknown"])) for row in rows]
     inside = [float(row["inside_known_pa"]) / float(row["inside_unknown_pa"]) - 1 for row in rows]
     errors = [[float(row[column]) for column in ("error_known", "paper_known", "unscattered_known")] for row in rows]
-    return [f"With the arm known, `surface` <= `paper` <= `unscattered` on {sum(one == sorted(one) for one in errors)} of {len(rows)} scenes.",
-            f"A forearm of 250 mm that the phases do not know receives {span(unknown)} of the squared pressure on all skin; where they "
-            f"know it, {span(known)}.",
-            f"Knowing it changes the error over hand and arm by {span(changed, '{:+.1f}')} points, and the mean pressure on the target by "
-            f"{span(inside, '{:+.1%}')}."]
+    ordered = sum(one == sorted(one) for one in errors)
+    return [f"With the arm known, the errors are in the order `surface` <= `paper` <= `unscattered` on {ordered} of {len(rows)} "
+            f"{'scene' if len(rows) == 1 else 'scenes'}.",
+            f"An unknown arm receives {span(unknown)} of the squared pressure on all skin. A known arm receives {span(known)}.",
+            f"Phases that know the arm change the error over hand and arm by {span(changed, '{:+.1f}')} percentage points. They "
+            f"change the mean pressure on the target by {span(inside, '{:+.1%}')}."]

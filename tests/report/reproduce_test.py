@@ -111,7 +111,7 @@ class Reproduce(unittest.TestCase):
         captions = re.findall(r"^\*(?:Figure|Table) \d+[.,].*\*$", text, re.MULTILINE)
         self.assertGreater(len(captions), 10)
         for caption in captions:
-            self.assertRegex(caption, rf"Made by touchfield {re.escape(revision)} of .* \(SHA-256\)\.\*$")
+            self.assertRegex(caption, rf"Made by touchfield {re.escape(revision)} from .* \(SHA-256\)\.\*$")
         self.assertNotIn(str(SOURCE), text)
 
     def test_claims_follow_from_the_tables(self):
@@ -120,20 +120,20 @@ class Reproduce(unittest.TestCase):
         helped = sum(error[scene, "paper"] < error[scene, "unscattered"] for scene in SCENES)
         self.assertIn(f"is lower than without (`unscattered`) on {helped} of 5 scenes", text)
         if helped < 5:
-            self.assertIn("It does not help on: ", text)
+            self.assertIn("Scattering in the solver does not lower the error on: ", text)
         self.assertIn("Its numbers mean nothing", text)  # of a rehearsal
         sequence, = (row for row in self.rows("sequences.csv") if row["frames"] == "2")
-        self.assertIn(f"the least found: {float(sequence['misfit']):.4f}.", text)
-        tried, = re.findall(r"`surface` stays within .*", text)
+        self.assertIn(f"patterns reach {float(sequence['misfit']):.4f} at best.", text)
+        tried, = re.findall(r"`surface` has an evaluated error of [\d.]+ % after \d+ iterations from zero.*", text)
         counts = [int(row["iterations"]) for row in self.rows("convergence.csv")
                   if (row["start"], row["method"]) == ("cold", "surface")]
-        self.assertIn(f"(tried: {', '.join(map(str, counts))})", tried)
+        self.assertIn(f"The tried numbers of iterations are {', '.join(map(str, counts))}.", tried)
 
     def test_one_part_is_refreshed_where_it_stands(self):
         page = self.folder / "report/report.md"
         before = page.read_text()
         headings = {"delays": "## How much delay there is and what it does\n", "cameras": "## What it costs that cameras see the hand\n",
-                    "": "## Again\n"}
+                    "": "## Reproduction\n"}
         ends = [before.index(heading) for heading in headings.values()]
         self.assertEqual(ends, sorted(ends))
         for part, begin, end in zip(headings, ends, ends[1:]):
