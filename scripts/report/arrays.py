@@ -1,15 +1,15 @@
-"""Gains from patterns in time, tolerances of the channels and other arrays, from tables of other scripts."""
+"""Patterns in time, tolerances of the channels, and other arrays, from tables of other scripts."""
 
 import pathlib
 
 from runs import markdown_table, number, percent, table
 
 TABLES = pathlib.Path(__file__).resolve().parents[2] / "results/tables"
-BEST = 6  # layouts that are shown
+BEST = 6  # number of layouts in the report
 
 
 def origin_of(name):
-    """The script and the revision that the first line of a kept table names."""
+    """Script and revision, from the first line of a table."""
     with open(TABLES / name, encoding="utf-8") as file:
         return file.readline().removeprefix("# made by: ").strip().rstrip(";")
 
@@ -22,10 +22,10 @@ def pattern_part():
     rows = table(TABLES / "patterns.csv")
     free = [row for row in rows if "at most" not in row["pattern"]]
     above = [float(row["above_mean"]) for row in free if int(row["frames"]) >= 100]
-    return (f"**Patterns in time** ({origin_of('patterns.csv')}). A spot moves over the still hand, and each frame starts from the one before. "
-            f"In paths of 100 frames or more the mean error is {points(min(above))} to {points(max(above))} points above that of frames solved alone. "
-            "A limit of the phase change between frames is kept exactly:",
-            ["pattern", "frames", "error", "above frames alone [points]", "largest turn [deg]", "phases [s]"],
+    return (f"**Patterns in time** ({origin_of('patterns.csv')}). A spot moves over a hand at rest. Each frame starts from the phases "
+            f"of the previous frame. In paths of 100 frames or more, the mean error is {points(min(above))} to {points(max(above))} "
+            "points above that of frames solved separately. A limit on the phase change between frames is met exactly:",
+            ["pattern", "frames", "error", "above separate frames [points]", "largest phase change [deg]", "solving time [s]"],
             [[row["pattern"], row["frames"], percent(row["error"]), points(row["above_mean"]), number(row["turn_deg"]),
               number(row["phases_s"])] for row in rows])
 
@@ -33,27 +33,29 @@ def pattern_part():
 def robust_part():
     rows = table(TABLES / "robust.csv")
     usual, = [row for row in rows if (row["phase_deg"], row["gain_percent"], row["dead_percent"]) == ("20", "10", "0")]
-    return (f"**Tolerances** ({origin_of('robust.csv')}). `surface` with `tolerances` minimises the expected misfit. With rms deviations of "
-            f"20 degrees and 10 % the misfit over 30 arrays that the solver does not know is {percent(usual['robust'])} instead of "
-            f"{percent(usual['plain'])}:",
-            ["phase [deg]", "gain [%]", "dead, unknown [%]", "`surface`", "with `tolerances`"],
-            [[row["phase_deg"], row["gain_percent"], row["dead_percent"], percent(row["plain"]), percent(row["robust"])] for row in rows])
+    return (f"**Tolerances** ({origin_of('robust.csv')}). `surface` with `tolerances` minimises the expected misfit. The rows have the "
+            "misfit over 30 arrays that the solver does not know. With rms deviations of 20 degrees and 10 % it is "
+            f"{percent(usual['robust'])} instead of {percent(usual['plain'])}:",
+            ["phase [deg]", "gain [%]", "unknown dead channels [%]", "`surface`", "`surface` with `tolerances`"],
+            [[row["phase_deg"], row["gain_percent"], row["dead_percent"], percent(row["plain"]), percent(row["robust"])]
+             for row in rows])
 
 
 def layout_part():
     rows = table(TABLES / "array_designs.csv")
     alone = min(float(row["error_surface"]) for row in rows)
     both = [float(row["error_with_amplitudes"]) for row in rows]
-    return (f"**Other arrays** ({origin_of('array_designs.csv')}). Of {len(rows)} layouts of at most 1,500 transducers, phases alone reach "
-            f"{percent(alone)} for the 8 mm strip on the whole hand. With amplitudes the best reaches {percent(min(both))}, and "
-            f"{sum(error < 0.35 for error in both)} layouts are below 35 %:",
+    below = sum(error < 0.35 for error in both)
+    return (f"**Other arrays** ({origin_of('array_designs.csv')}). The target is the 8 mm strip on the whole hand. Among {len(rows)} "
+            f"layouts of at most 1,500 transducers, the lowest error with phases alone is {percent(alone)}. With amplitudes it is "
+            f"{percent(min(both))}, and {below} {'layout is' if below == 1 else 'layouts are'} below 35 %:",
             ["family", "layout", "transducers", "phases alone", "with amplitudes", "width, with amplitudes [mm]"],
             [[row["family"], row["name"], row["transducers"], percent(row["error_surface"]), percent(row["error_with_amplitudes"]),
               row["width_mm_with_amplitudes"]] for row in rows[:BEST]])
 
 
 def texts():
-    """Sentence and table, in turn."""
+    """Sentences and tables, alternating."""
     for sentence, header, rows in (pattern_part(), robust_part(), layout_part()):
         yield sentence
         yield markdown_table(header, rows)

@@ -1,15 +1,15 @@
-"""The courses of the delay study: the hand's velocity over time. Times in s from the start of the motion, lengths in mm."""
+"""Paths of the hand in the study of delays. Times are in s from the start of the motion, lengths in mm."""
 
 import dataclasses
 import math
 
-AXES = {"across": (0, -1), "along": (1, 1), "towards": (2, -1)}  # coordinate of the body's place, direction
+AXES = {"across": (0, -1), "along": (1, 1), "towards": (2, -1)}  # (coordinate of the body's place, direction)
 CENTRE = (0, 0, 200)
-SLOT = 0.6  # of a translation, held frames of 5 Hz in step with it
-STEADY = (0.15, 0.57)  # of a slot: constant velocity, from keys that lie on a line
+SLOT = 0.6  # per translation; three held frames at 5 Hz
+STEADY = (0.15, 0.57)  # part of a slot with constant velocity
 MIDDLE = 0.36
 TREMOR_SLOT = 0.5  # whole periods of 8 and 12 Hz
-KEYS_A_PERIOD = 16
+KEYS_PER_PERIOD = 16
 
 
 @dataclasses.dataclass(frozen=True)
@@ -41,7 +41,7 @@ def tremors(quick=False):
 
 
 def change_of(keys):
-    """`motion.change` of {coordinate: [(time, value)]}."""
+    """The text of `motion.change` for {coordinate: [(time, value)]}."""
     def text(points):
         return ", ".join(f"[{time:.6g}, {value:.6g}]" for time, value in points)
 
@@ -49,7 +49,7 @@ def change_of(keys):
 
 
 def translation_change(quick=False):
-    """Through the centre at constant velocity, one translation after the other; in between back to the next one's start."""
+    """Translations through the centre at constant velocity, one after the other. Between them the hand moves to the next start."""
     keys = {axis: [] for axis in range(3)}
     for moved in translations(quick):
         start = moved.begin - STEADY[0]
@@ -63,9 +63,9 @@ def translation_change(quick=False):
 def tremor_change(quick=False):
     points = []
     for shaken in tremors(quick):
-        count = round((shaken.end - shaken.begin) * shaken.hz * KEYS_A_PERIOD)
-        points += [(shaken.begin + i / (shaken.hz * KEYS_A_PERIOD),
-                    CENTRE[0] - shaken.amplitude * math.sin(2 * math.pi * i / KEYS_A_PERIOD)) for i in range(count)]
+        count = round((shaken.end - shaken.begin) * shaken.hz * KEYS_PER_PERIOD)
+        points += [(shaken.begin + i / (shaken.hz * KEYS_PER_PERIOD),
+                    CENTRE[0] - shaken.amplitude * math.sin(2 * math.pi * i / KEYS_PER_PERIOD)) for i in range(count)]
     points.append((tremors(quick)[-1].end, 0))
     return change_of({0: points})
 

@@ -1,4 +1,4 @@
-"""Effects of the delay between hand and sound: plays of a hand that moves at constant velocity or shakes."""
+"""Effect of the delay between hand and sound, from plays of a hand that moves at constant velocity or shakes."""
 
 import dataclasses
 import itertools
@@ -16,14 +16,14 @@ from runs import LABELS, STYLES, number, percent, scene_of, setting, table  # no
 
 LOOP = {"sensor_hz": "motion.sensor.hz", "latency_ms": "motion.sensor.latency_ms", "frames_hz": "motion.frames_hz",
         "solve_ms": "motion.solve_ms", "array_ms": "motion.array_ms"}
-CHANGED = {"sensor_hz": "a sensor at {} Hz", "latency_ms": "a sensor that is {} ms late", "frames_hz": "frames at {} Hz",
-           "solve_ms": "{} ms to solve", "array_ms": "{} ms to the array"}
+CHANGED = {"sensor_hz": "a sensor at {} Hz", "latency_ms": "a sensor latency of {} ms", "frames_hz": "frames at {} Hz",
+           "solve_ms": "a solving time of {} ms", "array_ms": "an array delay of {} ms"}
 AXES = {"across": "across the finger", "along": "along the finger", "towards": "towards the array"}
 GRID = (0, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 1.75, 2, 2.5, 3, 3.5, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 35)  # [mm]
-POINT = 0.01  # of relative error
-NOISE_MM = 0.1  # rms, of the plays that see the hand with noise
-DASHES = {"linear": "--", "kalman": ":"}  # of predictions
-# Of a prototype, 2,404 faces, the finger moved by so many mm after phases were found at rest: (relative_error at rest, {mm: ..}).
+POINT = 0.01  # percentage point of the relative error
+NOISE_MM = 0.1  # rms, in the plays with sensor noise
+DASHES = {"linear": "--", "kalman": ":"}  # per kind of prediction
+# A prototype with 2,404 faces: relative_error at rest, and {displacement [mm]: relative_error} with phases found at rest.
 REFERENCE_REST = 0.453
 REFERENCE = {
     "across": {0.25: 0.457, 0.5: 0.471, 1: 0.520, 1.5: 0.588, 2: 0.663, 3: 0.783, 4: 0.862, 6: 0.943, 8: 0.964, 10: 0.938},
@@ -33,7 +33,7 @@ REFERENCE = {
 
 @dataclasses.dataclass
 class Play:
-    """Scores of a play as columns, those before its first frame left out, and what its scene says of the loop."""
+    """Scores of a play as columns, from its first frame on, and the settings of the loop in its scene."""
 
     folder: pathlib.Path
     loop: dict
@@ -46,7 +46,7 @@ class Play:
 
 
 def plays(folder, name):
-    """The sweep's plays of that name, in order."""
+    """Plays of the sweep with this name, in order."""
     found = []
     for case in sorted(pathlib.Path(folder).glob("cases/[0-9]*")):
         with h5py.File(case / "motion.h5") as motion:
@@ -61,21 +61,26 @@ def plays(folder, name):
 
 
 def within(play, segment):
-    """Which scores are of a segment: sampled in it, as is the sample before if that is needed, and felt in it."""
+    """Mask of the scores that belong to a segment.
+
+    The score and its sample lie in the segment. With prediction the previous sample does too.
+    """
     known = play.time - play.age - (1 / play.loop["sensor_hz"] if play.predict != "none" else 0)
     return (known >= segment.begin - 1e-6) & (play.time <= segment.end + 1e-6)
 
 
 def summary_of(age, displacement, error):
-    """What a table says of some scores."""
+    """Columns that summarise scores."""
     return {"age_ms_mean": f"{1e3 * age.mean():.4g}", "displacement_mm_mean": f"{displacement.mean():.4g}",
             "error_mean": f"{error.mean():.6g}", "error_median": f"{numpy.median(error):.6g}",
             "error_p95": f"{numpy.percentile(error, 95):.6g}", "scores": str(len(error))}
 
 
 def delay_rows(held, predicted, segments):
-    """A line an axis, speed, delay, prediction and method. Without prediction: the held frames' errors at the very ages of the scores
-    with it, linear in age."""
+    """One row per axis, speed, delay, prediction and method.
+
+    The rows without prediction have the errors of the held frames, interpolated at the ages of the scores with prediction.
+    """
     rows = []
 
     def add(segment, loop, predict, method, *columns):
@@ -86,7 +91,7 @@ def delay_rows(held, predicted, segments):
         of_held = within(held, segment)
         for loop in predicted:
             chosen = within(loop, segment)
-            one = chosen & (loop.method == loop.method[0])  # every method is scored at the same instants
+            one = chosen & (loop.method == loop.method[0])  # all methods are scored at the same instants
             ages = loop.age[one][loop.age[one] <= held.age[of_held].max()]
             if len(ages) == 0:
                 continue
@@ -102,7 +107,7 @@ def delay_rows(held, predicted, segments):
 
 
 def noise_rows(noisy, segments):
-    """A line an axis, speed and prediction of plays that see the hand with noise."""
+    """One row per axis, speed, prediction and method of the plays with sensor noise."""
     return [{"axis": segment.axis, "speed_mm_s": f"{segment.speed:g}", "array_ms": f"{play.loop['array_ms']:g}",
              "predict": play.predict, "method": method} | summary_of(play.age[chosen], play.displacement[chosen], play.error[chosen])
             for segment in segments for play in noisy for method in dict.fromkeys(play.method)
@@ -110,7 +115,7 @@ def noise_rows(noisy, segments):
 
 
 def error_at(displacement, distances, errors):
-    """Error at a displacement by a straight line through the scores about it; None beyond the last score."""
+    """Error at a displacement, from a straight line through the nearest scores; None beyond the largest displacement."""
     if displacement > distances.max():
         return None
     away = numpy.abs(distances - displacement)
@@ -122,7 +127,7 @@ def error_at(displacement, distances, errors):
 
 
 def displacement_rows(held, segments):
-    """Error against displacement of every axis and method, each displacement from the slowest motion that reaches it."""
+    """One row per axis, method and displacement, from the slowest motion that reaches the displacement."""
     rows = []
     for axis in dict.fromkeys(segment.axis for segment in segments):
         own = sorted((segment for segment in segments if segment.axis == axis), key=lambda segment: segment.speed)
@@ -141,6 +146,7 @@ def displacement_rows(held, segments):
 
 
 def tremor_rows(tremors, segments):
+    """One row per tremor, array delay, prediction and method."""
     rows = []
     for segment in segments:
         for play in tremors:
@@ -154,11 +160,11 @@ def tremor_rows(tremors, segments):
 
 
 def loop_rows(loops):
-    """Mean and worst age of what is felt, and its parts on the way, of loops that differ in one part from the first."""
+    """Mean age, worst age and parts of the age of the current sample, one row per loop; `changed` compares with the first loop."""
     rows = []
     for play in loops:
         frames = table(play.folder / "frames.csv")
-        settled = play.time >= 0.3  # after frames with a shorter way to the first sample
+        settled = play.time >= 0.3  # the first frames have younger samples
         age = 1e3 * play.age[settled]
         solved = [1e3 * (float(row["started_s"]) - float(row["sampled_s"])) for row in frames]
         waited = float(numpy.mean(solved)) - play.loop["latency_ms"]
@@ -170,7 +176,7 @@ def loop_rows(loops):
     return rows
 
 
-# What the tables say
+# Sentences
 
 def curve(rows, axis, method):
     """Displacements and errors of delays_by_displacement.csv."""
@@ -180,7 +186,7 @@ def curve(rows, axis, method):
 
 
 def reaches(displacements, errors, level):
-    """Where the error first reaches a level, linear in between; None: nowhere."""
+    """The smallest displacement, linearly interpolated, at which the error reaches a level; None if there is none."""
     for i, error in enumerate(errors):
         if error >= level:
             if i == 0:
@@ -191,8 +197,11 @@ def reaches(displacements, errors, level):
 
 
 def answer_rows(by_displacement, speeds=(10, 50, 200)):
-    """Of every axis and method that knows the scattering: how far off it is as bad as `unscattered` without delay, and where it is
-    first better by less than a point than `unscattered` as far off; as lengths and as delays. What is nowhere is empty."""
+    """Two displacements, and the delays that they mean, per axis and method with scattering.
+
+    At `equal` the error reaches that of `unscattered` without delay. At `alike` the gain over `unscattered` at the same displacement
+    first drops to 1 percentage point. A displacement that is not reached is empty.
+    """
     rows = []
     knowing = [row for row in by_displacement if row["method"] != "unscattered"]
     for axis, method in dict.fromkeys((row["axis"], row["method"]) for row in knowing):
@@ -213,43 +222,48 @@ def answer_rows(by_displacement, speeds=(10, 50, 200)):
     return rows
 
 
+def in_words(items):
+    """"a", "a and b", "a, b and c"."""
+    return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)
+
+
 def milliseconds(value):
     return f"{float(value):,.0f}" if float(value) >= 100 else number(value, 2)
 
 
 def delays_in_words(row, name):
-    return ", ".join(f"{milliseconds(value)} ms at {key.rsplit('_', 1)[1]} mm/s" for key, value in row.items()
-                     if key.startswith(f"{name}_ms_at_"))
+    return in_words([f"{milliseconds(value)} ms at {key.rsplit('_', 1)[1]} mm/s" for key, value in row.items()
+                     if key.startswith(f"{name}_ms_at_")])
 
 
 def answer_sentences(rows):
     said = []
     for row in rows:
         gain = float(row["unscattered_at_rest"]) - float(row["at_rest"])
-        begin = (f"{AXES[row['axis']].capitalize()}, `{row['method']}`: without delay off by {percent(row['at_rest'])}, `unscattered` "
-                 f"by {percent(row['unscattered_at_rest'])}, {100 * gain:.1f} points more. ")
-        equal = (f"It is as far off as that once the hand has moved by {number(row['equal_mm'], 2)} mm "
-                 f"({delays_in_words(row, 'equal')}). "
-                 if row["equal_mm"] else f"It stays below that up to {row['tried_to_mm']} mm, as far as was tried. ")
-        alike = (f"At the same delay knowing the scattering gains less than a point once the hand has moved by "
-                 f"{number(row['alike_mm'], 2)} mm ({delays_in_words(row, 'alike')}), where it is off by "
-                 f"{percent(row['alike_error'], 0)}; further off it gains {float(row['beyond_least_points']):+.1f} to "
-                 f"{float(row['beyond_most_points']):+.1f} points."
-                 if row["alike_mm"] else "At the same delay knowing the scattering gains a point or more up to "
-                 f"{row['tried_to_mm']} mm, as far as was tried.")
+        at_rest = percent(row["unscattered_at_rest"])
+        begin = (f"**{AXES[row['axis']].capitalize()}, `{row['method']}`.** Without delay its error is {percent(row['at_rest'])}. "
+                 f"That of `unscattered` is {at_rest} ({100 * gain:+.1f} points). ")
+        equal = (f"Its error reaches {at_rest} once the hand has moved by {number(row['equal_mm'], 2)} mm. "
+                 f"This takes {delays_in_words(row, 'equal')}. "
+                 if row["equal_mm"] else f"Its error stays below {at_rest} up to {row['tried_to_mm']} mm, the largest displacement. ")
+        alike = (f"At the same delay, its gain over `unscattered` first drops to 1 point or less at {number(row['alike_mm'], 2)} mm. "
+                 f"This takes {delays_in_words(row, 'alike')}. The error there is {percent(row['alike_error'], 0)}. "
+                 f"From there on the gain is {float(row['beyond_least_points']):+.1f} to {float(row['beyond_most_points']):+.1f} points."
+                 if row["alike_mm"] else "At the same delay, its gain over `unscattered` stays above 1 point up to "
+                 f"{row['tried_to_mm']} mm, the largest displacement.")
         said.append(begin + equal + alike)
     return said
 
 
 def gains_of_prediction(rows, keys, kind, method="surface"):
-    """[(points that a prediction takes off the mean error, row without it)] of rows that are alike in `keys`."""
+    """[(reduction of the mean error by a prediction [points], row without prediction)] for rows with equal `keys`."""
     kept = {(tuple(row[key] for key in keys), row["predict"]): row for row in rows if row["method"] == method}
     return [(100 * (float(row["error_mean"]) - float(kept[alike, kind]["error_mean"])), row)
             for (alike, predict), row in kept.items() if predict == "none" and (alike, kind) in kept]
 
 
 def kinds_of(rows):
-    """Kinds of prediction among rows."""
+    """Kinds of prediction in the rows."""
     return [kind for kind in dict.fromkeys(row["predict"] for row in rows) if kind != "none"]
 
 
@@ -264,14 +278,16 @@ def prediction_sentences(delay, tremor):
                      if row["predict"] == kind}
             pays = [100 * (known[axis, array, "unscattered"] - error) for (axis, array, method), error in known.items()
                     if method == "surface" and (axis, array, "unscattered") in known]
-            said.append(f"`predict: {kind}` at a constant {speed} mm/s changes the mean error of `surface` by {-least:+.1f} points "
-                        f"({AXES[low['axis']]}, {low['array_ms']} ms) to {-most:+.1f} ({AXES[high['axis']]}, {high['array_ms']} ms)"
-                        + (f"; with it knowing the scattering gains {min(pays):+.1f} to {max(pays):+.1f} points." if pays else "."))
+            said.append(f"At a constant {speed} mm/s, `predict: {kind}` changes the mean error of `surface` by {-least:+.1f} to "
+                        f"{-most:+.1f} points. The first value is {AXES[low['axis']]} with an array delay of {low['array_ms']} ms, the "
+                        f"second {AXES[high['axis']]} with {high['array_ms']} ms."
+                        + (f" With this prediction `surface` gains {min(pays):+.1f} to {max(pays):+.1f} points over `unscattered`."
+                           if pays else ""))
     for kind in kinds_of(tremor):
         said.append(tremor_sentence(gains_of_prediction(tremor, ("hz", "amplitude_mm", "array_ms"), kind), kind))
     if tremor:
         worst = max((row for row in tremor if row["predict"] == "none"), key=lambda row: float(row["error_mean"]))
-        said.append(f"The worst tremor without prediction ({tremor_text(worst)}) leaves a mean error of {percent(worst['error_mean'])}.")
+        said.append(f"Without prediction, the largest mean error of a tremor is {percent(worst['error_mean'])} ({tremor_text(worst)}).")
     return said
 
 
@@ -282,37 +298,39 @@ def tremor_text(row):
 def tremor_sentence(gains, kind):
     (least, low), (most, high) = (choose(gains, key=lambda item: item[0]) for choose in (min, max))
     hurts = sum(gain < 0 for gain, _ in gains)
-    return (f"Of {len(gains)} tremors `{kind}` makes {hurts} worse and {len(gains) - hurts} not: from {-most:+.1f} points "
-            f"({tremor_text(high)}) to {-least:+.1f} ({tremor_text(low)}).")
+    return (f"`predict: {kind}` increases the mean error in {hurts} of {len(gains)} combinations of a tremor and an array delay. The "
+            f"changes are {-most:+.1f} points ({tremor_text(high)}) to {-least:+.1f} points ({tremor_text(low)}).")
 
 
 def noise_sentences(noise):
-    """What the kinds of prediction leave where the hand is seen with noise, a sentence an axis and speed."""
+    """Errors of the kinds of prediction with sensor noise, one item per axis and speed."""
     said = []
     for axis, speed in dict.fromkeys((row["axis"], row["speed_mm_s"]) for row in noise):
         own = [row for row in noise if (row["axis"], row["speed_mm_s"], row["method"]) == (axis, speed, "surface")]
-        said.append(f"Seen with noise of {NOISE_MM} mm rms, {own[0]['array_ms']} ms to the array, {AXES[axis]} at {speed} mm/s: "
-                    + ", ".join(f"`{row['predict']}` {percent(row['error_mean'])}" for row in own) + ".")
+        said.append(f"The sensor noise is {NOISE_MM} mm rms and the array delay {own[0]['array_ms']} ms. {AXES[axis].capitalize()} at "
+                    f"{speed} mm/s, the mean error of `surface` is "
+                    + in_words([f"{percent(row['error_mean'])} (`{row['predict']}`)" for row in own]) + ".")
     return said
 
 
 def loop_sentences(rows):
     whole = rows[0]
-    parts = {"the sensor's clock": float(whole["wait_ms_mean"]), "its latency": float(whole["latency_ms"]),
+    parts = {"sampling": float(whole["wait_ms_mean"]), "sensor latency": float(whole["latency_ms"]),
              "solving": float(whole["solve_ms"]), "the array": float(whole["array_ms"]),
              "holding the frame": float(whole["hold_ms_mean"])}
-    said = [f"The loop of scenes/moving.yaml (sensor at {whole['sensor_hz']} Hz, frames at {whole['frames_hz']} Hz): what is felt is "
-            f"{number(whole['age_ms_mean'])} ms old on average and {number(whole['age_ms_worst'])} ms at worst; on average "
-            + ", ".join(f"{number(value)} ms of it by {part}"
-                        for part, value in sorted(parts.items(), key=lambda item: -item[1])) + "."]
+    said = [f"In the loop of scenes/moving.yaml the sensor runs at {whole['sensor_hz']} Hz and frames come at {whole['frames_hz']} Hz. "
+            f"The sound is for a sample that is {number(whole['age_ms_mean'])} ms old on average and {number(whole['age_ms_worst'])} ms "
+            "at worst. The mean consists of "
+            + in_words([f"{part} ({number(value)} ms)" for part, value in sorted(parts.items(), key=lambda item: -item[1])]) + "."]
     for row in rows[1:]:
         changed = " and ".join(words.format(row[key]) for key, words in CHANGED.items() if row[key] != whole[key])
-        said.append(f"With {changed}: {number(row['age_ms_mean'])} ms, at worst {number(row['age_ms_worst'])} ms.")
+        said.append(f"With {changed} the age is {number(row['age_ms_mean'])} ms on average and {number(row['age_ms_worst'])} ms "
+                    "at worst.")
     return said
 
 
 def reference_sentence(rows):
-    """How far the rise above rest is from the prototype's."""
+    """Difference of the rise of the error above its value at rest from that of the prototype."""
     said = []
     for axis in dict.fromkeys(row["axis"] for row in rows):
         own = [row for row in rows if row["axis"] == axis and row["reference"] != "nan"]
@@ -321,13 +339,13 @@ def reference_sentence(rows):
         if own:
             away = [(float(row["relative_error"]) - rest) - (float(row["reference"]) - REFERENCE_REST) for row in own]
             most = max(range(len(own)), key=lambda i: abs(away[i]))
-            said.append(f"{AXES[axis]} {100 * away[most]:+.1f} points at {own[most]['displacement_mm']} mm")
-    return ("The rise of `surface`'s error above that at rest differs from a prototype's, which solved on 2,404 faces (and moved away "
-            "from the array instead of towards it), by at most: " + ", ".join(said) + ".")
+            said.append(f"at {own[most]['displacement_mm']} mm {AXES[axis]} ({100 * away[most]:+.1f} points)")
+    return ("The rise of the error of `surface` above its value at rest is compared with that of a prototype. The prototype solved on "
+            "2,404 faces, and moved away from the array instead of towards it. The two rises differ most " + in_words(said) + ".")
 
 
 def figure(held, predicted, segments, path):
-    """Error against age; predictions dashed or dotted."""
+    """Error against age. Lines with prediction are dashed or dotted."""
     axes_of = list(dict.fromkeys(segment.axis for segment in segments))
     speeds = list(dict.fromkeys(segment.speed for segment in segments))
     drawing, panels = pyplot.subplots(len(axes_of), len(speeds), figsize=(4.3 * len(speeds) + 1.5, 3 * len(axes_of)),
@@ -349,7 +367,7 @@ def figure(held, predicted, segments, path):
     for panel in panels[-1]:
         panel.set_xlabel("age of the sample [ms]")
     for panel in panels[:, 0]:
-        panel.set_ylabel("judged error [%]")
+        panel.set_ylabel("evaluated error [%]")
     panels[0, 0].legend(fontsize=8)
     drawing.savefig(path, dpi=90)
     pyplot.close(drawing)

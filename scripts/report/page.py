@@ -252,8 +252,8 @@ def add_widths(page, work, report, trials, result):
     page.add(lines_of(widths_words.sentences(result)))
 
 
-DELAYS = "## How much delay there is and what it does"
-CAMERAS = "## What it costs that cameras see the hand"
+DELAYS = "## The delay and its effect"
+CAMERAS = "## Effect of camera errors"
 ARRAYS = "## Patterns in time, tolerances and other arrays"
 AGAIN = "## Reproduction"
 
@@ -271,20 +271,23 @@ def add_delays(page, work, report, quick):
     for name, rows in tables.items():
         write_table(report / f"tables/{name}.csv", rows, origin)
     delays.figure(held, predicted, segments, report / "figures/delays.png")
-    page.add(f"{DELAYS}\n\nThe 8 mm box on a finger that moves through the place of the scenes above, 200 mm above the array, at "
-             "constant velocity or shaking across itself; phases are found on a mesh of some 570 faces (scenes/moving.yaml), errors judged on "
-             "the whole hand. Every score counts with the age of the sample that its phases are of. Without prediction frames are "
-             "held for 200 ms, 30 steps each, so that one play has every age; with it, and of tremor, frames come at 20 Hz, 10 steps "
-             "each, of a sensor at 30 Hz, and solving takes no time: the delay is the array's. Noise of the sensor is new in every sample; "
-             "results/tables/prediction_gain.csv (scripts/prediction_study) has what cameras see, at more speeds and delays.")
-    page.figure("delays.png", "Judged error against the age of the sample that the phases are of. Dashed: with `predict: linear`; dotted: with `kalman`. Numbers: "
+    page.add(f"{DELAYS}\n\nThe target is the 8 mm box on a finger. The finger moves through its place in the scenes above, 200 mm above "
+             "the array. It moves at constant velocity, or it shakes in the direction across the finger. Phases are found on a mesh of "
+             "some 570 faces (scenes/moving.yaml), and errors are evaluated on the whole hand. The age of a score is the time since the "
+             "sample that its phases are for. Without prediction each frame has 30 iterations and is held for 200 ms, so one play has "
+             "all ages. With prediction, sensor noise or tremor, the sensor runs at 30 Hz, and frames come at 20 Hz with 10 iterations "
+             "each. Solving takes no time, so the array alone adds a delay. Sensor noise is independent from sample to sample. Points "
+             "are percentage points. results/tables/prediction_gain.csv (scripts/prediction_study) has results with cameras, and more "
+             "speeds and delays.")
+    page.figure("delays.png", "Evaluated error against the age of the sample that the phases are for. Dashed lines are with "
+                "`predict: linear`, dotted lines with `predict: kalman`. Numbers: "
                 + ", ".join(f"[{name}](tables/{name}.csv)" for name in tables) + ".", origin)
     page.add(lines_of([*delays.answer_sentences(tables["delays_answers"]),
                        *delays.prediction_sentences(tables["delays"], tables["delays_tremor"]),
                        *delays.noise_sentences(tables["delays_noise"]),
                        *delays.loop_sentences(tables["delays_loop"]), delays.reference_sentence(by_displacement)]))
-    shown = {"speed_mm_s": "mm/s", "array_ms": "delay of the array [ms]", "age_ms_mean": "mean age [ms]",
-             "displacement_mm_mean": "mean displacement [mm]", "error_mean": "mean error", "error_p95": "95 %"}
+    shown = {"speed_mm_s": "speed [mm/s]", "array_ms": "array delay [ms]", "age_ms_mean": "mean age [ms]",
+             "displacement_mm_mean": "mean displacement [mm]", "error_mean": "mean error", "error_p95": "95th percentile"}
     page.table("delays.csv", ["axis", "predict", "method", *shown.values()],
                [[row["axis"], row["predict"], row["method"], *(row[key] for key in list(shown)[:2]),
                  number(row["age_ms_mean"]), number(row["displacement_mm_mean"], 2), percent(row["error_mean"]),
@@ -297,23 +300,26 @@ def add_cameras(page, work, report, quick):
     write_table(report / "tables/cameras.csv", rows, origin)
     cameras.figure(rows, report / "figures/cameras.png")
     noise = report / "tables/widths_noise.csv"
-    page.add(f"{CAMERAS}\n\nThe hand of scenes/cameras.yaml, which sways at up to 50 mm/s while its finger flexes, is seen by depth cameras; the "
-             "built-in hand, its shape learnt from the first second, is fitted to their images (docs/cameras.md), phases are found on the "
-             "fitted skin of some 570 faces and the incident pressure beyond it, and judged on the whole true hand. Nothing is late here, so that what is left above the exact "
-             "sensor is what seeing costs. The cameras are simulated: their noise is independent from image to image, and they know "
-             "where they stand unless a row says otherwise.")
-    page.figure("cameras.png", "Judged error (mean and 95 %) against what is changed of the sensor. Grey: the skin known exactly. Squares: how far the skin about the target is off.",
-                origin)
+    page.add(f"{CAMERAS}\n\nDepth cameras see the hand of scenes/cameras.yaml. It sways at up to 50 mm/s while its finger flexes. The "
+             "built-in hand is fitted to their images (docs/cameras.md). Its shape is learnt from the first second. Phases are found on "
+             "some 570 faces of the fitted skin; the rest of the hand has the incident pressure. The phases are evaluated on the whole "
+             "true hand. There is no delay here, so any error above that of the exact sensor comes from the sensor. The cameras are "
+             "simulated. Their noise is independent from image to image. Their positions and rotations are known exactly unless a row "
+             "says otherwise. Changes are relative to the exact sensor, in percentage points.")
+    page.figure("cameras.png", "Evaluated error (mean and 95th percentile) against one property of the sensor. Grey lines are for skin "
+                "that is known exactly. Squares show how far the skin around the target is off.", origin)
     population = table(cameras.POPULATION)
     page.add(cameras.population_sentence(population))
-    page.add(markdown_table(["cameras", "hands", "found", "wrong", "seen skin [mm]", "farthest fingertip [mm]"],
+    page.add(markdown_table(["cameras", "hands", "found", "wrong", "error of the seen skin [mm]",
+                             "error of the worst fingertip [mm]"],
                             [[row["cameras"], row["name"], percent(row["found"]), percent(row["wrong"]), row["skin_mm"], row["tip_mm"]]
                              for row in population]))
     page.add(lines_of(cameras.sentences(rows, table(noise) if noise.exists() else [])))
-    page.table("cameras.csv", ["sensor", "value", "hand", "lost", "skin [mm]", "at the target [mm]", "mean error", "95 %", "above [points]"],
-               [[row["sensor"], row["value"], row["hand"], f"{row['lost']} of {row['frames']}", number(row["skin_mm"], 2),
-                 number(row["patch_mm"], 2), percent(row["error_mean"]), percent(row["error_p95"]), cameras.points(row)] for row in rows],
-               origin)
+    page.table("cameras.csv", ["sensor", "value", "hand", "lost frames", "skin off by [mm]", "at the target [mm]", "mean error",
+                               "95th percentile", "above exact [points]"],
+               [[row["sensor"], cameras.shown(row["value"]), cameras.shown(row["hand"]), f"{row['lost']} of {row['frames']}",
+                 number(row["skin_mm"], 2), number(row["patch_mm"], 2), percent(row["error_mean"]), percent(row["error_p95"]),
+                 cameras.points(row)] for row in rows], origin)
 
 
 def add_arrays(page, work, report, quick):

@@ -1,4 +1,4 @@
-"""The sensors in the study of cameras: one case per sensor, all of the same motion without delay."""
+"""Sensors in the study of cameras: one case per sensor, without delay."""
 
 import dataclasses
 import json
@@ -8,13 +8,13 @@ import numpy
 
 BASE = "scenes/cameras.yaml"
 LOOK_AT = (0, -50, 215)  # [mm]
-BESIDE = ((-280, -50, 0), (280, -50, 0), (0, 270, 0), (0, -370, 0))  # the scene's three, and a fourth under the wrist
+BESIDE = ((-280, -50, 0), (280, -50, 0), (0, 270, 0), (0, -370, 0))  # the three of the scene, and a fourth under the wrist
 TEMPLATES = "template's"
 OTHER = "other size"
 BUMPY = "bumpy"
 PLAIN = {"motion.seconds": "0.8", "motion.solve_ms": "0", "motion.array_ms": "0", "motion.frames_hz": "20", "motion.score_hz": "20",
          "motion.iterations": "10", "solve.methods": "[surface]", "write": "[h5]"}
-SETTLED = 4  # frames that are left out: the first ones come from zero
+SETTLED = 4  # first frames that do not count, because their phases start from zero
 
 
 @dataclasses.dataclass(frozen=True)
@@ -28,18 +28,18 @@ class Case:
         return "_".join(part for part in f"{self.group} {self.value}".replace(".", "p").replace("-", " ").split())
 
     def same(self):
-        """What two cases have in common that differ in their sensor alone."""
+        """Everything but the sensor, for comparison with another case."""
         return self.hand, tuple(sorted((path, value) for path, value in self.changes.items() if path != "motion.sensor"))
 
     def line(self, bumpy, judge):
-        """As a case of a sweep; `bumpy`: what makes the scene's hand a bumpy one."""
+        """The case as a line of a sweep. `bumpy` has the changes that make the hand of the scene bumpy."""
         hands = {TEMPLATES: {}, OTHER: {"body.hand": "{pose: index_up, length_mm: 178, breadth_mm: 79}"}, BUMPY: bumpy}
         changes = PLAIN | {"judge": judge} | self.changes | hands[self.hand]
         return f"  - {{name: {self.name()}, " + ", ".join(f"{path}: {value}" for path, value in changes.items()) + "}\n"
 
 
 def bumpy_hand(program, folder):
-    """A hand of 186 x 84 mm with smooth bumps of 0.8 mm rms that no proportions make, as a mesh; changes of a scene that has it."""
+    """Writes the mesh of a hand of 186 x 84 mm with smooth bumps of 0.8 mm rms; returns the changes of a scene that uses it."""
     smooth, bumpy = folder / "smooth.off", folder / "bumpy.off"
     made = subprocess.run([program, "hand", "--pose", "index_up", "--length-mm", "186", "--breadth-mm", "84", "--edge-mm", "2.5", "-o",
                            smooth, "--force", "--json"], check=True, capture_output=True, text=True).stdout
@@ -70,7 +70,7 @@ def sensor(sight, hz=20):
 
 
 def cameras(count=3, scale=1.0, hz=20, seed=1, **keys):
-    """So many cameras, as far from the hand as the scene's times `scale`."""
+    """The sensor with `count` cameras. Their distances from the hand are those of the scene times `scale`."""
     def camera(at):
         place = [f"{look + scale * (x - look):.4g}" for x, look in zip(at, LOOK_AT)]
         more = "".join(f", {key}: {value}" for key, value in keys.items())
@@ -80,7 +80,7 @@ def cameras(count=3, scale=1.0, hz=20, seed=1, **keys):
 
 
 def of_a_mesh():
-    """The scene's cameras where the scene's body is no built-in hand, which says what is fitted."""
+    """The cameras of the scene for a body that is not a built-in hand; the sensor then names the hand that is fitted."""
     return {"motion.sensor": cameras()["motion.sensor"][:-1] + ", hand: {pose: index_up}}"}
 
 

@@ -1,4 +1,4 @@
-"""What the report says of patterns in time, tolerances and other arrays, from small tables."""
+"""Sentences on patterns in time, tolerances and other arrays, from small tables."""
 
 import pathlib
 import tempfile
@@ -28,13 +28,13 @@ class Texts(unittest.TestCase):
             for name, text in TABLES.items():
                 (pathlib.Path(folder) / name).write_text(text)
             patterns, pattern_rows, robust, _, layouts, layout_rows = arrays.texts()
-        self.assertIn("0.0 to 0.3 points above", patterns)  # neither limited nor short paths
+        self.assertIn("0.0 to 0.3 points above", patterns)  # without limited and short paths
         self.assertIn("scripts/pattern_tables; revision: abc", patterns)
         self.assertEqual(pattern_rows.count("\n"), 5)
         self.assertIn("| circle of 10 | 10 | 81.0 % | 2.5 | 179 | 2 |", pattern_rows)
         self.assertIn("54.9 % instead of 67.6 %", robust)
-        self.assertIn("Of 3 layouts of at most 1,500 transducers, phases alone reach 43.0 %", layouts)
-        self.assertIn("the best reaches 34.4 %, and 2 layouts are below 35 %", layouts)
+        self.assertIn("Among 3 layouts of at most 1,500 transducers, the lowest error with phases alone is 43.0 %", layouts)
+        self.assertIn("With amplitudes it is 34.4 %, and 2 layouts are below 35 %", layouts)
         self.assertIn("| dense | one | 1400 | 60.0 % | 34.4 % | 7.0 |", layout_rows)
 
 

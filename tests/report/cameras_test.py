@@ -1,4 +1,4 @@
-"""The study of what cameras cost: its cases, and what follows from a small table."""
+"""The study of camera errors: its cases, and the sentences from a small table."""
 
 import csv
 import pathlib
@@ -17,7 +17,8 @@ def row(sensor, value, above, patch="0.1", hand=sights.TEMPLATES, lost="0", erro
             "error_mean": str(error + above), "error_p95": str(error + above), "above": str(above)}
 
 
-ROWS = [row("exact", "", 0, "nan"), row("noise", "0.5", 0.01, "0.5"), row("cameras", "1", 0.02, "0.3"), row("cameras", "3", 0.004, "0.12"),
+ROWS = [row("exact", "", 0, "nan"), row("noise", "0.5", 0.01, "0.5"), row("cameras", "1", 0.02, "0.3"),
+        row("cameras", "3", 0.004, "0.12"),
         row("disparity noise", "0.32", 0.03, "0.4"), row("disparity noise", "0", 0.001, "0.04"),
         row("hand", sights.BUMPY, 0.025, "0.2", sights.BUMPY, "2"),
         row("distance", "0.75", float("nan"), "nan", lost="20"), row("distance", "2", 0.02)]
@@ -27,13 +28,13 @@ THIRDS = [{"observer": "width reader", "method": "paper", "third": third, "noise
 
 
 class Cases(unittest.TestCase):
-    def test_names_are_names_and_differ(self):
+    def test_names_are_valid_and_differ(self):
         names = [case.name() for case in sights.cases()]
         self.assertEqual(len(names), len(set(names)))
         for name in names:
             self.assertRegex(name, r"^[A-Za-z0-9_-]+$")
 
-    def test_scale_is_that_of_the_way_to_the_hand(self):
+    def test_scale_multiplies_the_distance_from_the_hand(self):
         self.assertIn("at_mm: [-560, -50, -215]", sights.cameras(count=1, scale=2)["motion.sensor"])
         self.assertIn("at_mm: [-280, -50, 0]", sights.cameras(count=1)["motion.sensor"])
 
@@ -53,7 +54,7 @@ class Table(unittest.TestCase):
             writer.writeheader()
             writer.writerows(rows)
 
-    def test_a_case_is_its_frames_after_the_first_ones(self):
+    def test_the_first_frames_of_a_case_do_not_count(self):
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
             frames = [{"frame": k, "lost": int(k == 7), "skin_off_mm": "nan" if k == 7 else 9 if k < sights.SETTLED else 0.3,
@@ -64,41 +65,46 @@ class Table(unittest.TestCase):
         self.assertEqual((found["frames"], found["lost"]), ("6", "1"))
         self.assertEqual((found["skin_mm"], found["patch_mm"], found["error_mean"]), ("0.3", "0.2", "0.5"))
 
-    def test_a_group_has_the_standard_case_in_its_place(self):
+    def test_a_group_includes_the_standard_case_in_order(self):
         self.assertEqual([own["value"] for own in cameras.group_of(ROWS, "disparity noise")], ["0", "0.08", "0.32"])
         self.assertEqual([own["value"] for own in cameras.group_of(ROWS, "cameras")], ["1", "3"])
 
 
 class Sentences(unittest.TestCase):
-    def test_numbers_are_the_table_s(self):
+    def test_numbers_come_from_the_table(self):
         said = cameras.sentences(ROWS, THIRDS)
         self.assertIn("45.0 %", said[0])
         self.assertIn("+0.4 points", said[0])
-        self.assertIn("0.12 mm about the target", said[0])
-        self.assertTrue(any("lost in 2 of 20 frames" in line for line in said))
-        self.assertTrue(any("0.75: always lost; " in line for line in said), said)
-        self.assertTrue(any("costs is +3.0 points (disparity noise [pixels rms]: 0.32)" in line for line in said), said)
-        self.assertTrue(said[-1].endswith("By this model they cannot."), said[-1])
+        self.assertIn("0.12 mm rms around the target", said[0])
+        self.assertTrue(any("lost in 2 of 20 frames (bumpy)." in line for line in said), said)
+        self.assertTrue(any("+0.4 points (default size)" in line for line in said), said)
+        self.assertTrue(any(line.endswith("by +0.4 points (1) and +2.0 points (2). The skin around the target is off by 0.12 mm and "
+                                          "0.1 mm. The hand is always lost (0.75).") for line in said), said)
+        self.assertTrue(any("is +3.0 points (disparity noise [pixels rms]: 0.32)" in line for line in said), said)
+        self.assertIn("by 0.12 mm, which is below 0.46 mm. ", said[-1])
+        self.assertTrue(said[-1].endswith("By this model camera errors cannot explain it."), said[-1])
 
-    def test_cameras_that_are_worse_than_any_trial_may(self):
+    def test_errors_above_those_of_all_trials_may_explain_it(self):
         worse = [own | {"patch_mm": "1.5"} if (own["sensor"], own["value"]) == ("cameras", "3") else own for own in ROWS]
-        self.assertTrue(cameras.sentences(worse, THIRDS)[-1].endswith("they may."))
+        said = cameras.sentences(worse, THIRDS)[-1]
+        self.assertTrue(said.endswith("by 1.5 mm, which is not below 0.97 mm. By this model camera errors may explain it."), said)
 
-    def test_without_the_study_of_widths_it_answers_nothing(self):
+    def test_there_is_no_answer_without_the_study_of_widths(self):
         self.assertFalse(any("Can camera errors explain" in line for line in cameras.sentences(ROWS, [])))
 
 
 class Population(unittest.TestCase):
-    def test_the_sentence_is_of_all_hands(self):
+    def test_the_sentence_counts_all_hands(self):
         rows = [{"cameras": cameras_, "group": "kind", "name": name, "hands": hands, "found": found, "wrong": "0.01", "skin_mm": "1.5",
                  "tip_mm": "6"} for cameras_, name, hands, found in (("1", "plain", "20", "0.5"), ("1", "all", "40", "0.9"),
                                                                      ("3", "plain", "20", "0.4"), ("3", "all", "40", "0.8"))]
         said = cameras.population_sentence(rows)
         self.assertIn("40 hands of the body model anny", said)
-        self.assertIn("find 90.0 % of them, three cameras find 80.0 % of the frames; 1.0 %", said)
+        self.assertIn("of one camera, 90.0 % of the hands are found. With three cameras the hand is found in 80.0 % of the frames. "
+                      "In 1.0 %", said)
 
-    def test_the_kept_table_has_what_the_report_says(self):
-        self.assertIn("three cameras find", cameras.population_sentence(runs.table(cameras.POPULATION)))
+    def test_the_stored_table_has_the_rows_for_the_report(self):
+        self.assertIn("With three cameras", cameras.population_sentence(runs.table(cameras.POPULATION)))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The study of delays: which scores are of which motion, and what follows from small tables."""
+"""The study of delays: which scores belong to which motion, and the results from small tables."""
 
 import dataclasses
 import pathlib
@@ -16,7 +16,7 @@ LOOP = {"sensor_hz": 30.0, "latency_ms": 0.0, "frames_hz": 20.0, "solve_ms": 0.0
 
 
 def play(predict="none", array_ms=0.0, methods=("surface", "unscattered"), age=0.05, rise=0.1):
-    """Scores every 10 ms for 1 s, of one age, of a hand at 50 mm/s whose error grows by `rise` a mm."""
+    """Scores every 10 ms for 1 s, all of one age. The hand moves at 50 mm/s and the error grows by `rise` per mm."""
     time = numpy.tile(numpy.arange(100) * 0.01, len(methods))
     names = numpy.repeat(methods, 100)
     ages = numpy.full(len(time), age)
@@ -31,19 +31,19 @@ def displacement_table(surface, unscattered, axis="across"):
 
 
 class Course(unittest.TestCase):
-    def test_the_hand_is_steady_where_it_is_said_to_be(self):
-        """Keys of a translation lie on the line of its speed, which crosses the middle."""
+    def test_the_velocity_is_constant_within_a_segment(self):
+        """Keys of a translation lie on a line with its speed, through the centre."""
         for segment in course.translations():
             self.assertGreater(segment.end - segment.begin, 0.4)
         text = course.translation_change()
         first = course.translations()[0]
         self.assertEqual((first.axis, first.speed, first.begin, first.end), ("across", 10, 0.15, 0.57))
         self.assertIn("[0.15, 2.1], [0.57, -2.1]", text)  # 10 mm/s for 0.42 s
-        self.assertIn("[0.15, 200], [0.57, 200]", text)  # and nothing else moves
+        self.assertIn("[0.15, 200], [0.57, 200]", text)  # nothing else moves
         towards = course.translations()[-1]
         self.assertIn(f"[{towards.begin:g}, 242], [{towards.end:g}, 158]", text)
 
-    def test_a_tremor_is_whole_periods(self):
+    def test_a_tremor_has_whole_periods(self):
         for segment in course.tremors():
             periods = segment.hz * (segment.end - segment.begin)
             self.assertAlmostEqual(periods, round(periods))
@@ -53,11 +53,11 @@ class Course(unittest.TestCase):
 class Scores(unittest.TestCase):
     segment = course.Translation("across", 50, 0.2, 0.6)
 
-    def test_sampled_and_felt_within(self):
+    def test_scores_and_their_samples_lie_in_the_segment(self):
         seen = play(methods=("surface",))
         self.assertAlmostEqual(seen.time[delays.within(seen, self.segment)].min(), 0.25)
         self.assertAlmostEqual(seen.time[delays.within(seen, self.segment)].max(), 0.6)
-        predicted = play(predict="linear", methods=("surface",))  # the sample before, 33 ms earlier, as well
+        predicted = play(predict="linear", methods=("surface",))  # also the previous sample, 33 ms earlier
         self.assertAlmostEqual(predicted.time[delays.within(predicted, self.segment)].min(), 0.29)
 
     def test_without_prediction_the_same_ages_are_compared(self):
@@ -70,7 +70,7 @@ class Scores(unittest.TestCase):
         self.assertEqual({row["age_ms_mean"] for row in rows}, {"150"})
         self.assertEqual([float(row["error_mean"]) for row in rows], [1.2, 1.28, 0.45])
 
-    def test_rows_without_prediction_are_there_once(self):
+    def test_rows_without_prediction_appear_once(self):
         predicted = [play(kind, 0.0, ("surface",), 0.1) for kind in ("linear", "kalman")]
         rows = delays.delay_rows(play(methods=("surface",), age=0.15), predicted, [self.segment])
         self.assertEqual([row["predict"] for row in rows], ["none", "linear", "kalman"])
@@ -86,7 +86,7 @@ class Scores(unittest.TestCase):
         self.assertIsNone(delays.error_at(2.1, distances, errors))
         self.assertAlmostEqual(delays.error_at(1, numpy.ones(5), numpy.full(5, 0.7)), 0.7)
 
-    def test_each_displacement_is_of_the_slowest_motion_that_reaches_it(self):
+    def test_each_displacement_comes_from_the_slowest_motion_that_reaches_it(self):
         ages = numpy.linspace(0, 0.2, 21)
         slow, fast = course.Translation("along", 10, 0, 1), course.Translation("along", 50, 1, 2)
         time = numpy.concatenate([0.5 + ages, 1.5 + ages])
@@ -94,7 +94,7 @@ class Scores(unittest.TestCase):
         held = delays.Play(pathlib.Path(), LOOP, "none", numpy.array(["surface"] * 42), time, numpy.tile(ages, 2), moved,
                            0.45 + 0.05 * moved)
         rows = delays.displacement_rows(held, [fast, slow])
-        self.assertEqual(rows[-1]["displacement_mm"], "10")  # nothing goes further
+        self.assertEqual(rows[-1]["displacement_mm"], "10")  # the largest displacement
         for row in rows:
             displacement = float(row["displacement_mm"])
             self.assertEqual(row["from_speed_mm_s"], "10" if displacement <= 2 else "50")
@@ -109,19 +109,21 @@ class Answers(unittest.TestCase):
         self.assertAlmostEqual(float(row["alike_mm"]), 1 + 0.05 / 0.055, places=3)  # the gain falls from 6 to 0.5 points
         self.assertEqual([float(row[f"beyond_{which}_points"]) for which in ("least", "most")], [-1, 0.5])
         said, = delays.answer_sentences([row])
-        self.assertIn("Across the finger, `surface`: without delay off by 45.0 %, `unscattered` by 54.0 %, 9.0 points more.", said)
-        self.assertIn("once the hand has moved by 1.4 mm (140 ms at 10 mm/s, 28 ms at 50 mm/s, 7 ms at 200 mm/s)", said)
-        self.assertIn("less than a point once the hand has moved by 1.9 mm (191 ms at 10 mm/s, 38 ms at 50 mm/s, 9.5 ms at 200 "
-                      "mm/s), where it is off by 59 %; further off it gains -1.0 to +0.5 points.", said)
+        self.assertIn("**Across the finger, `surface`.** Without delay its error is 45.0 %. That of `unscattered` is 54.0 % "
+                      "(+9.0 points).", said)
+        self.assertIn("Its error reaches 54.0 % once the hand has moved by 1.4 mm. This takes 140 ms at 10 mm/s, 28 ms at 50 mm/s and "
+                      "7 ms at 200 mm/s.", said)
+        self.assertIn("first drops to 1 point or less at 1.9 mm. This takes 191 ms at 10 mm/s, 38 ms at 50 mm/s and 9.5 ms at 200 "
+                      "mm/s. The error there is 59 %. From there on the gain is -1.0 to +0.5 points.", said)
 
-    def test_what_is_nowhere_is_said_to_be(self):
+    def test_a_displacement_that_is_not_reached(self):
         row, = delays.answer_rows(displacement_table((0.45, 0.46, 0.47, 0.48), (0.54, 0.55, 0.56, 0.57)))
         self.assertEqual((row["equal_mm"], row["alike_mm"], row["equal_ms_at_50"]), ("", "", ""))
         said, = delays.answer_sentences([row])
-        self.assertIn("It stays below that up to 4 mm", said)
-        self.assertIn("gains a point or more up to 4 mm", said)
+        self.assertIn("Its error stays below 54.0 % up to 4 mm", said)
+        self.assertIn("stays above 1 point up to 4 mm", said)
 
-    def test_what_prediction_buys(self):
+    def test_changes_by_prediction(self):
         def row(predict, error, **more):
             return {"predict": predict, "method": "surface", "error_mean": str(error)} | more
 
@@ -131,21 +133,22 @@ class Answers(unittest.TestCase):
             ("8", (0.6, 0.7)), ("12", (0.55, 0.5))) for predict, error in zip(("none", "linear"), errors)]
         moved += [row("linear", 0.56, axis="across", speed_mm_s="50", array_ms="70") | {"method": "unscattered"}]
         said = delays.prediction_sentences(moved, shaken)
-        self.assertIn("; with it knowing the scattering gains +6.0 to +6.0 points.", said[0])
-        self.assertIn("changes the mean error of `surface` by -1.0 points (towards the array, 70 ms) to -30.0 (across the finger, "
-                      "70 ms)", said[0])
-        self.assertIn("Of 2 tremors `linear` makes 1 worse and 1 not: from -5.0 points (1 mm at 12 Hz, 70 ms) to +10.0 (1 mm at "
-                      "8 Hz, 70 ms)", said[1])
-        self.assertIn("leaves a mean error of 60.0 %", said[2])
+        self.assertIn(" With this prediction `surface` gains +6.0 to +6.0 points over `unscattered`.", said[0])
+        self.assertIn("changes the mean error of `surface` by -1.0 to -30.0 points. The first value is towards the array with an array "
+                      "delay of 70 ms, the second across the finger with 70 ms.", said[0])
+        self.assertIn("`predict: linear` increases the mean error in 1 of 2 combinations", said[1])
+        self.assertIn("The changes are -5.0 points (1 mm at 12 Hz, 70 ms) to +10.0 points (1 mm at 8 Hz, 70 ms).", said[1])
+        self.assertIn("the largest mean error of a tremor is 60.0 % (1 mm at 8 Hz, 70 ms).", said[2])
 
-    def test_every_kind_of_prediction_is_told(self):
+    def test_every_kind_of_prediction_has_a_sentence(self):
         rows = [{"predict": kind, "method": "surface", "error_mean": str(error), "axis": "across", "speed_mm_s": "50", "array_ms": "70"}
                 for kind, error in (("none", 0.8), ("linear", 0.6), ("kalman", 0.5))]
         linear, kalman = delays.prediction_sentences(rows, [])
-        self.assertIn("`predict: linear` at a constant 50 mm/s changes the mean error of `surface` by -20.0 points", linear)
-        self.assertIn("`predict: kalman` at a constant 50 mm/s changes the mean error of `surface` by -30.0 points", kalman)
+        self.assertIn("At a constant 50 mm/s, `predict: linear` changes the mean error of `surface` by -20.0 to -20.0 points", linear)
+        self.assertIn("At a constant 50 mm/s, `predict: kalman` changes the mean error of `surface` by -30.0 to -30.0 points", kalman)
         said, = delays.noise_sentences(rows)
-        self.assertTrue(said.endswith("70 ms to the array, across the finger at 50 mm/s: `none` 80.0 %, `linear` 60.0 %, `kalman` 50.0 %."))
+        self.assertTrue(said.endswith("the array delay 70 ms. Across the finger at 50 mm/s, the mean error of `surface` is 80.0 % "
+                                      "(`none`), 60.0 % (`linear`) and 50.0 % (`kalman`)."), said)
 
     def test_parts_of_the_loop(self):
         """Samples that wait 10 ms, 45 ms to solve, held for 0 to 50 ms."""
@@ -161,15 +164,15 @@ class Answers(unittest.TestCase):
         self.assertAlmostEqual(float(rows[0]["hold_ms_mean"]), 24.5)
         self.assertAlmostEqual(float(rows[0]["age_ms_worst"]), 104)
         said = delays.loop_sentences(rows)
-        self.assertIn("45 ms of it by solving, 24.5 ms of it by holding the frame, 10 ms of it by the sensor's clock, 0 ms", said[0])
-        self.assertIn("With a sensor that is 5 ms late: ", said[1])
+        self.assertIn("solving (45 ms), holding the frame (24.5 ms), sampling (10 ms), ", said[0])
+        self.assertIn("With a sensor latency of 5 ms the age is ", said[1])
 
-    def test_how_far_from_the_prototype(self):
+    def test_difference_from_the_prototype(self):
         rows = displacement_table((0.46, 0.53, 0.7, 0.9), (0.54, 0.6, 0.7, 0.9))
         for row in rows:
             if row["method"] == "surface" and row["displacement_mm"] != "0":
                 row["reference"] = str(delays.REFERENCE["across"][int(row["displacement_mm"])])
-        self.assertIn("at most: across the finger +3.1 points at 4 mm.", delays.reference_sentence(rows))  # 0.44 and 0.409
+        self.assertIn("differ most at 4 mm across the finger (+3.1 points).", delays.reference_sentence(rows))  # 0.44 and 0.409
 
 
 if __name__ == "__main__":

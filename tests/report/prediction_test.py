@@ -1,4 +1,4 @@
-"""The study of prediction: where its hand goes, which scores count, and what its tables say of them."""
+"""The study of prediction: the path of its hand, the scores that count, and its tables."""
 
 import importlib.machinery
 import importlib.util
@@ -22,7 +22,7 @@ class Course(unittest.TestCase):
     def place(self, axis, time):
         return numpy.interp(time, *zip(*self.course.keys[axis]))
 
-    def test_keys_go_on(self):
+    def test_times_of_keys_increase(self):
         for points in self.course.keys.values():
             self.assertTrue((numpy.diff([time for time, _ in points]) > 0).all())
             self.assertLessEqual(points[-1][0], self.course.now)
@@ -32,7 +32,7 @@ class Course(unittest.TestCase):
         self.assertGreaterEqual(low, 150)
         self.assertLessEqual(high, 250)
 
-    def test_every_speed_is_there_and_is_that(self):
+    def test_every_part_has_its_speed(self):
         found = set()
         for kind, axis, speed, begin, end in self.course.parts:
             found.add((kind, axis, speed))
@@ -54,8 +54,8 @@ class Course(unittest.TestCase):
 
 
 class Tables(unittest.TestCase):
-    def test_gains_are_over_the_better_of_the_others(self):
-        """Of two seeds, whose errors differ by a tenth; scores of a sample before the part do not count."""
+    def test_gains_compare_with_the_better_alternative(self):
+        """The errors of the two seeds differ by 0.1. Scores with a sample before the part do not count."""
         parts = [("rest", "", 0, 0.5, 1.0)]
         cases = study.cases_of(2, 0)
         self.assertEqual(len(cases), 6)

@@ -132,7 +132,7 @@ class Reproduce(unittest.TestCase):
     def test_one_part_is_refreshed_where_it_stands(self):
         page = self.folder / "report/report.md"
         before = page.read_text()
-        headings = {"delays": "## How much delay there is and what it does\n", "cameras": "## What it costs that cameras see the hand\n",
+        headings = {"delays": "## The delay and its effect\n", "cameras": "## Effect of camera errors\n",
                     "": "## Reproduction\n"}
         ends = [before.index(heading) for heading in headings.values()]
         self.assertEqual(ends, sorted(ends))
