@@ -24,7 +24,7 @@ def ending(allowed):
         if os.path.splitext(name)[1] not in allowed:
             raise argparse.ArgumentTypeError(f"{name} must end in {', '.join(allowed)}")
         if not os.path.isdir(os.path.dirname(name) or "."):
-            raise argparse.ArgumentTypeError(f"there is no folder {os.path.dirname(name)}")
+            raise argparse.ArgumentTypeError(f"the folder {os.path.dirname(name)} does not exist")
         return name
     return check
 
@@ -40,29 +40,32 @@ def above_zero(text):
 
 
 def parse_arguments(words):
-    parser = argparse.ArgumentParser(prog="paraview.py", description="Shows a run or a motion in ParaView.", allow_abbrev=False)
-    parser.add_argument("results", help="directory of a run or a motion")
+    parser = argparse.ArgumentParser(prog="paraview.py", description="Shows a run or a moving body in ParaView.", allow_abbrev=False)
+    parser.add_argument("results", help="directory of a run (touchfield run) or of a moving body (touchfield play)")
     parser.add_argument("-o", "--output", metavar="PNG", type=ending([".png"]),
-                        help="write the skin as the array sees it, a view a method, to this picture")
+                        help="write a picture of the skin seen from the array, with one view per method")
     parser.add_argument("--motion", metavar="FILM", type=ending(FILMS),
-                        help="play the motion into .avi, .ogv, or .png: a numbered frame an instant")
-    parser.add_argument("--method", action="append", default=[], help="a method to show; may be repeated (default: all)")
-    parser.add_argument("--around-mm", type=above_zero, help="show the target and as much of the skin around it")
-    parser.add_argument("--fps", type=above_zero, help="frames of the film a second (default: as fast as the motion was)")
-    parser.add_argument("--png", type=ending([".png"]), help="write a picture of skin, array and fields seen from the side")
-    parser.add_argument("--state", metavar="PVSM", type=ending([".pvsm"]), help="write the same as a state of ParaView")
+                        help="write the motion as a film (.avi or .ogv) or as numbered pictures (.png), one per instant")
+    parser.add_argument("--method", action="append", default=[], 
+                        help="method to show (default: all; without -o and --motion the first); may be repeated with -o and --motion")
+    parser.add_argument("--around-mm", type=above_zero,
+                        help="show only the target and this much of the skin around it, with -o or --motion")
+    parser.add_argument("--fps", type=above_zero,
+                        help="frames per second of the film (default: the speed of the motion)")
+    parser.add_argument("--png", type=ending([".png"]), help="write a picture of skin, array and fields, seen from the side")
+    parser.add_argument("--state", metavar="PVSM", type=ending([".pvsm"]), help="write the same scene as a ParaView state file")
     arguments = parser.parse_args(words)
     if not os.path.isdir(arguments.results):
-        parser.error(f"{arguments.results} is no directory")
+        parser.error(f"{arguments.results} is not a directory")
     ways = [way for way in (arguments.output, arguments.motion, arguments.png or arguments.state) if way]
     if len(ways) > 1:
-        parser.error("-o, --motion and --png or --state are calls of their own")
+        parser.error("use only one of -o, --motion, and --png or --state per call")
     if arguments.fps and not (arguments.motion and not arguments.motion.endswith(".png")):
-        parser.error("--fps is of --motion with .avi or .ogv")
+        parser.error("--fps requires --motion with .avi or .ogv")
     if arguments.around_mm and not (arguments.output or arguments.motion):
-        parser.error("--around-mm is of -o and --motion")
+        parser.error("--around-mm requires -o or --motion")
     if len(arguments.method) > 1 and not (arguments.output or arguments.motion):
-        parser.error("several of --method are of -o and --motion")
+        parser.error("several --method require -o or --motion")
     return arguments
 
 

@@ -1,4 +1,4 @@
-"""The skin of a run as the array sees it, a view of ParaView a method, and the same over the time of a motion."""
+"""The skin of a run or a moving body seen from the array, with one ParaView view per method."""
 
 import math
 import os
@@ -7,12 +7,12 @@ import xml.etree.ElementTree
 import paraview_scene as scene
 from paraview_scene import INK, SUFFIX, RunError
 
-PANEL = (420, 600)  # [pixels], of a view
+PANEL = (420, 600)  # size of a view [pixels]
 TITLE_HEIGHT = 40
-BAR_WIDTH = 180  # as PANEL a multiple of four, which films want
+BAR_WIDTH = 180  # a multiple of four, as PANEL: films require it
 MOST_COLUMNS = 4
-OUTLINE_LIFT = 4e-4  # [m], towards the array, so that no face that it borders on covers half of it
-MARGIN = 0.92  # how much of a view the skin fills
+OUTLINE_LIFT = 4e-4  # [m] towards the array, so that adjacent faces do not cover half of the outline
+MARGIN = 0.92  # share of a view that the skin fills
 
 
 def series_of(path):
@@ -21,28 +21,28 @@ def series_of(path):
         steps = xml.etree.ElementTree.parse(path).getroot().findall("Collection/DataSet")
         series = [(float(step.attrib["timestep"]), step.attrib["file"]) for step in steps]
     except FileNotFoundError:
-        raise RunError(f"{path} is missing: write must hold vtp in the scene of the motion") from None
+        raise RunError(f"{path} is missing: add vtp to write in the scene of the motion") from None
     except (OSError, xml.etree.ElementTree.ParseError, KeyError, ValueError) as error:
-        raise RunError(f"{path} is no series of ParaView: {error}") from error
+        raise RunError(f"{path} is not a ParaView series: {error}") from error
     if not series:
-        raise RunError(f"{path} names no file")
+        raise RunError(f"{path} lists no file")
     for (before, _), (after, file) in zip(series, series[1:]):
         if not before < after:
-            raise RunError(f"{path}: the time {after:g} of {file} does not come after {before:g}")
+            raise RunError(f"{path}: the time {after:g} of {file} must be later than {before:g}")
     series = [(time, os.path.join(os.path.dirname(path), file)) for time, file in series]
     for _, file in series:
         if not os.path.isfile(file):
-            raise RunError(f"{file} is missing, which {path} names")
+            raise RunError(f"{file}, which {path} lists, is missing")
     return series
 
 
 def frames_a_second(series):
-    """Of a film as fast as the motion was."""
+    """Frames per second of a film at the speed of the motion."""
     return max(1, round((len(series) - 1) / (series[-1][0] - series[0][0]))) if len(series) > 1 else 1
 
 
 def round_above(value):
-    """As the ends of the colours in the pictures of a run."""
+    """A round number at or above the value, as for the colour scales in the pictures of a run."""
     if not 0 < value < math.inf:
         return 1.0
     unit = 10.0 ** math.floor(math.log10(value))
@@ -50,13 +50,13 @@ def round_above(value):
 
 
 def grid(count):
-    """Columns and rows of as many views."""
+    """Columns and rows for this number of views."""
     rows = math.ceil(count / MOST_COLUMNS)
     return math.ceil(count / rows), rows
 
 
 def looking_from(array):
-    """The direction in which the array faces, and what is up in its sight: +y of the world, or +x."""
+    """The direction in which the array faces, and the up direction of its view: +y of the world, or +x."""
     along = scene.mean_axis(array) if array else [0.0, 0.0, 1.0]
     up = [0.0, 1.0, 0.0] if abs(along[1]) < 0.99 else [1.0, 0.0, 0.0]
     share = sum(a * u for a, u in zip(along, up))
@@ -70,7 +70,7 @@ def cross(a, b):
 
 
 class Sight:
-    """What the views of a figure share: a parallel projection that holds the skin, or what is near the target."""
+    """The parallel projection that all views of a figure share. It shows the skin, or only the surroundings of the target."""
 
     def __init__(self, array, skins, around_mm):
         self.along, self.up = looking_from(array)
@@ -96,7 +96,7 @@ class Sight:
             across = [seen @ axis for axis in self.axes]
             ends.append([(float(a.min()), float(a.max())) for a in across])
         if not ends:
-            raise RunError("--around-mm: there is no target")
+            raise RunError("--around-mm: the skin has no target")
         least = [min(end[i][0] for end in ends) for i in range(3)]
         most = [max(end[i][1] for end in ends) for i in range(3)]
         middle = [(low + high) / 2 for low, high in zip(least, most)]
@@ -111,7 +111,7 @@ class Sight:
         view.CameraParallelProjection = 1
         view.CameraParallelScale = max(self.extent[1], self.extent[0] * height / width) / 2 / MARGIN
         view.CameraFocalPoint = self.centre
-        view.CameraPosition = [c - a for c, a in zip(self.centre, self.along)]  # a metre away: only clipping depends on it
+        view.CameraPosition = [c - a for c, a in zip(self.centre, self.along)]  # 1 m away: only clipping depends on it
         view.CameraViewUp = self.up
 
 
@@ -128,7 +128,7 @@ def white_view(layout, cell, text=None):
 
 
 def panels_of(layout, cell, columns, rows):
-    """The cells of a layout's cell cut into as many, row by row."""
+    """Divides a cell of a layout into columns and rows. Returns the new cells row by row."""
     panels = []
     for left in range(rows, 0, -1):
         row = cell
@@ -144,7 +144,7 @@ def panels_of(layout, cell, columns, rows):
 
 
 def figure(skin, array, skins, methods, around_mm, clock=None):
-    """A layout with a view a method, all alike, its name above it, and one colour bar; and its size."""
+    """A layout and its size. It has one view per method with the name above it, and one colour bar for all views."""
     sight = Sight(array, skins, around_mm)
     columns, rows = grid(len(methods))
     size = [columns * PANEL[0] + BAR_WIDTH, rows * (PANEL[1] + TITLE_HEIGHT)]
@@ -178,14 +178,14 @@ def figure(skin, array, skins, methods, around_mm, clock=None):
 def chosen(methods, asked, results):
     for method in asked:
         if method not in methods:
-            raise RunError(f"no method {method} in {results}; there are {', '.join(methods) or 'none'}")
+            raise RunError(f"{results} has no method {method}, only {', '.join(methods) or 'the skin'}")
     if not methods:
-        raise RunError(f"{results} holds the pressure of no method")
+        raise RunError(f"{results} has no pressures of methods")
     return asked or methods
 
 
 def draw(results, picture, asked, around_mm):
-    """The figure of a run as one picture."""
+    """Writes the figure of a run as one picture."""
     surface, array = scene.skin_and_array(results)
     scene.need_paraview()
     skin = scene.simple.XMLPolyDataReader(FileName=[surface])
@@ -196,13 +196,13 @@ def draw(results, picture, asked, around_mm):
 
 
 def play(results, film, asked, around_mm, rate):
-    """The figure over the time of a motion, as frames or a film."""
+    """Writes the figure over the time of a motion, as numbered pictures or a film."""
     path = os.path.join(results, "judge.pvd")
     series = series_of(path)
     scene.need_paraview()
     skin = scene.simple.PVDReader(FileName=path)
     array = os.path.join(results, "array.vtp")
-    source = scene.simple.XMLPolyDataReader(FileName=[array]) if os.path.isfile(array) else None  # none by touchfield before 0.2
+    source = scene.simple.XMLPolyDataReader(FileName=[array]) if os.path.isfile(array) else None  # missing before 0.2
     skins = []
     for _, file in series:
         step = scene.simple.XMLPolyDataReader(FileName=[file])

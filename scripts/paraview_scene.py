@@ -1,4 +1,4 @@
-"""A run as a scene of ParaView: skin, target, array and fields, with one set of colours. From the Python shell inside ParaView:
+"""Shows a run as a ParaView scene: skin, target, array and fields, with one colour scale. In the Python shell of ParaView:
 
     import sys; sys.path.append("scripts")
     from paraview_scene import load
@@ -10,7 +10,7 @@ import math
 import os
 import sys
 
-TOP_SHARE = 0.999  # colours end here, so that one hot face does not darken all the others
+TOP_SHARE = 0.999  # the colour scale ends here, so that a single face with a high pressure does not darken all others
 PRESSURE_COLOURS = "Viridis (matplotlib)"
 PHASE_COLOURS = "hsv"  # cyclic, as phases are
 SUFFIX = "_abs_pa"
@@ -18,11 +18,11 @@ INK = [0.1, 0.1, 0.1]
 
 
 class RunError(Exception):
-    """What the caller can put right."""
+    """An error that the caller can correct."""
 
 
 def need_paraview():
-    """Arguments and files are looked at before: their faults need no ParaView to be found."""
+    """Imports ParaView. Arguments and files are checked before, because that does not need ParaView."""
     global servermanager, simple, vtk_to_numpy
     # This file has the name of the package it needs: its own folder must not be searched first.
     sys.path = [p for p in sys.path if not os.path.isfile(os.path.join(p or ".", "paraview.py"))]
@@ -31,9 +31,9 @@ def need_paraview():
         from vtkmodules.util.numpy_support import vtk_to_numpy
         from vtkmodules.vtkRenderingCore import vtkRenderWindow
     except ImportError as missing:
-        raise RunError(f"no ParaView in this Python ({missing}): start it by pvpython") from missing
+        raise RunError(f"this Python has no ParaView ({missing}): use pvpython") from missing
     if vtkRenderWindow().GetClassName() == "vtkXOpenGLRenderWindow" and not os.environ.get("DISPLAY"):
-        raise RunError("there is no display: put xvfb-run -a before pvpython")
+        raise RunError("there is no display: use xvfb-run -a pvpython")
 
 
 def quantile(values, share):
@@ -106,12 +106,12 @@ def show_array(array, method, view):
         colours = simple.GetColorTransferFunction(name)
         colours.ApplyPreset(PHASE_COLOURS, True)
         colours.RescaleTransferFunction(0.0, 2.0 * math.pi)
-        name_bar(simple.GetScalarBar(colours, view), "phase of the drive [rad]")
+        name_bar(simple.GetScalarBar(colours, view), "phase of the channels [rad]")
         display.SetScalarBarVisibility(view, True)
 
 
 def show_field(field, method, view):
-    """A plane without the inside of the body; of a cube only the outline."""
+    """Shows a plane without the inside of the body, or only the outline of a cube."""
     size = servermanager.Fetch(field).GetDimensions()
     if list(size).count(1) != 1:
         display = simple.Show(field, view)
@@ -141,7 +141,7 @@ def mean_axis(array):
 
 
 def place_camera(view, array):
-    """From the side and a little below, the array's axis up: the pressed side of the skin and the array are both seen."""
+    """Looks from the side and a little below, with the array's axis up. The pressed side of the skin and the array are both visible."""
     up = mean_axis(array)
     side = [0.75, 0.65, 0.0] if abs(up[2]) > 0.5 else [0.0, 0.0, 1.0]
     along = sum(s * u for s, u in zip(side, up))
@@ -159,13 +159,13 @@ def skin_and_array(run_dir):
     for path in paths:
         if not os.path.isfile(path):
             moving = os.path.isfile(os.path.join(run_dir, "judge.pvd"))
-            raise RunError(f"{path} is missing: " + ("of a motion, --motion makes a film" if moving
-                                                     else "write must hold vtp in the scene"))
+            raise RunError(f"{path} is missing: " + ("for a moving body, use --motion FILM" if moving
+                                                     else "add vtp to write in the scene"))
     return paths
 
 
 def load(run_dir, method=None):
-    """Loads every file of a run and returns the view. method: whose pressure is shown; the first one by default."""
+    """Loads every file of a run and returns the view. It shows the pressure of `method`, by default the first one."""
     path = lambda name: os.path.join(run_dir, name)  # noqa: E731
     skin_path, array_path = skin_and_array(run_dir)
     need_paraview()
@@ -181,7 +181,7 @@ def load(run_dir, method=None):
     if method is None and methods:
         method = methods[0]
     if method is not None and method not in methods:
-        raise RunError(f"no method {method} in {run_dir}; there are {', '.join(methods) or 'none'}")
+        raise RunError(f"{run_dir} has no method {method}, only {', '.join(methods) or 'the skin'}")
 
     view = simple.GetActiveViewOrCreate("RenderView")
     view.UseColorPaletteForBackground = 0

@@ -18,7 +18,7 @@ import touchfield
 
 
 def skin_of(run):
-    """Mesh and target that the metrics are of, and the pressures there."""
+    """The mesh and the target for which the metrics hold."""
     own = "judge" in run and isinstance(run["judge"].get("mesh", getlink=True), h5py.HardLink)
     return (run["judge/mesh"], run["judge/target"]) if own else (run["mesh"], run["target"])
 
@@ -30,11 +30,11 @@ def relative_error(area, pressure, target):
 
 
 def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("run", type=pathlib.Path)
-    parser.add_argument("method")
-    parser.add_argument("others", nargs="*")
-    parser.add_argument("-o", "--output", required=True)
+    parser = argparse.ArgumentParser(description="Draws one method of a run in free air and on the hand, beside other methods.")
+    parser.add_argument("run", type=pathlib.Path, help="directory of a run with run.h5 and a target")
+    parser.add_argument("method", help="method that is drawn in free air and on the hand")
+    parser.add_argument("others", nargs="*", help="other methods to draw on the hand")
+    parser.add_argument("-o", "--output", required=True, metavar="PNG", help="picture to write")
     arguments = parser.parse_args()
     array = touchfield.Array.of_scene(str(arguments.run / "scene.yaml"))
     with tempfile.TemporaryDirectory() as folder:
@@ -63,7 +63,7 @@ def main():
 
 
 def write(run, kept):
-    """Only these methods, in this order, with these pressures on the skin that is judged."""
+    """Keeps only these methods, in this order, with these pressures on the evaluation mesh."""
     order = {name: source for name, (source, _, _) in kept.items()}
     parts = {source: {part: values[()] for part, values in run["methods"][source].items()} for source in set(order.values())}
     for group in {"field", "transfer"} & set(run):

@@ -1,7 +1,7 @@
 """Tests whether boxes of 5, 8 and 11 mm can be distinguished by the pressure on the skin.
 
 The input is a folder of hands, each the output of `touchfield sweep scenes/sweeps/widths.yaml`. Each observer learns on all other
-hands, and is tested on the hand left out: which of the three widths was meant? One observer reads a width. The ideal one sees the
+hands. It is tested on the hand left out: which of the three widths was meant? One observer reads a width. The ideal one sees the
 whole pattern, unchanged or scaled to one level. Observers are models. They show what reaches the skin, not what people feel.
 """
 
@@ -21,17 +21,17 @@ METHODS = ["surface", "paper", "unscattered"]
 PAIRS = [("paper", "unscattered"), ("surface", "paper")]
 READER, IDEAL, EVEN = "width reader", "ideal observer", "ideal observer, even level"
 OBSERVERS = [READER, IDEAL, EVEN]
-DRAWS = 20  # of the internal noise, a trial
+DRAWS = 20  # of the internal noise per trial
 SIGMAS = np.concatenate([[0], np.geomspace(0.02, 10, 12)])
-FITTED = np.geomspace(0.5, 2, 15)  # times the fitted sigma: where resamples look for theirs
-RESAMPLES = 10000  # of the hands
-NOTE = ("This is a model of the device and of an observer, not of people: it shows what the pressure on the skin would let an"
-        " observer tell apart, not what anybody feels.")
+FITTED = np.geomspace(0.5, 2, 15)  # times the fitted sigma: the range in which sigma is fitted to resamples
+RESAMPLES = 10000  # resamples of the hands
+NOTE = ("This is a model of the device and of an observer, not of people. It shows what an observer could distinguish by the pressure"
+        " on the skin, not what people feel.")
 
 
 @dataclasses.dataclass
 class Score:
-    """How one observer did with one method; shares from 0 to 1, `low` to `high` their 95 % interval over resamples."""
+    """Result of one observer with one method. Shares are from 0 to 1. `low` to `high` is the 95 % interval over resamples."""
     observer: str
     method: str
     share: float
@@ -47,10 +47,10 @@ class Score:
 
 @dataclasses.dataclass
 class Comparison:
-    """Wilcoxon's signed-rank test, two-sided, of the shares correct by hand; `difference` is the mean of first - second.
+    """Wilcoxon's two-sided signed-rank test of the shares correct per hand. `difference` is the mean of first - second.
 
-    `low` to `high` is its 95 % interval over resamples; `p_holm` is p corrected for all tests of a `Result`; `p_sigma_low` and
-    `p_sigma_high` are p where an observer's fitted noise is at either end of its interval.
+    `low` to `high` is its 95 % interval over resamples. `p_holm` is p corrected for all tests of a `Result`. `p_sigma_low` and
+    `p_sigma_high` are p with the observer's fitted noise at the lower and upper end of its interval.
     """
     observer: str
     first: str
@@ -59,7 +59,7 @@ class Comparison:
     statistic: float  # the smaller sum of ranks
     p: float
     hands: int
-    zeros: int  # hands without a difference, which the test drops
+    zeros: int  # hands without a difference; the test drops them
     treatment: str
     low: float = math.nan
     high: float = math.nan
@@ -70,28 +70,28 @@ class Comparison:
 
 @dataclasses.dataclass
 class Result:
-    """Everything that `analyse` found; sigma is in units of the wanted pressure squared."""
+    """All results of `analyse`. Sigma is in units of the wanted pressure squared."""
     note: str
     hands: list[str]
     failed: int
     cells: int
     seed: int
-    sigma: dict[str, float]  # of each ideal observer: its headline
+    sigma: dict[str, float]  # of each observer; NaN for the width reader
     sigma_interval: dict[str, tuple[float, float]]  # 95 % over resamples; NaN where nothing was fitted
-    calibrated: dict[str, bool]  # at `sigma` it does with `paper` as well as people did
+    calibrated: dict[str, bool]  # at `sigma` it is as good with `paper` as people were
     scores: list[Score]
     comparisons: list[Comparison]
     sigmas: list[float]
-    curves: dict[str, dict[str, list[float]]]  # ideal observer: method: share correct, one a sigma
+    curves: dict[str, dict[str, list[float]]]  # ideal observer: method: share correct per sigma
     noise: list[dict]  # rows: observer, method, third, noise_low_mm, noise_high_mm, share, trials
-    shapes: int = 0  # different ratios of breadth to length among the hands, 0 where sizes are unknown
+    shapes: int = 0  # different ratios of breadth to length among the hands; 0 if the sizes are unknown
 
     def score(self, observer: str, method: str) -> Score:
         return next(s for s in self.scores if (s.observer, s.method) == (observer, method))
 
 
 def shrunk_covariance(residuals: np.ndarray) -> tuple[np.ndarray, float]:
-    """Covariance of rows of mean 0, shrunk towards a multiple of the identity, and by how much (0 to 1).
+    """Covariance of rows of mean 0, shrunk towards a multiple of the identity, and the shrinkage (0 to 1).
 
     Ledoit, Wolf, J. Multivariate Analysis 88 (2004), 365-411, section 3.2.
     """
@@ -106,15 +106,15 @@ def shrunk_covariance(residuals: np.ndarray) -> tuple[np.ndarray, float]:
 
 def gaussian_answers(means: np.ndarray, covariance: np.ndarray, patterns: np.ndarray, draws: np.ndarray,
                      sigmas: np.ndarray) -> np.ndarray:
-    """How often an observer who knows the classes answers each of them: [sigmas, trials, classes], shares of the draws.
+    """Shares of the draws in which an observer that knows the classes answers each of them: [sigmas, trials, classes].
 
-    It sees a pattern plus sigma times a draw (`draws` [trials, draws, cells], white, variance 1) and answers the class of
-    the largest posterior; classes are Gaussian, as likely as each other, of these means and this covariance + sigma^2 I.
+    It sees a pattern plus sigma times a draw (`draws` [trials, draws, cells], white, variance 1). It answers the class with the
+    largest posterior. The classes are Gaussian and equally likely, with these means and this covariance + sigma^2 I.
     """
     variance, axes = np.linalg.eigh(covariance)
     answers = []
     for sigma in sigmas:
-        # The floor lets sigma 0 work where the patterns of a class are all the same.
+        # The floor avoids a division by 0 if sigma is 0 and all patterns of a class are the same.
         weights = means @ axes / (np.maximum(variance, 0) + sigma**2 + 1e-12) @ axes.T
         score = (patterns @ weights.T)[:, None] + sigma * (draws @ weights.T) - (weights * means).sum(axis=1) / 2
         answers.append((score.argmax(axis=2)[..., None] == np.arange(len(means))).mean(axis=1))
@@ -122,7 +122,7 @@ def gaussian_answers(means: np.ndarray, covariance: np.ndarray, patterns: np.nda
 
 
 def ideal_observer(trials: Trials, method: str, sigmas: np.ndarray, seed: int) -> np.ndarray:
-    """Answers to the trials of a method in their order, [sigmas, trials, 3]; the internal noise is that of every method."""
+    """Answers to the trials of a method in their order, [sigmas, trials, 3]. All methods get the same internal noise."""
     rows = trials.method == method
     hand, label, pattern = trials.hand[rows], classes(trials)[rows], trials.pattern[rows]
     answers = np.empty((len(sigmas), len(hand), len(WIDTHS)))
@@ -136,7 +136,7 @@ def ideal_observer(trials: Trials, method: str, sigmas: np.ndarray, seed: int) -
 
 
 def width_reader(trials: Trials, method: str) -> np.ndarray:
-    """Answers to the trials of a method in their order, [trials, 3]: 1 for the answer, 1/3 each where nothing was read."""
+    """Answers to the trials of a method in their order, [trials, 3]: 1 for the answer, or 1/3 each if no width was read."""
     rows = trials.method == method
     hand, label, reading = trials.hand[rows], classes(trials)[rows], trials.reading[rows]
     answers = np.full((len(hand), len(WIDTHS)), CHANCE)
@@ -151,15 +151,15 @@ def width_reader(trials: Trials, method: str) -> np.ndarray:
 
 
 def calibrate(trials: Trials, sigmas: np.ndarray, shares: np.ndarray, seed: int) -> tuple[float, bool]:
-    """The sigma at which the ideal observer does with `paper` as people did, and whether there is one.
+    """The sigma at which the ideal observer is as good with `paper` as people were, and whether it exists.
 
-    If there is none, the nearest there is: 0 if it is worse than people even without noise, else the largest.
+    Otherwise sigma is 0 if the observer is worse than people even without noise, else the largest one.
     """
     sigmas, shares, level = sigmas[1:], shares[1:], PEOPLE["paper"]
     crossings = np.flatnonzero((shares[:-1] >= level) & (shares[1:] < level))
     if len(crossings) == 0:
         return (0.0 if shares[0] < level else float(sigmas[-1])), False
-    # The grid is coarse beside the slope there: once more between its two points.
+    # The grid is coarse for the slope there, so the interval is divided again.
     finer = np.geomspace(sigmas[crossings[-1]], sigmas[crossings[-1] + 1], 9)
     label = classes(trials)[trials.method == "paper"]
     share = ideal_observer(trials, "paper", finer, seed)[:, np.arange(len(label)), label].mean(axis=1)
@@ -169,8 +169,11 @@ def calibrate(trials: Trials, sigmas: np.ndarray, shares: np.ndarray, seed: int)
 
 
 def signed_ranks(first: np.ndarray, second: np.ndarray) -> tuple[float, float, str]:
-    """Wilcoxon's statistic (the smaller sum of ranks), p and how it was had. Zeros are dropped; p is exact, with ties (midranks)
-    by all signs of up to 13 hands and by the normal approximation beyond; NaN if no hand differs."""
+    """Wilcoxon's statistic (the smaller sum of ranks), p, and the kind of test.
+
+    Zeros are dropped. Ties get midranks. p is exact for up to 13 hands with ties (from all signs) or 50 without. For more hands it
+    is a normal approximation. It is NaN if no hand differs.
+    """
     difference = np.round(np.array(first) - second, 12)
     nonzero = difference[difference != 0]
     ranks = scipy.stats.rankdata(np.abs(nonzero))
@@ -189,7 +192,7 @@ def signed_ranks(first: np.ndarray, second: np.ndarray) -> tuple[float, float, s
 
 
 def compare(observer: str, first: Score, second: Score) -> Comparison:
-    """Wilcoxon's test by hand, of one observer with two methods."""
+    """Wilcoxon's test of one observer with two methods, on the shares correct per hand."""
     statistic, p, treatment = signed_ranks(first.per_hand, second.per_hand)
     difference = np.round(np.array(first.per_hand) - second.per_hand, 12)
     return Comparison(observer, first.method, second.method, float(round(difference.mean(), 12)), statistic, p,
@@ -197,7 +200,7 @@ def compare(observer: str, first: Score, second: Score) -> Comparison:
 
 
 def holm(p: list[float]) -> list[float]:
-    """p values corrected for their number by Holm's step-down procedure; NaN (no test) counts for none."""
+    """p values corrected for their number by Holm's step-down procedure. NaN (no test) is not counted."""
     corrected, largest = [math.nan] * len(p), 0.0
     order = sorted((value, i) for i, value in enumerate(p) if not math.isnan(value))
     for rank, (value, i) in enumerate(order):
@@ -220,7 +223,7 @@ def share_of(counted: np.ndarray) -> np.ndarray:
 
 
 def refitted(shares: np.ndarray, level: float) -> np.ndarray:
-    """Where rows of shares [resamples, sigmas] last fall below the level: fractional index, an end where they never do."""
+    """Fractional indices at which rows of shares [resamples, sigmas] last fall below the level. If they never do, an end."""
     falls = (shares[:, :-1] >= level) & (shares[:, 1:] < level)
     last = shares.shape[1] - 2 - falls[:, ::-1].argmax(axis=1)
     row = np.arange(len(shares))
@@ -240,13 +243,13 @@ def between(values: np.ndarray, position: np.ndarray) -> np.ndarray:
 
 
 def interval(values: np.ndarray) -> tuple:
-    """Their 2.5 and 97.5 percentiles, of each column."""
+    """The 2.5 and 97.5 percentiles of each column."""
     low, high = np.percentile(values, [2.5, 97.5], axis=0)
     return low, high
 
 
 def observed(trials: Trials, observer: str, sigma: float, fitted: bool, seed: int) -> tuple[np.ndarray, dict]:
-    """Noises that an observer is looked at with, and of each method its counts there; the middle one is its own."""
+    """The noises with which an observer is evaluated, and its counts with them per method. The middle noise is its own."""
     hands, label = np.unique(trials.hand), classes(trials)
     sigmas = sigma * FITTED if fitted else np.array([sigma])
     counts = {}
@@ -258,7 +261,7 @@ def observed(trials: Trials, observer: str, sigma: float, fitted: bool, seed: in
 
 
 def by_thirds(trials: Trials, observer: str, method: str, right: np.ndarray) -> list[dict]:
-    """Share correct in each third of the camera's noise; `right` is of the trials of the method."""
+    """Share correct in each third of the camera's noise. `right` has one value per trial of the method."""
     thirds = np.quantile(trials.noise, [0, 1 / 3, 2 / 3, 1])
     third = np.clip(np.searchsorted(thirds, trials.noise[trials.method == method]) - 1, 0, 2)
     return [{"observer": observer, "method": method, "third": name, "noise_low_mm": float(thirds[k]),
@@ -270,8 +273,8 @@ def by_thirds(trials: Trials, observer: str, method: str, right: np.ndarray) -> 
 def judge_observer(trials: Trials, observer: str, sigma: float, fitted: bool, seed: int) -> tuple[list, list, tuple]:
     """Scores and comparisons of one observer, and the interval of its noise.
 
-    Hands are resampled, the same ones for every method and observer; a fitted noise is fitted anew to each resample, so that
-    every interval holds what the fit leaves open. What the observer was taught stays.
+    The resamples of the hands are the same for every method and observer. A fitted noise is fitted again to each resample, so the
+    intervals include the uncertainty of the fit. The observer is not trained again.
     """
     sigmas, counts = observed(trials, observer, sigma, fitted, seed)
     hands = counts["paper"].shape[1]
@@ -308,10 +311,10 @@ def at_sigma(counted: np.ndarray, sigmas: np.ndarray, sigma: float) -> np.ndarra
 
 
 def analyse(trials: Trials, seed: int = 1) -> Result:
-    """All observers on every method; `seed` is that of the internal noise and of the resamples of the hands."""
+    """All observers with every method. `seed` is for the internal noise and the resamples of the hands."""
     hands, methods = np.unique(trials.hand), [m for m in METHODS if (trials.method == m).any()]
     if len(hands) < 2:
-        raise ValueError("leaving one hand out needs two or more hands")
+        raise ValueError("leaving one hand out requires two or more hands")
     label = classes(trials)
     views = {READER: trials, IDEAL: trials, EVEN: evened(trials)}
     curves: dict[str, dict[str, list[float]]] = {observer: {} for observer in (IDEAL, EVEN)}
@@ -339,7 +342,7 @@ def analyse(trials: Trials, seed: int = 1) -> Result:
 
 
 def write_tables(result: Result, folder: str | pathlib.Path, origin) -> None:
-    """Writes widths.csv and widths_confusion, _wilcoxon, _sigma, _fit and _noise.csv; `origin` is a runs.Made."""
+    """Writes widths.csv and widths_confusion, _wilcoxon, _sigma, _fit and _noise.csv. `origin` is a runs.Made."""
     folder = pathlib.Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
 

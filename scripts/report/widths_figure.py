@@ -40,7 +40,7 @@ def draw_shares(axes, result: Result, methods: list[str]) -> None:
                  for name, observer in (("ideal observer", IDEAL), ("ideal, even level", EVEN))]
              + ["people\n(published)"])
     axes.legend(loc="lower left", ncol=2, columnspacing=1.2, handletextpad=0.4)
-    axes.set_title("(a) share correct, 95 % over resampled hands and the fit", **TITLE)
+    axes.set_title("(a) share of answers correct, with 95 % intervals", **TITLE)
 
 
 def draw_noise(axes, result: Result) -> None:
@@ -57,9 +57,9 @@ def draw_noise(axes, result: Result) -> None:
     axes.axhline(CHANCE, color="0.4", linewidth=1, dashes=(6, 4))
     axes.text(result.sigmas[-1], CHANCE - 0.012, "chance", color="0.3", ha="right", va="top")
     axes.set(xscale="log", ylim=(0, 1.04), ylabel="share of answers correct [1]",
-             xlabel=r"internal noise $\sigma$ in a cell [wanted pressure$^2$]")
+             xlabel=r"internal noise $\sigma$ per cell [wanted pressure$^2$]")
     axes.legend(loc="lower left", fontsize=9)
-    axes.set_title("(b) ideal observers against their noise (circles: fitted, 95 %)", **TITLE)
+    axes.set_title("(b) ideal observers by internal noise (circles: fitted)", **TITLE)
 
 
 def draw_confusions(page, grid, result: Result) -> None:
@@ -79,7 +79,7 @@ def draw_confusions(page, grid, result: Result) -> None:
         axes.tick_params(length=0)
         axes.set_title(LABELS[method], fontsize=11)
         if k == 0:
-            axes.text(0, 1.15, f"(c) answers of the ideal observer, even level, $\\sigma$ = {result.sigma[EVEN]:.2g}",
+            axes.text(0, 1.15, f"(c) answers of the ideal observer at even level, $\\sigma$ = {result.sigma[EVEN]:.2g}",
                       transform=axes.transAxes, fontsize=12, fontweight="bold")
 
 
@@ -105,7 +105,7 @@ def draw_profiles(page, grid, trials: Trials) -> None:
 
 
 def figure(result: Result, trials: Trials, path_png: str | pathlib.Path) -> None:
-    """One picture, 1500 x 1100 pixels; `trials` must hold profiles."""
+    """One picture of 1500 x 1100 pixels. `trials` must have profiles."""
     with pyplot.rc_context({"font.size": 11, "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False}):
         page = pyplot.figure(figsize=(15, 11), dpi=100)
         grid = page.add_gridspec(2, 2, left=0.06, right=0.985, top=0.955, bottom=0.065, wspace=0.16, hspace=0.46)

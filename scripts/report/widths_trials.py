@@ -16,25 +16,25 @@ REACH_MM, CELL_MM, PROFILE_MM = 12, 1.5, 0.5
 
 @dataclasses.dataclass
 class Trials:
-    """A row a trial and method; `pattern` and `profile` are abs(p)^2 over the wanted pressure squared [1]."""
+    """One row per trial and method. `pattern` and `profile` are abs(p)^2 over the wanted pressure squared [1]."""
     hand: np.ndarray  # [N] name of the folder
     width_mm: np.ndarray  # [N] wanted: 5, 8 or 11
     method: np.ndarray  # [N] surface, paper or unscattered
-    reading: np.ndarray  # [N] width at half maximum [mm], NaN where there is none
+    reading: np.ndarray  # [N] width at half maximum [mm]; NaN if it does not exist
     noise: np.ndarray  # [N] of the sensed surface [mm RMS]
     pattern: np.ndarray  # [N, cells] averages over cells of 1.5 mm
     profile: np.ndarray | None = None  # [N, bins] along x, over abs(y) <= 2 mm
     profile_x: np.ndarray | None = None  # [bins] middles [mm]
-    failed: int = 0  # cases left out as their status is not ok
+    failed: int = 0  # cases left out because their status is not ok
     sizes: dict = dataclasses.field(default_factory=dict)  # hand: (breadth, length) [mm]
     correlation_mm: float = math.nan  # of the sensed surface's noise
-    offset_mm_rms: float = math.nan  # of the misplacement, along an axis
+    offset_mm_rms: float = math.nan  # of the misplacement along each axis
 
 
 def cell_averages(triangles: np.ndarray, area: np.ndarray, value: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Averages by area of one value a face over the cells between the edges x and y [mm]; NaN where no skin is.
+    """Area averages of one value per face over the cells between the edges x and y [mm]. NaN where there is no skin.
 
-    `triangles` [M, 3, 3] in mm. A face is cut in 16 so that it counts in every cell that it touches, by its part there.
+    `triangles` [M, 3, 3] in mm. A face is cut into 16 parts, so that each cell that it touches gets its share.
     """
     n = 4
     corner = [(i + 1 / 3, j + 1 / 3) for i in range(n) for j in range(n - i)]
@@ -50,8 +50,8 @@ def cell_averages(triangles: np.ndarray, area: np.ndarray, value: np.ndarray, x:
 def load(hands_folder: str | pathlib.Path) -> Trials:
     """Reads every hand_* of the folder.
 
-    Of the pattern only the cells are kept that have skin on every hand. To fill the others with their neighbours' values
-    would show the same skin twice, with fresh internal noise.
+    The patterns keep only the cells that have skin on every hand. Filling the others with their neighbours' values would show
+    the same skin twice, with new internal noise.
     """
     edges = np.arange(-REACH_MM, REACH_MM + CELL_MM / 2, CELL_MM)
     fine = np.arange(-REACH_MM, REACH_MM + PROFILE_MM / 2, PROFILE_MM)
@@ -92,12 +92,14 @@ def load(hands_folder: str | pathlib.Path) -> Trials:
 
 
 def evened(trials: Trials) -> Trials:
-    """The same with every pattern scaled to one mean: what loudness alone tells is taken away, and an observer's noise
-    weighs on every method alike."""
+    """The trials with every pattern scaled to the same mean.
+
+    Loudness alone then tells nothing, and an observer's noise affects every method equally.
+    """
     level = trials.pattern[trials.method == "paper"].mean()
     return dataclasses.replace(trials, pattern=trials.pattern * (level / trials.pattern.mean(axis=1, keepdims=True)))
 
 
 def classes(trials: Trials) -> np.ndarray:
-    """Index of the wanted width in WIDTHS, one a row."""
+    """Index of the wanted width in WIDTHS, one per row."""
     return np.abs(trials.width_mm[:, None] - WIDTHS).argmin(axis=1)

@@ -1,13 +1,22 @@
-"""The results of the observers of the width discrimination, in words."""
+"""The results of the observers of the width discrimination, in sentences."""
 
 import math
 
-from runs import LABELS
-from widths import CHANCE, EVEN, IDEAL, OBSERVERS, PEOPLE, RESAMPLES, SIGMAS, Comparison, Result
+from widths import CHANCE, EVEN, IDEAL, OBSERVERS, PEOPLE, READER, RESAMPLES, SIGMAS, Comparison, Result
+
+NAMES = {READER: "width reader", IDEAL: "ideal observer", EVEN: "ideal observer at even level"}
+
+
+def counted(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def listed(items: list[str]) -> str:
+    return " and ".join(part for part in (", ".join(items[:-1]), items[-1]) if part)
 
 
 def covered(result: Result) -> str:
-    """What an interval covers, in words."""
+    """The population that an interval covers."""
     hands = len(result.hands)
     shapes = {0: "", 1: " of one shape"}.get(result.shapes, f" of {result.shapes} shapes")
     even = result.shapes and hands > result.shapes and hands % result.shapes == 0
@@ -16,66 +25,79 @@ def covered(result: Result) -> str:
 
 
 def sentences(result: Result) -> list[str]:
-    """The findings in words, each computed from the numbers."""
+    """The findings, each computed from the numbers."""
     tests = sum(not math.isnan(c.p) for c in result.comparisons)
-    said = [result.note, f"{len(result.hands)} hands, {result.scores[0].trials} trials a method, {result.failed} cases left out"
-            f" as failed; published shares of people: {PEOPLE['paper']:.2f} with scattering, {PEOPLE['unscattered']:.2f} without.",
-            f"Intervals are of 95 % and cover {covered(result)}, not people and not hands of other shapes: the hands are resampled"
-            f" {RESAMPLES:,} times, what an observer was taught is kept. Tests are Wilcoxon's by hand, {tests} of them, corrected"
-            " together by Holm's procedure; both p are given."]
+    failed = "No case failed."
+    if result.failed:
+        failed = f"{counted(result.failed, 'case')} failed and {'is' if result.failed == 1 else 'are'} left out."
+    thirds = listed([f"{row['noise_high_mm']:.2f}" for row in result.noise[:3]])
+    said = [result.note,
+            f"There are {counted(len(result.hands), 'hand')} and {counted(result.scores[0].trials, 'trial')} per method. {failed}",
+            f"The published shares correct of people are {PEOPLE['paper']:.2f} with scattering (`paper`) and"
+            f" {PEOPLE['unscattered']:.2f} without (`unscattered`).",
+            f"The 95 % intervals cover {covered(result)}. They do not cover people or hands of other shapes. The hands are resampled"
+            f" {RESAMPLES:,} times. The observers are not trained again.",
+            "The methods are compared by Wilcoxon's signed-rank test on the shares correct per hand. Holm's procedure corrects p for"
+            f" {counted(tests, 'test')} together. Both p, before and after this correction, are given.",
+            f"The trials are also grouped into thirds by the camera's noise. The thirds end at {thirds} mm rms."]
     said += fit_sentences(result)
     for observer in OBSERVERS:
         for score in (s for s in result.scores if s.observer == observer):
+            share = f"The {NAMES[observer]} is right in {score.share:.2f} of the trials with `{score.method}`."
             if result.calibrated[observer] and score.method == "paper":
-                said.append(f"{observer}, {LABELS[score.method]}: {score.share:.2f} correct, which was fitted.")
+                said.append(f"{share} This share was fitted.")
                 continue
-            beside = "below" if score.high < CHANCE else "above" if score.low > CHANCE else "not told from"
-            said.append(f"{observer}, {LABELS[score.method]}: {score.share:.2f} correct (95 % interval {score.low:.2f} to"
-                        f" {score.high:.2f}, {score.hands} hands), {beside} chance.")
-        said += [test_sentence(c, tests) for c in result.comparisons if c.observer == observer]
+            position = "is below" if score.high < CHANCE else "is above" if score.low > CHANCE else "includes"
+            said.append(f"{share} The 95 % interval over {counted(score.hands, 'hand')}, {score.low:.2f} to {score.high:.2f},"
+                        f" {position} chance.")
+        said += [test_sentences(c, tests) for c in result.comparisons if c.observer == observer]
         for method in PEOPLE:
-            low, mid, high = (row for row in result.noise if (row["observer"], row["method"]) == (observer, method))
-            said.append(f"{observer}, {method}: {low['share']:.2f}, {mid['share']:.2f} and {high['share']:.2f} correct in the thirds"
-                        f" of the camera's noise (up to {low['noise_high_mm']:.2f}, {mid['noise_high_mm']:.2f} and"
-                        f" {high['noise_high_mm']:.2f} mm RMS).")
+            shares = [f"{row['share']:.2f}" for row in result.noise if (row["observer"], row["method"]) == (observer, method)]
+            said.append(f"In the thirds of the camera's noise, the {NAMES[observer]} is right in {listed(shares)} with `{method}`.")
     found = {c.observer: c for c in result.comparisons if (c.first, c.second) == ("paper", "unscattered")}
-    said.append("In short, with scattering in the solver against without: " + "; ".join(
-        f"{observer} " + ("no clear difference" if not c.p_holm < 0.05 else f"{c.difference:+.2f}")
-        for observer, c in found.items()) + f"; people {PEOPLE['paper'] - PEOPLE['unscattered']:+.2f}.")
+    people = PEOPLE["paper"] - PEOPLE["unscattered"]
+    said.append(" ".join([
+        f"In short, the share correct with `paper` minus that with `unscattered` is {people:+.2f} for people.",
+        *(f"The {NAMES[observer]} shows no clear difference." if not c.p_holm < 0.05 else
+          f"For the {NAMES[observer]} it is {c.difference:+.2f}." for observer, c in found.items())]))
     if IDEAL in found:
-        said.append(f"Bringing all patterns to one level moves that difference of the ideal observer from"
+        said.append("Scaling all patterns to one level changes this difference of the ideal observer from"
                     f" {found[IDEAL].difference:+.2f} to {found[EVEN].difference:+.2f}.")
     return said
 
 
 def fit_sentences(result: Result) -> list[str]:
-    """What the ideal observers do without noise of their own, and with how much they do as people."""
+    """Shares correct of the ideal observers without internal noise, and the noise with which they match people."""
     said = []
     for observer, curves in result.curves.items():
-        bare = ", ".join(f"{values[0]:.2f} {method}" for method, values in curves.items())
-        said.append(f"Without internal noise the {observer} is right in {bare} (chance {CHANCE:.2f}).")
+        bare = listed([f"{values[0]:.2f} (`{method}`)" for method, values in curves.items()])
+        said.append(f"Without internal noise, the {NAMES[observer]} is right in {bare} of the trials. Chance is {CHANCE:.2f}.")
         sigma, (low, high) = result.sigma[observer], result.sigma_interval[observer]
         if result.calibrated[observer]:
-            said.append(f"An internal noise of {sigma:.3g} of the wanted pressure squared (95 % interval {low:.3g} to {high:.3g}, fitted"
-                        f" anew to each resample; that people were right in {PEOPLE['paper']:.2f} is taken as exact) makes it as good"
-                        " with paper as people were; that was fitted, what the other methods give there is not, and their intervals"
-                        " hold what the fit leaves open.")
+            said.append(f"With an internal noise of {sigma:.3g} times the squared wanted pressure, it is as good with `paper` as people"
+                        f" were. The 95 % interval of this noise is {low:.3g} to {high:.3g}. The noise is fitted again to each resample,"
+                        f" and the share of people, {PEOPLE['paper']:.2f}, is taken as exact. The results with the other methods are not"
+                        " fitted. Their intervals include the uncertainty of the fit.")
         else:
-            said.append(f"No internal noise from {SIGMAS[1]:g} to {SIGMAS[-1]:g} makes it as good with paper as people were;"
-                        f" {sigma:.3g} is taken instead.")
+            said.append(f"No internal noise from {SIGMAS[1]:g} to {SIGMAS[-1]:g} makes it as good with `paper` as people were."
+                        f" A noise of {sigma:.3g} is used instead.")
     return said
 
 
-def test_sentence(c: Comparison, tests: int) -> str:
-    size = f"{'better' if c.difference > 0 else 'worse'} than {c.second} by {abs(c.difference):.2f}"
+def test_sentences(c: Comparison, tests: int) -> str:
+    size = f"{'better' if c.difference > 0 else 'worse'} by {abs(c.difference):.2f} with `{c.first}` than with `{c.second}`"
     if abs(c.difference) < 0.005:
-        size = f"as good as {c.second} within 0.005"
-    clear = "no test, " + c.treatment
-    if not math.isnan(c.p):
-        clear = (f"{'significant' if c.p_holm < 0.05 else 'not significant'} at 5 %, Wilcoxon p = {c.p_holm:.2g} after Holm's"
-                 f" correction for {tests} tests, {c.p:.2g} before, {c.treatment}")
+        size = f"as good with `{c.first}` as with `{c.second}` within 0.005"
+    said = [f"The {NAMES[c.observer]} is {size}. The difference has a 95 % interval of {c.low:+.2f} to {c.high:+.2f}."]
+    if math.isnan(c.p):
+        return f"{said[0]} It is 0 on all {counted(c.hands, 'hand')}, so there is no test."
+    said.append(f"It is 0 on {c.zeros} of {counted(c.hands, 'hand')}.")
+    how, few, _ = c.treatment.partition(", too few hands")
+    said.append(f"It is {'significant' if c.p_holm < 0.05 else 'not significant'} at 5 %: Wilcoxon's p is {c.p_holm:.2g} after Holm's"
+                f" correction for {counted(tests, 'test')} and {c.p:.2g} before ({how}).")
+    if few:
+        said.append("Too few hands differ: p cannot fall below 0.05.")
     ends = [f"{p:.2g}" for p in (c.p_sigma_low, c.p_sigma_high) if not math.isnan(p)]
     if len(ends) == 2:
-        clear += f"; {ends[0]} and {ends[1]} before it with the internal noise at either end of its interval"
-    return (f"{c.observer}: {c.first} is {size} (95 % interval {c.low:+.2f} to {c.high:+.2f}) on {c.hands} hands, {c.zeros} of"
-            f" them without a difference ({clear}).")
+        said.append(f"At the lower and upper end of the interval of the internal noise, p before the correction is {listed(ends)}.")
+    return " ".join(said)

@@ -36,27 +36,27 @@ class Arguments(CommandTest):
     def test_what_does_not_fit_is_refused(self):
         run = self.folder
         self.refused(2, says="results")
-        self.refused(2, "missing", says="missing is no directory")
+        self.refused(2, "missing", says="missing is not a directory")
         self.refused(2, run, "-o", "a.tif", says="a.tif must end in .png")
-        self.refused(2, run, "-o", "none/a.png", says="there is no folder none")
+        self.refused(2, run, "-o", "none/a.png", says="the folder none does not exist")
         self.refused(2, run, "--motion", "a.mp4", says="a.mp4 must end in .png, .avi, .ogv")
-        self.refused(2, run, "-o", "a.png", "--motion", "a.ogv", says="calls of their own")
-        self.refused(2, run, "--motion", "a.png", "--fps", 3, says="--fps is of --motion")
+        self.refused(2, run, "-o", "a.png", "--motion", "a.ogv", says="use only one of -o, --motion")
+        self.refused(2, run, "--motion", "a.png", "--fps", 3, says="--fps requires --motion")
         self.refused(2, run, "-o", "a.png", "--around-mm", "-1", says="-1 must be a number > 0")
-        self.refused(2, run, "--around-mm", "1", says="--around-mm is of -o and --motion")
-        self.refused(2, run, "--method", "a", "--method", "b", says="several of --method")
+        self.refused(2, run, "--around-mm", "1", says="--around-mm requires -o or --motion")
+        self.refused(2, run, "--method", "a", "--method", "b", says="several --method require")
 
     def test_folders_that_lack_a_file_are_named(self):
         run = self.folder
-        self.refused(1, run, "-o", "a.png", says="surface.vtp is missing: write must hold vtp")
-        self.refused(1, run, "--motion", "a.png", says="judge.pvd is missing: write must hold vtp")
+        self.refused(1, run, "-o", "a.png", says="surface.vtp is missing: add vtp to write")
+        self.refused(1, run, "--motion", "a.png", says="judge.pvd is missing: add vtp to write")
         self.write("judge.pvd", "")
-        self.refused(1, run, "-o", "a.png", says="of a motion, --motion makes a film")
+        self.refused(1, run, "-o", "a.png", says="for a moving body, use --motion")
 
     def test_python_without_paraview_is_told_of_pvpython(self):
         for name in ["surface.vtp", "array.vtp"]:
             self.write(name, "")
-        self.refused(1, self.folder, "-o", "a.png", says="start it by pvpython")
+        self.refused(1, self.folder, "-o", "a.png", says="use pvpython")
 
 
 class Series(CommandTest):
@@ -74,11 +74,11 @@ class Series(CommandTest):
 
     def test_faults_are_said(self):
         self.write("a.vtp", "")
-        for text, says in [("no XML", "no series"), (PVD.format(""), "names no file"),
-                           (PVD.format('<DataSet file="a.vtp"/>'), "no series"),
-                           (PVD.format(STEP.format("soon", "a.vtp")), "no series"),
-                           (PVD.format(STEP.format(0, "b.vtp")), "b.vtp is missing"),
-                           (PVD.format(STEP.format(1, "a.vtp") + STEP.format(1, "a.vtp")), "does not come after 1")]:
+        for text, says in [("no XML", "not a ParaView series"), (PVD.format(""), "lists no file"),
+                           (PVD.format('<DataSet file="a.vtp"/>'), "not a ParaView series"),
+                           (PVD.format(STEP.format("soon", "a.vtp")), "not a ParaView series"),
+                           (PVD.format(STEP.format(0, "b.vtp")), "b.vtp, which .* lists, is missing"),
+                           (PVD.format(STEP.format(1, "a.vtp") + STEP.format(1, "a.vtp")), "must be later than 1")]:
             with self.subTest(text=text), self.assertRaisesRegex(RunError, says):
                 self.series(text)
 
@@ -141,7 +141,7 @@ class Pictures(CommandTest):
         self.picture("near.png", (420 + 180, 640))
         done = self.pvpython("run", "-o", "none.png", "--method", "nobody")
         self.assertEqual(done.returncode, 1)
-        self.assertIn("no method nobody in run; there are paper, unscattered, focus", done.stderr)
+        self.assertIn("run has no method nobody, only paper, unscattered, focus", done.stderr)
         self.assertEqual(self.pvpython("run", "--png", "scene.png", "--state", "scene.pvsm").returncode, 0)
         self.picture("scene.png", (1200, 900), most_white=0.98)
         self.assertGreater((self.folder / "scene.pvsm").stat().st_size, 10000)

@@ -1,4 +1,4 @@
-"""The observers of the width discrimination, where the answer is known."""
+"""The observers of the width discrimination in cases with known answers."""
 
 import dataclasses
 import math
@@ -21,7 +21,7 @@ CELLS = 12
 
 
 def trials(hands=6, draws=10, apart=3.0, spread=0.05, seed=1, methods=("surface", "paper", "unscattered")):
-    """Patterns of three classes `apart` from each other in three cells, with white variation of `spread`."""
+    """Patterns of three classes that differ by `apart` in three cells, with white noise of `spread`."""
     generator = numpy.random.default_rng(seed)
     rows = []
     for hand in range(hands):
@@ -38,7 +38,7 @@ def trials(hands=6, draws=10, apart=3.0, spread=0.05, seed=1, methods=("surface"
 
 
 class Observers(unittest.TestCase):
-    def test_what_lies_far_apart_is_always_told(self):
+    def test_distant_classes_are_always_distinguished(self):
         result = widths.analyse(trials())
         for method in widths.METHODS:
             self.assertEqual(result.score(widths.READER, method).share, 1.0)
@@ -47,7 +47,7 @@ class Observers(unittest.TestCase):
         self.assertEqual(numpy.array(result.score(widths.READER, "paper").confusion).tolist(),
                          (60 * numpy.eye(3)).tolist())
 
-    def test_what_is_alike_is_guessed(self):
+    def test_equal_classes_are_guessed(self):
         data = trials(hands=10, apart=0.0, spread=0.3)
         data.reading[:] = numpy.random.default_rng(5).normal(8, 1, len(data.reading))
         result = widths.analyse(data)
@@ -57,7 +57,7 @@ class Observers(unittest.TestCase):
                 self.assertTrue(all(abs(share - 1 / 3) < bound for share in shares), shares)
         self.assertLess(abs(result.score(widths.READER, "paper").share - 1 / 3), bound)
 
-    def test_two_classes_in_white_noise_are_told_as_often_as_the_normal_distribution_says(self):
+    def test_two_classes_in_white_noise_follow_the_normal_distribution(self):
         apart, sigma = 1.5, 0.9
         means = numpy.zeros((3, CELLS))
         means[1, 0] = apart
@@ -68,37 +68,37 @@ class Observers(unittest.TestCase):
         for k in range(2):
             self.assertAlmostEqual(answers[k, k], share, delta=4 * math.sqrt(share * (1 - share) / 40000))
 
-    def test_a_width_that_cannot_be_read_is_a_guess(self):
+    def test_a_width_that_cannot_be_read_is_guessed(self):
         data = trials()
         data.reading[data.method == "paper"] = numpy.nan
         self.assertAlmostEqual(widths.analyse(data).score(widths.READER, "paper").share, 1 / 3)
 
-    def test_a_hand_is_not_learned_from_itself(self):
+    def test_an_observer_does_not_learn_from_the_tested_hand(self):
         data = trials(hands=5)
         mixed = dataclasses.replace(data, width_mm=data.width_mm.copy())
         own = data.hand == "hand_02"
         mixed.width_mm[own] = numpy.roll(widths_trials.WIDTHS, 1)[widths_trials.classes(data)[own]]
         before, after = (widths.ideal_observer(each, "paper", numpy.array([0.0]), 1)[0] for each in (data, mixed))
         rows = data.hand[data.method == "paper"]
-        numpy.testing.assert_array_equal(before[rows == "hand_02"], after[rows == "hand_02"])  # answers, not rightness
+        numpy.testing.assert_array_equal(before[rows == "hand_02"], after[rows == "hand_02"])  # the answers, not whether they are right
         label = widths_trials.classes(mixed)[mixed.method == "paper"]
         right = after[numpy.arange(len(label)), label]
         self.assertEqual(right[rows == "hand_02"].max(), 0.0)
 
-    def test_an_even_level_takes_away_what_loudness_tells(self):
+    def test_an_even_level_removes_the_information_of_loudness(self):
         data = trials(apart=0.0, spread=0.05)
-        data.pattern *= 1 + widths_trials.classes(data)[:, None]  # nothing but loudness differs
+        data.pattern *= 1 + widths_trials.classes(data)[:, None]  # only loudness differs
         self.assertEqual(widths.analyse(data).curves[widths.IDEAL]["paper"][0], 1.0)
         self.assertLess(widths.analyse(data).curves[widths.EVEN]["paper"][0], 0.5)
 
-    def test_the_same_loudness_for_all_changes_nothing_once_evened(self):
+    def test_a_common_loudness_changes_nothing_at_even_level(self):
         data = trials(apart=0.3, spread=0.1)
         louder = dataclasses.replace(data, pattern=data.pattern.copy())
         louder.pattern[data.method == "unscattered"] *= 2
         first, second = (widths.analyse(each).curves[widths.EVEN]["unscattered"] for each in (data, louder))
         numpy.testing.assert_allclose(first, second, atol=1e-12)
 
-    def test_shrinkage_lies_between_nothing_and_all_and_fades_with_samples(self):
+    def test_shrinkage_is_between_0_and_1_and_falls_with_more_samples(self):
         generator = numpy.random.default_rng(3)
         shrinkages = []
         for count in (5, 50, 5000):
@@ -110,7 +110,7 @@ class Observers(unittest.TestCase):
         self.assertGreater(shrinkages[0], shrinkages[1])
         self.assertLess(shrinkages[2], 0.02)
 
-    def test_the_paired_test_is_scipys_and_says_when_hands_are_too_few(self):
+    def test_the_paired_test_agrees_with_scipy_and_reports_too_few_hands(self):
         def score(method, shares):
             return widths.Score("any", method, 0, 0, 0, len(shares), 0, shares, [])
 
@@ -119,14 +119,14 @@ class Observers(unittest.TestCase):
         self.assertAlmostEqual(found.p, scipy.stats.wilcoxon(first, second, method="exact").pvalue)
         self.assertIn("too few hands", widths.compare("any", score("a", [0.6, 0.7]), score("b", [0.5, 0.4])).treatment)
         self.assertTrue(math.isnan(widths.compare("any", score("a", [0.5] * 8), score("b", [0.5] * 8)).p))
-        tied = widths.compare("any", score("a", [0.6] * 6 + [0.5]), score("b", [0.5] * 7))  # all of one sign: 2 of 2^6
+        tied = widths.compare("any", score("a", [0.6] * 6 + [0.5]), score("b", [0.5] * 7))  # all have one sign: 2 of 2^6
         self.assertAlmostEqual(tied.p, 2 / 64)
         self.assertEqual(tied.zeros, 1)
 
     def test_p_values_are_corrected_for_their_number(self):
         numpy.testing.assert_allclose(widths.holm([0.01, 0.04, 0.03, 0.005]), [0.03, 0.06, 0.06, 0.02])
         corrected = widths.holm([0.5, math.nan, 0.02, 0.7])
-        self.assertTrue(math.isnan(corrected[1]))  # no test, and none of those that p is corrected for
+        self.assertTrue(math.isnan(corrected[1]))  # no test, which the correction does not count
         numpy.testing.assert_allclose([corrected[0], corrected[2], corrected[3]], [1, 0.06, 1])
         result = widths.analyse(trials(hands=8, apart=0.5, spread=0.2))
         for c in result.comparisons:
@@ -134,13 +134,13 @@ class Observers(unittest.TestCase):
                 self.assertGreaterEqual(c.p_holm, c.p)
         self.assertEqual(len(result.comparisons), 6)
 
-    def test_where_shares_fall_below_a_level(self):
+    def test_refitted_finds_where_shares_fall_below_a_level(self):
         shares = numpy.array([[0.9, 0.7, 0.5, 0.3], [0.9, 0.5, 0.7, 0.3], [0.9, 0.8, 0.7, 0.65], [0.5, 0.4, 0.4, 0.3]])
         numpy.testing.assert_allclose(widths.refitted(shares, 0.6), [1.5, 2.25, 3, 0])
         values = numpy.arange(8.0).reshape(2, 4)
         numpy.testing.assert_allclose(widths.between(values, numpy.array([1.5, 3.0])), [1.5, 7])
 
-    def test_intervals_hold_what_the_fit_leaves_open(self):
+    def test_intervals_include_the_uncertainty_of_the_fit(self):
         data = trials(hands=8, apart=1.2, spread=0.25)
         loud = data.method == "unscattered"
         data.pattern[loud] *= 1.1
@@ -149,9 +149,9 @@ class Observers(unittest.TestCase):
         low, high = result.sigma_interval[widths.IDEAL]
         self.assertLess(low, result.sigma[widths.IDEAL])
         self.assertGreater(high, result.sigma[widths.IDEAL])
-        # With the noise held where it was fitted, the same hands give a narrower interval than with it fitted anew.
+        # At a fixed noise, the interval of the fitted share is wider than with the noise fitted to each resample.
         fitted = result.score(widths.IDEAL, "paper")
-        self.assertAlmostEqual(fitted.low, widths.PEOPLE["paper"], delta=0.01)  # that is what is fitted
+        self.assertAlmostEqual(fitted.low, widths.PEOPLE["paper"], delta=0.01)  # this share is fitted
         self.assertAlmostEqual(fitted.high, widths.PEOPLE["paper"], delta=0.01)
         scores, comparisons, ends = widths.judge_observer(data, widths.IDEAL, result.sigma[widths.IDEAL], False, 1)
         held = next(score for score in scores if score.method == "paper")
@@ -163,21 +163,25 @@ class Observers(unittest.TestCase):
                                                 numpy.ravel(score.confusion_low), numpy.ravel(score.confusion_high)):
                 self.assertTrue(at_least - 0.02 <= share <= at_most + 0.02, (score.observer, share, at_least, at_most))
 
-    def test_other_numbers_give_other_words(self):
+    def test_sentences_change_with_the_numbers(self):
         result = widths.analyse(trials(hands=8, apart=1.2, spread=0.25))
         said = " ".join(widths_words.sentences(result))
-        self.assertIn("draws of this simulation over 8 hands, not people", said)
+        self.assertIn("draws of this simulation over 8 hands. They do not cover people", said)
         self.assertIn("95 % interval", said)
         for c in result.comparisons:
             c.p, c.p_holm, c.difference, c.treatment = 0.011, 0.066, 0.2, "exact"
         said = " ".join(widths_words.sentences(result))
-        self.assertEqual(said.count("not significant at 5 %, Wilcoxon p = 0.066 after Holm's correction for 6 tests, 0.011 before"), 6)
-        self.assertIn("ideal observer no clear difference", said)
+        self.assertEqual(said.count("It is not significant at 5 %: Wilcoxon's p is 0.066 after Holm's correction for 6 tests and"
+                                    " 0.011 before (exact)."), 6)
+        self.assertIn("The ideal observer shows no clear difference.", said)
         for c in result.comparisons:
             c.p_holm = 0.044
         said = " ".join(widths_words.sentences(result))
         self.assertNotIn("not significant", said)
-        self.assertIn("ideal observer +0.20", said)
+        self.assertIn("For the ideal observer it is +0.20.", said)
+        self.assertIn("8 hands and 240 trials per method. No case failed.", said)
+        result.failed = 1
+        self.assertIn(" 1 case failed and is left out.", " ".join(widths_words.sentences(result)))
         result.calibrated[widths.IDEAL] = False
         self.assertIn("No internal noise from", " ".join(widths_words.sentences(result)))
         sizes = {f"hand_{i}": (88.3 * scale, 193.3 * scale) for i, scale in enumerate((1, 0.9))}
@@ -185,11 +189,11 @@ class Observers(unittest.TestCase):
         two = widths.analyse(dataclasses.replace(trials(hands=4), sizes=sizes))
         self.assertEqual(widths_words.covered(two), "draws of this simulation over 4 hands of 2 shapes at 2 scales each")
 
-    def test_words_and_figure_follow_the_numbers(self):
+    def test_sentences_tables_and_figure_have_their_content(self):
         result = widths.analyse(trials(hands=3))
         said = " ".join(widths_words.sentences(result))
         self.assertIn("not of people", widths_words.sentences(result)[0])
-        self.assertIn("too few hands", said)
+        self.assertIn("Too few hands differ", said)
         self.assertNotIn("nan", said)
         with tempfile.TemporaryDirectory() as folder:
             widths.write_tables(result, folder, runs.Made("scripts/reproduce", ["0123abcd"], {"widths.yaml": "ab" * 6}))
