@@ -22,11 +22,11 @@ struct SurfaceOptions {
 ///
 ///   f = [ sqrt(w_j) (|h_j q| - p'_j);  Re R q;  Im R q ],
 ///   h = -D^-1 J^T (J D^-1 J^T + I)^-1 f,   D = mu I + 0.3 diag(max(0, -Re(conj(q_n) g_n))),
-///   phi_n += h_n + b_n,   b = -D^-1 J^T (J D^-1 J^T + I)^-1 f'' / 2,   2 |b| <= 0.3 |h|,
+///   phi_n += (h_n + b_n) / |q_n|,   b = -D^-1 J^T (J D^-1 J^T + I)^-1 f'' / 2,   2 |b| <= 0.3 |h|,
 ///
 /// f'' is the residual's second derivative along h (see SkinJacobian). b, by the same factor, is the geodesic
 /// acceleration. It follows the bend of a narrow valley, where without it half as many steps again are needed. Where
-/// amplitudes move too, phi_n += atan h_n. g is the cost's half gradient in the plane of q_n. The diagonal is a share
+/// amplitudes move too, phi_n += atan(h_n / |q_n|). g is the cost's half gradient in the plane of q_n. The diagonal is a share
 /// of the curvature of |q_n| = 1. Rows at the end of R that are weaker than the damping stay out of J^T J (see
 /// SkinJacobian::leave_out_up_to, mu). They stay in the cost and its gradient. They bend the model less than the
 /// damping does. Where N < K + 2 r the N x N system (J^T J + D) h = -J^T f is solved instead. The matrix is formed and
