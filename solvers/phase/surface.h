@@ -26,8 +26,8 @@ struct SurfaceOptions {
 ///
 /// f'' is the residual's second derivative along h (see SkinJacobian). b, by the same factor, is the geodesic
 /// acceleration. It follows the bend of a narrow valley, where without it half as many steps again are needed. Where
-/// amplitudes move too, phi_n += atan(h_n / |q_n|). g is the cost's half gradient in the plane of q_n. The diagonal is a share
-/// of the curvature of |q_n| = 1. Rows at the end of R that are weaker than the damping stay out of J^T J (see
+/// amplitudes move too, phi_n += atan(h_n / |q_n|). g is the cost's half gradient in the plane of q_n. The diagonal is
+/// a share of the curvature of |q_n| = 1. Rows at the end of R that are weaker than the damping stay out of J^T J (see
 /// SkinJacobian::leave_out_up_to, mu). They stay in the cost and its gradient. They bend the model less than the
 /// damping does. Where N < K + 2 r the N x N system (J^T J + D) h = -J^T f is solved instead. The matrix is formed and
 /// factorised in single precision, and the step is refined in double to 1e-8. Where that fails, all of it is in double.
