@@ -133,7 +133,7 @@ class Reproduce(unittest.TestCase):
         page = self.folder / "report/report.md"
         before = page.read_text()
         headings = {"delays": "## The delay and its effect\n", "cameras": "## Effect of camera errors\n",
-                    "": "## Reproduction\n"}
+                    "arrays": "## Patterns in time, tolerances and other arrays\n", "": "## Reproduction\n"}
         ends = [before.index(heading) for heading in headings.values()]
         self.assertEqual(ends, sorted(ends))
         for part, begin, end in zip(headings, ends, ends[1:]):
@@ -143,7 +143,8 @@ class Reproduce(unittest.TestCase):
                     page.write_text(kept)
                     again = subprocess.run([*self.command, "--only", part], capture_output=True, text=True, timeout=600, check=False)
                     self.assertEqual(again.returncode, 0, again.stderr)
-                    self.assertEqual(again.stdout.splitlines()[0], f"{part}: done before")
+                    if part != "arrays":  # made of kept tables, without steps
+                        self.assertEqual(again.stdout.splitlines()[0], f"{part}: done before")
                     self.assertEqual(page.read_text(), before)
 
     def test_the_page_needs_nothing_else(self):
