@@ -10,8 +10,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 
 import sights  # noqa: E402
-from delays import in_words  # noqa: E402
-from runs import number, percent, table  # noqa: E402
+from runs import listed, number, percent, table  # noqa: E402
 
 METHOD = "surface"
 POPULATION = pathlib.Path(__file__).parents[2] / "results/tables/hand_population.csv"  # written by scripts/hand_population
@@ -81,8 +80,8 @@ def group_sentence(words, own):
     seen = [row for row in own if row["lost"] != row["frames"]]
     said = []
     if seen:
-        changes = in_words([f"{points(row)} points ({shown(row['value'])})" for row in seen])
-        off = in_words([f"{number(row['patch_mm'], 2)} mm" for row in seen])
+        changes = listed([f"{points(row)} points ({shown(row['value'])})" for row in seen])
+        off = listed([f"{number(row['patch_mm'], 2)} mm" for row in seen])
         said = [f"The mean error changes by {changes}.", f"The skin around the target is off by {off}."]
     said += [f"The hand is lost in {row['lost']} of {row['frames']} frames ({shown(row['value'])})."
              for row in seen if row["lost"] != "0"]

@@ -12,7 +12,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 
 import course  # noqa: E402
-from runs import LABELS, STYLES, number, percent, scene_of, setting, table  # noqa: E402
+from runs import LABELS, STYLES, listed, number, percent, scene_of, setting, table  # noqa: E402
 
 LOOP = {"sensor_hz": "motion.sensor.hz", "latency_ms": "motion.sensor.latency_ms", "frames_hz": "motion.frames_hz",
         "solve_ms": "motion.solve_ms", "array_ms": "motion.array_ms"}
@@ -222,17 +222,12 @@ def answer_rows(by_displacement, speeds=(10, 50, 200)):
     return rows
 
 
-def in_words(items):
-    """"a", "a and b", "a, b and c"."""
-    return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)
-
-
 def milliseconds(value):
     return f"{float(value):,.0f}" if float(value) >= 100 else number(value, 2)
 
 
 def delays_in_words(row, name):
-    return in_words([f"{milliseconds(value)} ms at {key.rsplit('_', 1)[1]} mm/s" for key, value in row.items()
+    return listed([f"{milliseconds(value)} ms at {key.rsplit('_', 1)[1]} mm/s" for key, value in row.items()
                      if key.startswith(f"{name}_ms_at_")])
 
 
@@ -309,7 +304,7 @@ def noise_sentences(noise):
         own = [row for row in noise if (row["axis"], row["speed_mm_s"], row["method"]) == (axis, speed, "surface")]
         said.append(f"The sensor noise is {NOISE_MM} mm rms and the array delay {own[0]['array_ms']} ms. {AXES[axis].capitalize()} at "
                     f"{speed} mm/s, the mean error of `surface` is "
-                    + in_words([f"{percent(row['error_mean'])} (`{row['predict']}`)" for row in own]) + ".")
+                    + listed([f"{percent(row['error_mean'])} (`{row['predict']}`)" for row in own]) + ".")
     return said
 
 
@@ -321,7 +316,7 @@ def loop_sentences(rows):
     said = [f"In the loop of scenes/moving.yaml the sensor runs at {whole['sensor_hz']} Hz and frames come at {whole['frames_hz']} Hz. "
             f"The sound is for a sample that is {number(whole['age_ms_mean'])} ms old on average and {number(whole['age_ms_worst'])} ms "
             "at worst. The mean consists of "
-            + in_words([f"{part} ({number(value)} ms)" for part, value in sorted(parts.items(), key=lambda item: -item[1])]) + "."]
+            + listed([f"{part} ({number(value)} ms)" for part, value in sorted(parts.items(), key=lambda item: -item[1])]) + "."]
     for row in rows[1:]:
         changed = " and ".join(words.format(row[key]) for key, words in CHANGED.items() if row[key] != whole[key])
         said.append(f"With {changed} the age is {number(row['age_ms_mean'])} ms on average and {number(row['age_ms_worst'])} ms "
@@ -341,7 +336,7 @@ def reference_sentence(rows):
             most = max(range(len(own)), key=lambda i: abs(away[i]))
             said.append(f"at {own[most]['displacement_mm']} mm {AXES[axis]} ({100 * away[most]:+.1f} points)")
     return ("The rise of the error of `surface` above its value at rest is compared with that of a prototype. The prototype solved on "
-            "2,404 faces, and moved away from the array instead of towards it. The two rises differ most " + in_words(said) + ".")
+            "2,404 faces, and moved away from the array instead of towards it. The two rises differ most " + listed(said) + ".")
 
 
 def figure(held, predicted, segments, path):

@@ -21,7 +21,7 @@ import widths
 import widths_figure
 import widths_trials
 import widths_words
-from runs import SCENES, made, markdown_table, number, percent, provenance, settings, size_of, steps_of, table, write_table
+from runs import SCENES, counted, made, markdown_table, number, percent, provenance, settings, size_of, steps_of, table, write_table
 
 STYLE = """body { max-width: 62em; margin: 2em auto; padding: 0 1em; font: 16px/1.5 sans-serif; color: #111; background: #fff; }
 img { max-width: 100%; } table { border-collapse: collapse; font-size: 85%; display: block; overflow-x: auto; }
@@ -191,9 +191,9 @@ def add_curves(page, work, report):
     ran = provenance(work / "panels" / "width_8mm")
     page.figure("iteration_time.png", f"Time per iteration. Left: for different numbers of faces, with {by_faces[0]['channels']} "
                 f"transducers. Right: for different numbers of transducers, with {by_channels[0]['faces']} faces. The program ran with "
-                f"{threads(ran)} on {curves.processor()}. Other programs may have used the same computer, so compare only times "
-                "in this figure. The published time is that of a graphics card: 10 ms at 10,000 faces and 1,496 transducers on an "
-                "RTX 2080 Ti.", made(work, "faces", "parameters"))
+                f"{counted(ran['threads'], 'thread')} on {curves.processor()}. Other programs may have used the same computer, so "
+                "compare only times in this figure. The published time is that of a graphics card: 10 ms at 10,000 faces and 1,496 "
+                "transducers on an RTX 2080 Ti.", made(work, "faces", "parameters"))
     page.add(lines_of(curves.times_sentences(by_faces, by_channels)))
     for name, part, rows in (("iteration_faces", "faces", by_faces), ("iteration_channels", "parameters", by_channels)):
         origin = made(work, part)
@@ -338,10 +338,6 @@ LAST = {"delays": (DELAYS, add_delays), "cameras": (CAMERAS, add_cameras), "arra
 KEPT = {"arrays"}  # uses existing tables, without steps
 
 
-def threads(ran):
-    return f"{ran['threads']} thread{'' if ran['threads'] == 1 else 's'}"
-
-
 def write_report(work, report, quick):
     """Writes report.md, report.html, figures/ and tables/ into `report` from the runs in `work`."""
     work, report = pathlib.Path(work), pathlib.Path(report)
@@ -365,8 +361,8 @@ def write_report(work, report, quick):
     page.add("Weights by area are needed because the mesh is finer near the target. docs/theory.md and docs/metrics.md have the "
              "definitions.")
     revisions = made(work, *{stamp.stem.split("-")[0] for stamp in (work / "steps").glob("*.json")}).revisions
-    page.add(f"The results were computed by touchfield {ran['version']} ({' and '.join(revisions)}) with {threads(ran)} on "
-             f"{curves.processor()}."
+    page.add(f"The results were computed by touchfield {ran['version']} ({' and '.join(revisions)}) with "
+             f"{counted(ran['threads'], 'thread')} on {curves.processor()}."
              + ("" if len(revisions) == 1 else " **They are from several revisions. The captions give the revision of each.**"))
     trials = widths_trials.load(work / "hands") if is_done(work, "hands") else None
     result = widths.analyse(trials) if trials else None

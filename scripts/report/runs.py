@@ -183,6 +183,16 @@ def number(value, digits=3):
     return "-" if value != value else f"{value:.{digits}g}" if value == 0 or abs(value) < 1e5 else f"{value:.2e}"
 
 
+def counted(count, noun):
+    """"1 hand", "2 hands"."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def listed(items):
+    """"a", "a and b", "a, b and c"."""
+    return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)
+
+
 def percent(value, digits=1):
     value = float(value)
     return "-" if value != value else f"{100 * value:.{digits}f} %"

@@ -2,17 +2,10 @@
 
 import math
 
+from runs import counted, listed
 from widths import CHANCE, EVEN, IDEAL, OBSERVERS, PEOPLE, READER, RESAMPLES, SIGMAS, Comparison, Result
 
 NAMES = {READER: "width reader", IDEAL: "ideal observer", EVEN: "ideal observer at even level"}
-
-
-def counted(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
-
-
-def listed(items: list[str]) -> str:
-    return " and ".join(part for part in (", ".join(items[:-1]), items[-1]) if part)
 
 
 def covered(result: Result) -> str:

@@ -101,6 +101,5 @@ class HandTables(unittest.TestCase):
                 self.assertAlmostEqual(float(new[column]), float(old[column]), delta=1, msg=new[0])
 
 
-
 if __name__ == "__main__":
     unittest.main()
