@@ -101,8 +101,7 @@ struct DualPoint {
   VectorXd d;
   double sum = 0.0;        // sum_j (b_j^2 - b_j g_j) + sum_n d_n
   double magnitude = 0.0;  // of the terms
-  double cost = 0.0;       // of the relaxation, where the point was taken from it: sum and what was clipped of d
-  double clipped = 0.0;
+  double cost = 0.0;       // of the relaxation, where the point was taken from it: sum and the positive part of d
 };
 
 /// s, m: 1 - b_j / g_j on the levels, 1 on the other columns.
@@ -112,12 +111,13 @@ VectorXd column_weights(const ScaledProblem& problem, const VectorXd& g) {
   return weights;
 }
 
-/// That of the rows Y^T (l x N) under all columns: g_j = |a_j Y|, d from the gradient. The positive part of d would not
-/// count, and leaving it out only raises S.
+/// That of the rows Y^T with slack under all columns: g_j = |a_j Y|, d from the gradient. The positive part of d, 0 at
+/// the least cost, would not count, and leaving it out only raises S.
 DualPoint dual_at(const ScaledProblem& problem, const MatrixXcd& y) {
   const Index count = problem.wanted.size();
   MatrixXcd sent;
   multiply(y, problem.columns, sent);
+  take_slack(sent);
   const VectorXd loudness = sent.leftCols(count).colwise().norm();
   DualPoint dual;
   dual.cost = (loudness - problem.wanted).squaredNorm() + sent.rightCols(sent.cols() - count).squaredNorm();
@@ -125,9 +125,7 @@ DualPoint dual_at(const ScaledProblem& problem, const MatrixXcd& y) {
   sent = sent * column_weights(problem, dual.g).asDiagonal();
   MatrixXcd gradient;
   multiply_by_adjoint(sent, problem.columns, gradient);
-  const VectorXd d = (y.conjugate().array() * gradient.array()).real().colwise().sum();
-  dual.d = d.cwiseMin(0.0);
-  dual.clipped = d.cwiseMax(0.0).sum();
+  dual.d = real_column_dots(y, gradient).cwiseMin(0.0);
   const auto levels = problem.wanted.array();
   dual.sum = (levels * (levels - dual.g.array())).sum() + dual.d.sum();
   dual.magnitude = (levels * (levels + dual.g.array())).sum() + dual.d.cwiseAbs().sum();
@@ -342,7 +340,7 @@ Certificate certify(const SkinProblem& problem, const CertificateOptions& option
     return certificate;
   }
   const PhaseSolution reached =
-      solve_surface(problem, random_start(problem.channel_count(), options.seed), SurfaceOptions{});
+      solve_surface(problem, random_start(problem.channel_count(), options.seed), {.free_amplitudes = true});
   double scale = std::max(reached.cost_history.back() / whole.unit, kLeastBound);  // of what may be left out
   LowRankRelaxation relaxation = relaxation_of(whole, scale, options.tolerance * scale);
   RelaxedPoint point = relaxed_start(relaxation, drive(reached), options.width, options.seed);
@@ -351,17 +349,15 @@ Certificate certify(const SkinProblem& problem, const CertificateOptions& option
   StepDamping damping(kFirstShift / n);
   Candidate best;
   double cost = 0.0;     // of the relaxation
-  double allowed = 0.0;  // between it and the bound
+  double missing = 0.0;  // between it and the bound at most
   while (true) {
     const DualPoint dual = dual_at(whole, point.y);
     cost = dual.cost;
-    const double missing = options.tolerance * std::max(cost + whole.constant, kLeastBound);
+    missing = options.tolerance * std::max(cost + whole.constant, kLeastBound);
     improve(whole, dual, missing, factor, best);
     factor.weigh(positive_loudness(relaxation, point));
     damping.settle(factor, point.d, 0.25 * missing / n);
-    // Where d > 0 somewhere the bound stays below the relaxation, even if that is at its least.
-    allowed = missing + (n * damping.shift() <= missing ? dual.clipped : 0.0);
-    if (cost - best.bound <= allowed || certificate.iterations >= options.max_iterations || damping.is_exhausted()) {
+    if (cost - best.bound <= missing || certificate.iterations >= options.max_iterations || damping.is_exhausted()) {
       break;
     }
     ++certificate.iterations;
@@ -378,7 +374,7 @@ Certificate certify(const SkinProblem& problem, const CertificateOptions& option
     }
   }
   prove(whole, best);
-  certificate.converged = cost - best.bound <= allowed;
+  certificate.converged = cost - best.bound <= missing;
   certificate.relaxed = (cost + whole.constant) * whole.unit;
   certificate.bound = std::max(0.0, best.bound + whole.constant) * whole.unit;
   return certificate;

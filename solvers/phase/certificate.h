@@ -6,7 +6,7 @@ namespace touchfield {
 
 struct CertificateOptions {
   int width = 12;           // columns l of the low-rank relaxation, 2..64
-  int max_iterations = 40;  // of the relaxation, >= 0
+  int max_iterations = 60;  // of the relaxation, >= 0
   double tolerance = 1e-4;  // share of the relaxation's cost that the bound may lack, > 0
   unsigned seed = 1;
 };
@@ -16,8 +16,7 @@ struct Certificate {
   double bound = 0.0;      // >= 0 [Pa2 m2]
   double relaxed = 0.0;    // cost of the relaxation where it stopped: no bound, but what the bound grows towards
   int iterations = 0;      // of the relaxation
-  bool converged = false;  // the bound is as near to the relaxation as the tolerance asks; where that wants drives
-                           // within the circle, which it may not have, as near as can be
+  bool converged = false;  // the bound is as near to the relaxation as the tolerance asks
 };
 
 /// With z = exp(i [theta; phi]), b_j = sqrt(w_j) p'_j, H = diag(sqrt w) H_T the cost, least over theta, is z^H Q z,
@@ -31,8 +30,9 @@ struct Certificate {
 ///
 /// lambda the smallest eigenvalue of S and d <= 0, which lets drives lie within the circle too.
 ///
-/// g and d come from minimising the cost over drives that are unit rows of l numbers (regularised Newton steps). The
-/// start is the drives that 30 steps of solve_surface reach. As few dimensions are used as the tolerance allows.
+/// g and d come from minimising the cost over drives that are rows of l numbers, of length one at most (regularised
+/// Newton steps). The start is the drives that solve_surface reaches with free amplitudes and its usual steps. As few
+/// dimensions are used as the tolerance allows.
 ///
 /// The Cholesky factorisation of the whole S + shift in double proves that -lambda is no more than the shift. Its
 /// rounding is bounded a priori. The bound thus holds whatever produced g and d. Leaving rows out of R only lowers S,

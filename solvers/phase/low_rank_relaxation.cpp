@@ -22,6 +22,8 @@ using Eigen::VectorXd;
 
 constexpr double kFaintestLevel = 1e-12;
 constexpr double kStirred = 0.3;         // random rows against those of the start
+constexpr double kShortest = 0.05;       // row of a start
+constexpr double kLongest = 0.98;        // the rest is slack: without any a row could never become shorter
 constexpr Index kCompressionBlock = 16;  // dimensions found at a time: each one too many costs
 
 VectorXcd random_column(Index size, std::mt19937_64& generator) {
@@ -51,12 +53,15 @@ LowRankRelaxation relaxed(const MatrixXcd& columns, const VectorXd& wanted, doub
   return relaxation;
 }
 
+void take_slack(MatrixXcd& x) { x.bottomRows(1).setZero(); }
+
 RelaxedPoint relaxed_point(const LowRankRelaxation& relaxation, MatrixXcd y) {
   RelaxedPoint point;
   point.y = std::move(y);
   MatrixXcd reached;
   MatrixXcd quietened;
   multiply(point.y, relaxation.basis, reached);
+  take_slack(reached);
   multiply(reached, relaxation.levels, point.sent);
   multiply(reached, relaxation.quiet, quietened);
   point.loudness = point.sent.colwise().norm();
@@ -88,12 +93,13 @@ VectorXd positive_loudness(const VectorXd& g, const VectorXd& lengths, const Vec
 
 RelaxedPoint relaxed_start(const LowRankRelaxation& relaxation, const VectorXcd& q, Index width, unsigned seed) {
   std::mt19937_64 generator(seed);
-  MatrixXcd y(width, q.size());
+  MatrixXcd y(width + 1, q.size());
   for (Index n = 0; n < q.size(); ++n) {
-    y.col(n) = kStirred * random_column(width, generator).normalized();
-    y(0, n) += q(n) / std::abs(q(n));
+    const double length = std::clamp(std::abs(q(n)), kShortest, kLongest);
+    VectorXcd row = kStirred * random_column(width, generator).normalized();
+    row(0) += std::polar(1.0, std::arg(q(n)));
+    y.col(n) << length * row.normalized(), std::sqrt(1.0 - length * length);
   }
-  y.colwise().normalize();
   return relaxed_point(relaxation, std::move(y));
 }
 

@@ -4,13 +4,13 @@
 
 namespace touchfield {
 
-/// The misfit of amplitudes with every drive replaced by a row of l numbers, of length one together: with Y the N x l
+/// The misfit of amplitudes with every drive replaced by a row of l numbers of length at most one: with Y the N x l
 /// matrix of these rows,
 ///
 ///   F(Y) = sum_j (|a_j Y| - b_j)^2 + || R Y ||^2,   b_j > 0.
 ///
-/// At l = 1 the rows are phasors and F is the misfit itself. At l > 1 its least value is no higher, and where l is not
-/// too small every local minimum is the global one and proves a lower bound for l = 1.
+/// At l = 1 the rows are drives within the circle and F is the misfit itself. At l > 1 its least value is no higher, and
+/// where l is not too small every local minimum is the global one and proves a lower bound for l = 1.
 ///
 /// All of it happens in the r dimensions that the rows reach, or nearly do: A^T = V T, R^T conj(R) = V C V^H to a
 /// tolerance.
@@ -30,22 +30,26 @@ struct LowRankRelaxation {
 /// throws      std::domain_error on a value that is not finite
 LowRankRelaxation relaxed(const Eigen::MatrixXcd& columns, const Eigen::VectorXd& wanted, double tolerance);
 
-/// A point of the relaxation and what follows from it.
+/// A point of the relaxation and what follows from it. Each row of Y has one number more, the slack, which makes its
+/// length one and sounds nowhere. So the rows move on spheres.
 struct RelaxedPoint {
-  Eigen::MatrixXcd y;         // Y^T, l x N, columns of length one
-  Eigen::MatrixXcd sent;      // (A Y)^T, l x K
+  Eigen::MatrixXcd y;         // Y^T and the slack below it, (l + 1) x N, columns of length one
+  Eigen::MatrixXcd sent;      // (A Y)^T and zeros, (l + 1) x K
   Eigen::VectorXd loudness;   // g_j = |a_j Y|, K
   double cost = 0.0;          // F(Y)
-  Eigen::MatrixXcd gradient;  // half of F's along the spheres, l x N
+  Eigen::MatrixXcd gradient;  // half of F's along the spheres, (l + 1) x N
   Eigen::VectorXd d;          // N: Re of each row of half the gradient in the flat space along its row of Y
 };
 
-/// That of the rows Y^T, l x N, of length one.
+/// Sets the slack, the last row of x, to 0.
+void take_slack(Eigen::MatrixXcd& x);
+
+/// That of the rows Y^T with slack, (l + 1) x N, of length one.
 RelaxedPoint relaxed_point(const LowRankRelaxation& relaxation, Eigen::MatrixXcd y);
 
-/// A start: rows of the drives q (N, not 0) and of random numbers, normalised. The random numbers of a row are 0.3
-/// times as long as its phasor. The rows are near what the phases of q reach already, and in no corner that symmetry
-/// holds.
+/// A start: rows of the drives q (N) and of random numbers, of the lengths |q| within 0.05 to 0.98. The random
+/// numbers of a row are 0.3 times as long as its phasor. The rows are near what q reaches already, and in no corner
+/// that symmetry holds.
 RelaxedPoint relaxed_start(const LowRankRelaxation& relaxation, const Eigen::VectorXcd& q, Eigen::Index width,
                            unsigned seed);
 

@@ -49,6 +49,7 @@ class NewtonSystem {
   /// hv = (Hess / 2) v.
   void apply(const MatrixXcd& v, MatrixXcd& hv) {
     multiply(v, relaxation_.basis, reached_);
+    take_slack(reached_);
     multiply(reached_, relaxation_.levels, sent_);
     for (Index j = 0; j < relaxation_.level_count(); ++j) {
       const double radial = (directions_.col(j).conjugate().array() * sent_.col(j).array()).real().sum();
@@ -67,6 +68,7 @@ class NewtonSystem {
   /// z = P (S + sigma + radial part)^-1 P r, by the Woodbury formula.
   void precondition(const MatrixXcd& r, MatrixXcd& z) {
     factor_.reach(r, reached_);
+    take_slack(reached_);
     multiply(reached_, factor_.level_responses(), sent_);
     const VectorXd along = capacitance_.solve(real_column_dots(directions_, sent_));
     sent_ = directions_ * along.asDiagonal();
@@ -80,12 +82,12 @@ class NewtonSystem {
   const RelaxedPoint& point_;
   DualFactor& factor_;
   VectorXd ratio_;        // b_j / g_j
-  MatrixXcd directions_;  // a_j Y / g_j, l x K
+  MatrixXcd directions_;  // a_j Y / g_j and zeros, (l + 1) x K
   Eigen::LLT<MatrixXd> capacitance_;
-  MatrixXcd reached_;  // l x r
+  MatrixXcd reached_;  // (l + 1) x r
   MatrixXcd quietened_;
   MatrixXcd back_;
-  MatrixXcd sent_;  // l x K
+  MatrixXcd sent_;  // (l + 1) x K
 };
 
 }  // namespace

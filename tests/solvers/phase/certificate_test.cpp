@@ -122,7 +122,8 @@ TEST(Certificate, HoldsForDrivesThatAreNotFull) {
     SkinProblem problem = random_problem(4, 24, 20, 0.5, 940 + seed);
     problem.quiet *= 3.0;
     const Certificate certificate = certify(problem);
-    EXPECT_GT(certificate.bound, 0.0);
+    EXPECT_TRUE(certificate.converged);
+    double least = std::numeric_limits<double>::infinity();
     SurfaceOptions options;
     options.iterations = 300;
     options.free_amplitudes = true;
@@ -130,7 +131,9 @@ TEST(Certificate, HoldsForDrivesThatAreNotFull) {
       const PhaseSolution solution = solve_surface(problem, random_start(20, start), options);
       EXPECT_LE(certificate.bound, solution.cost_history.back());
       EXPECT_LT(solution.amplitudes.mean(), 0.9);  // or the test would say nothing
+      least = std::min(least, solution.cost_history.back());
     }
+    EXPECT_GT(certificate.bound, 0.9 * least) << seed;  // 0 if full drives alone were relaxed
   }
 }
 
