@@ -9,8 +9,8 @@ namespace touchfield {
 ///
 ///   F(Y) = sum_j (|a_j Y| - b_j)^2 + || R Y ||^2,   b_j > 0.
 ///
-/// At l = 1 the rows are drives within the circle and F is the misfit itself. At l > 1 its least value is no higher, and
-/// where l is not too small every local minimum is the global one and proves a lower bound for l = 1.
+/// At l = 1 the rows are drives within the circle and F is the misfit itself. At l > 1 its least value is no higher.
+/// Where l is not too small every local minimum is the global one and proves a lower bound for l = 1.
 ///
 /// All of it happens in the r dimensions that the rows reach, or nearly do: A^T = V T, R^T conj(R) = V C V^H to a
 /// tolerance.
