@@ -40,7 +40,8 @@ constexpr Command kCommands[] = {
     {add_info_command, kResults, "touchfield info mine/run.h5"},
     {add_compare_command, kResults, "touchfield compare mine wide\n  touchfield compare mine --points measured.csv"},
     {add_hand_command, kMeshes, "touchfield hand -o hand.stl --pose flat --edge-mm 3"},
-    {add_mesh_command, kMeshes, "touchfield mesh scan.ply --unit mm\n  touchfield mesh scan.ply --repair -o hand.obj"},
+    {add_mesh_command, kMeshes,
+     "touchfield mesh scan.ply --unit mm\n  touchfield mesh scan.ply --resurface 2 -o hand.obj"},
     {add_send_command, kArrays,
      "touchfield send mine/run.h5 --method surface\n  "
      "touchfield send circle --repeat --seconds 2\n  "

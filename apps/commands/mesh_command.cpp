@@ -19,7 +19,6 @@
 #include "sim/mesh/io/weld.h"
 #include "sim/mesh/remesh/edge_sizing.h"
 #include "sim/mesh/remesh/surface_remesh.h"
-#include "sim/mesh/repair/repair.h"
 #include "sim/mesh/repair/resurface.h"
 #include "sim/mesh/repair/surface_report.h"
 #include "sim/solve/stages.h"
@@ -34,7 +33,6 @@ struct MeshCommand {
   bool force = false;               // replace an existing file
   std::string unit;                 // of the file: mm, cm or m; empty: guessed
   std::string output_unit;          // empty: the file's
-  bool repair = false;              // faces stay if they can
   std::optional<double> resurface;  // edge of new faces [m]
   std::optional<double> edge;       // to remesh to [m]
 };
@@ -88,18 +86,18 @@ auto as_stage(Progress& progress, const char* what, const Work& work) {
 TriangleMesh worked(const MeshCommand& command, const FileSurface& surface, const FileScale& scale, Progress& progress,
                     MeshText& text) {
   std::vector<std::string>& steps = text.steps;
-  if (const auto& faults = text.report.skin.faults; !command.repair && !command.resurface && !faults.empty()) {
-    throw InputError(fmt::format("{}: the mesh has faults, --repair or --resurface MM may mend them: {}", command.file,
+  if (const auto& faults = text.report.skin.faults; !command.resurface && !faults.empty()) {
+    throw InputError(fmt::format("{}: the mesh has faults, --resurface MM makes a closed skin of it: {}", command.file,
                                  fmt::join(faults, "; ")));
   }
   TriangleMesh mesh = [&] {
-    if (!command.repair && !command.resurface) {
+    if (!command.resurface) {
       WeldedSurface merged = welded(surface, scale.unit.metres);
       return TriangleMesh(std::move(merged.points), std::move(merged.triangles));
     }
-    const RepairOptions options{command.repair, command.resurface};
-    Repaired result =
-        as_stage(progress, "repair", [&] { return repaired(surface, scale.unit.metres, options, command.file); });
+    Resurfaced result = as_stage(progress, "resurface", [&] {
+      return resurfaced(surface, scale.unit.metres, *command.resurface, command.file, "--resurface");
+    });
     steps = std::move(result.steps);
     text.to_resurfaced = result.to_skin;
     text.from_resurfaced = result.from_skin;
@@ -131,7 +129,7 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
     progress.warn(warning);
   }
   require_known_scale(command, scale);
-  const bool works = command.repair || command.resurface || command.edge || !command.output.empty();
+  const bool works = command.resurface || command.edge || !command.output.empty();
   if (works) {
     require_body_size(size * scale.unit.metres, command.file);
   }
@@ -164,7 +162,7 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
 void add_mesh_command(CLI::App& app, Invocation& invocation) {
   const auto mesh = std::make_shared<MeshCommand>();
   CLI::App* command =
-      app.add_subcommand("mesh", "Inspect, repair, resurface or remesh a mesh file (STL, OBJ, PLY, OFF, VTP, GLB)");
+      app.add_subcommand("mesh", "Inspect, resurface or remesh a mesh file (STL, OBJ, PLY, OFF, VTP, GLB)");
   command->add_option("FILE", mesh->file, "Mesh file; its ending names the format")->required()->type_name(kMeshFile);
   command->add_option("-o,--output", mesh->output, "Mesh file to write; default: report only")->type_name(kMeshFile);
   command->add_flag("--force", mesh->force, "Replace the mesh file to write if it exists");
@@ -172,13 +170,10 @@ void add_mesh_command(CLI::App& app, Invocation& invocation) {
       ->check(one_of({"mm", "cm", "m"}));
   command->add_option("--output-unit", mesh->output_unit, "Unit of the file written: mm, cm or m; default: FILE's")
       ->check(one_of({"mm", "cm", "m"}));
-  command->add_flag("--repair", mesh->repair,
-                    "Make a closed skin: weld, orient, drop duplicates and stray pieces. Where faults remain, "
-                    "replace all faces");
   add_number(
       command, "--resurface", mesh->resurface, schema::above(0),
-      "Edge length of new faces [mm]; without --repair they replace all. The faces of FILE may have holes, flaps, "
-      "crossings and overlaps",
+      "Make one closed skin with edges of this length [mm]. The faces of FILE may have holes, flaps, crossings and "
+      "overlaps",
       kMillimetre);
   add_number(command, "--remesh", mesh->edge, schema::above(0), "Remesh with edges of this length [mm]", kMillimetre);
   finish_command(command, invocation, [mesh](const Invocation& invoked) { return mesh_command(*mesh, invoked.flags); });

@@ -8,6 +8,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/mesh/io/mesh_io.h"
+#include "sim/mesh/query/inspect.h"
 #include "sim/solve/solver_choice.h"
 
 namespace touchfield {
@@ -65,6 +66,7 @@ MeshSequence::MeshSequence(const MeshShape& shape) {
         throw InputError(
             fmt::format("{} (time_s = {:.15g}): {} as in {}", entry.file, entry.seconds, fault, shape.file));
       }
+      require_closed_surface(mesh, fmt::format("{} (time_s = {:.15g})", entry.file, entry.seconds));
       vertices_.push_back(mesh.vertices());
     }
     times_.push_back(entry.seconds);

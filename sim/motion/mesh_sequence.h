@@ -15,7 +15,7 @@ class MeshSequence {
   /// shape    with a series
   /// throws   InputError that names the file, its time and what differs from the first file: how many vertices, how
   ///          many triangles, or the first triangle with other corners; if all files take more than half of the memory
-  ///          that is free, before the second is read; also as read_mesh
+  ///          that is free, before the second is read; if a mesh is not closed or inside out; also as read_mesh
   explicit MeshSequence(const MeshShape& shape);
 
   const Triangles& triangles() const { return triangles_; }

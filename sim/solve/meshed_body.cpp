@@ -16,8 +16,9 @@
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/io/mesh_io.h"
 #include "sim/mesh/io/unit_guess.h"
+#include "sim/mesh/query/inspect.h"
 #include "sim/mesh/remesh/surface_remesh.h"
-#include "sim/mesh/repair/repair.h"
+#include "sim/mesh/repair/closed_mesh.h"
 #include "sim/mesh/repair/resurface.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/target/skin_strokes.h"
@@ -105,12 +106,19 @@ MeshedBody resurfaced_body(const BodySpec& spec) {
   return made;
 }
 
-/// The faces of the file, which are closed. A series is not mended: its meshes must keep the same triangles.
+/// A series is not mended: its meshes must keep the same triangles.
+ClosedMesh unmended(const MeshShape& shape) {
+  ClosedMesh made{read_mesh(shape.file, shape.unit), {}};
+  require_closed_surface(made.mesh, shape.file);
+  return made;
+}
+
+/// The faces of the file, which are closed.
 MeshedBody closed_body(const BodySpec& spec) {
   const auto& shape = std::get<MeshShape>(spec.shape);
   const FileSurface surface = surface_of(shape);
-  Repaired mended = closed_mesh(surface, shape.unit, shape.file);
-  MeshedBody made{{shape.series ? read_mesh(shape.file, shape.unit) : std::move(mended.mesh), {}}, {}, {}};
+  ClosedMesh mended = shape.series ? unmended(shape) : closed_mesh(surface, shape.unit, shape.file);
+  MeshedBody made{{std::move(mended.mesh), {}}, {}, {}};
   given_landmarks(spec, made.body.mesh);
   for (const auto& [name, point] : shape.landmarks) {
     made.body.landmarks.push_back(nearest_landmark(made.body.mesh, name, point));

@@ -282,7 +282,7 @@ solve: {methods: [focus]}
         self.write("skin.obj", "".join("v {} {} {}\n".format(*(1e30 * x)) for x in vertices) +
                    "".join("f {} {} {}\n".format(*(t + 1)) for t in triangles))
         says = "skin.obj: the body is 2.02e+30 mm across, it must be 0.01 to 10000 mm"
-        for works in [["--remesh", "3"], ["--repair"]]:
+        for works in [["--remesh", "3"], ["--resurface", "3"]]:
             self.refused_at_once("mesh", "skin.obj", "--unit", "mm", *works, "-o", "out.stl", says=says)
         scene = self.scene(MESH_SCENE.replace("unit: mm}}", "unit: mm}, edge_mm: 3}"))
         self.refused_at_once("check", scene, says=says)

@@ -1,4 +1,4 @@
-"""touchfield mesh: any file gives a report, a repair that says what it did, or a clear error."""
+"""touchfield mesh: any file gives a report, a closed skin, or a clear error."""
 
 import json
 import pathlib
@@ -85,7 +85,7 @@ class Inspection(Mesh):
     def test_lengths_need_a_unit(self):
         path = self.cube(vertices=CORNERS * 0.1)
         self.refused(path, "--remesh", "2", "-o", "out.stl", says=["--unit", "perhaps cm"])
-        self.refused(path, "--repair", "--resurface", "2", says="--unit")
+        self.refused(path, "--resurface", "2", says="--unit")
 
 
 class Work(Mesh):
@@ -121,47 +121,16 @@ class Work(Mesh):
         self.report(path, "--output-unit", "mm", "-o", "mm.obj")
         numpy.testing.assert_allclose(read_obj(self.folder / "mm.obj")[0], CORNERS, atol=1e-9)
 
-    def test_a_faulty_mesh_is_not_written_without_repair(self):
+    def test_a_faulty_mesh_is_written_only_as_a_new_skin(self):
         path = self.cube(CUBE[:, ::-1])
-        self.refused(path, "-o", "out.ply", says=["inside out", "--repair"])
-        report = self.report(path, "--repair", "-o", "out.ply")
-        self.assertEqual(report["steps"], ["turned 1 piece outwards"])
-        self.assertAlmostEqual(self.volume(self.folder / "out.ply"), 1000)
+        self.refused(path, "-o", "out.ply", says=["inside out", "--resurface MM"])
+        report = self.report(path, "--unit", "mm", "--resurface", "4", "-o", "out.ply")
+        self.assertEqual(report["steps"][0], "turned 1 patch outwards")
+        self.assertAlmostEqual(self.volume(self.folder / "out.ply"), 1000, delta=5)
         # Without -o it says what it would do.
-        done = self.run_ok("mesh", path, "--repair")
-        self.assertRegex(done.stdout, "steps +turned 1 piece outwards")
+        done = self.run_ok("mesh", path, "--unit", "mm", "--resurface", "4")
+        self.assertRegex(done.stdout, "steps +turned 1 patch outwards")
         self.assertNotIn("written", done.stdout)
-
-    def test_repair_says_each_step(self):
-        vertices, triangles = icosphere(3, 80)
-        triangles = triangles.copy()
-        triangles[5] = triangles[5][::-1]
-        crumb = (CORNERS * 0.01 + 200, CUBE)
-        vertices, triangles = together((vertices, triangles), crumb)
-        triangles = numpy.concatenate([triangles, triangles[:1], [[3, 3, 7]]])
-        write_stl(self.folder / "skin.stl", vertices, triangles)
-        report = self.report("skin.stl", "--repair", "-o", "out.stl")
-        expected = ["welded", "two corners in one point", "corners of an earlier one", "1 stray piece (12 faces",
-                    "turned 1 face"]
-        for step, said in zip(expected, report["steps"], strict=True):
-            self.assertIn(step, said)
-        self.assertIsNone(report["to_resurfaced"])
-
-    def test_where_faces_cannot_stay_all_are_replaced(self):
-        report = self.report(self.cube(CUBE[2:]), "--repair", "-o", "closed.ply")
-        self.assertIn("all faces are replaced because of these faults: 4 boundary edges (1 hole of 400.00 mm)", report["steps"][0])
-        self.assertAlmostEqual(self.volume("closed.ply"), 1000, delta=5)
-        # A 64th of 173 mm.
-        self.assertAlmostEqual(report["result"]["mean_edge_mm"], 2.7, delta=0.1)
-        self.assertLess(report["to_resurfaced"]["most_95_mm"], 1)
-        crossing = self.obj(*together((CORNERS, CUBE), (CORNERS + [50, 40, 30], CUBE)))
-        report = self.report(crossing, "--unit", "mm", "--repair", "--resurface", "4")
-        self.assertIn("faces intersect", report["steps"][0])
-        self.assertAlmostEqual(report["result"]["mean_edge_mm"], 4, delta=0.2)
-        # --resurface alone replaces faces without a fault.
-        self.assertAlmostEqual(self.report("closed.ply", "--unit", "mm", "--repair", "--resurface", "6")["result"]["mean_edge_mm"], 2.7, delta=0.1)
-        self.assertAlmostEqual(self.report("closed.ply", "--unit", "mm", "--resurface", "6")["result"]["mean_edge_mm"], 6, delta=0.3)
-        self.refused(self.cube(CUBE[2:]), "--unit", "mm", "--repair", "--resurface", "90", says="--resurface = 90 mm is too long")
 
     def test_remesh(self):
         vertices, triangles = icosphere(3, 80)
@@ -189,7 +158,7 @@ class Work(Mesh):
         report = self.report(path)
         self.assertEqual((report["unit"], report["unit_guess"]["certainty"]), ("m", "sure"))
         self.assertRegex(report["warnings"][0], "^unit: assumed to be m, surely: .* 0.19. mm if in mm")
-        report = self.report(path, "--repair", "--remesh", "3", "-o", "remeshed.ply")
+        report = self.report(path, "--remesh", "3", "-o", "remeshed.ply")
         result = report["result"]
         self.assertEqual(result["faults"], [])
         self.assertAlmostEqual(result["mean_edge_mm"], 3, delta=0.1)
@@ -270,7 +239,7 @@ class Broken(Mesh):
                 ("other.dae", b"<xml/>", "other.dae")]:
             (self.folder / name).write_bytes(content)
             self.refused(name, says=[name, says])
-            self.refused(name, "--repair", "-o", "out.ply", says=name)
+            self.refused(name, "--unit", "mm", "--resurface", "2", "-o", "out.ply", says=name)
         self.refused("nowhere.stl", says="no such file")
         self.refused(self.folder, says="")
 
@@ -280,7 +249,7 @@ class Broken(Mesh):
         for ending in ["stl", "obj", "ply", "vtp", "off"]:
             path = self.folder / f"noise.{ending}"
             path.write_bytes(noise)
-            done = subprocess.run([PROGRAM, "mesh", path, "--repair"], capture_output=True, timeout=100, check=False)
+            done = subprocess.run([PROGRAM, "mesh", path, "--unit", "mm", "--resurface", "2"], capture_output=True, timeout=100, check=False)
             self.assertEqual((done.returncode, done.stdout), (2, b""))
             self.assertIn(path.name.encode(), done.stderr)
         # Lines of an OBJ file that are missing at its end are not known to be; then the mesh has holes.
@@ -300,22 +269,21 @@ class Broken(Mesh):
         self.assertAlmostEqual(report["surface"]["volume_cm3"], 1000)
 
     def test_points_that_no_face_names(self):
-        report = self.report(self.cube(CUBE + 1, numpy.concatenate([[[1e7, 0, 0]], CORNERS])), "--repair")
+        report = self.report(self.cube(CUBE + 1, numpy.concatenate([[[1e7, 0, 0]], CORNERS])), "-o", "out.obj")
         self.assertTrue(report["usable"])
         self.assertEqual(report["unreferenced_points"], 1)
         self.assertEqual(report["unit_guess"]["certainty"], "sure")
-        self.assertEqual(report["steps"], ["dropped 1 point that no face names"])
+        self.assertEqual(report["result"]["vertices"], 8)
 
     def test_faces_without_area(self):
         flat = self.obj([[0, 0, 0], [100, 0, 0], [200, 0, 0]], [[0, 1, 2]])
         self.assertIn("no face has an area", self.run_ok("mesh", flat).stdout)
-        self.refused(flat, "--repair", says="skin.obj")
+        self.refused(flat, "--unit", "mm", "--resurface", "2", says="no face has an area")
         same = self.cube([[0, 0, 0]] * 4)
         self.refused(same, says=["skin.obj: ", "no size"])
         mixed = self.cube(numpy.concatenate([CUBE, [[2, 2, 2]]]))
         self.assertEqual(self.report(mixed)["collapsed_faces"], 1)
-        self.refused(mixed, "-o", "out.ply", says=["1 face has two corners in one point", "--repair"])
-        self.assertEqual(len(self.report(mixed, "--repair")["steps"]), 1)
+        self.refused(mixed, "-o", "out.ply", says=["1 face has two corners in one point", "--resurface MM"])
 
     def test_a_scene_takes_faces_without_area(self):
         # A corner on the middle of the diagonal of the side z = 0, and the face that closes the crack there.
@@ -335,22 +303,7 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
     def test_one_triangle(self):
         path = self.obj([[0, 0, 0], [150, 0, 0], [0, 150, 0]], [[0, 1, 2]])
         self.assertIn("3 boundary edges", self.run_ok("mesh", path).stdout)
-        self.refused(path, "--repair", says="no volume")
-
-    def test_two_nested_surfaces(self):
-        path = self.obj(*together(icosphere(2, 80), icosphere(1, 30)))
-        self.assertEqual(self.report(path)["surface"]["nested_pieces"], 1)
-        self.refused(path, "-o", "out.ply", says=["1 piece inside another", "--repair"])
-        self.assertEqual(self.report(path, "--repair")["result"]["faces"], 320)
-
-    def test_bodies_that_share_a_point(self):
-        ball = icosphere(2, 80)
-        top = numpy.argmax(ball[0][:, 2])
-        vertices, triangles = together(ball, (-ball[0] + 2 * ball[0][top], ball[1][:, ::-1]))
-        path = self.obj(vertices, triangles)
-        self.assertEqual(self.report(path)["surface"]["nonmanifold_vertices"], 1)
-        self.report(path, "--repair", "-o", "apart.stl")
-        self.assertTrue(self.report("apart.stl")["usable"])
+        self.refused(path, "--unit", "mm", "--resurface", "2", says="no volume")
 
     def test_a_moebius_strip(self):
         turns = numpy.arange(24) * numpy.pi / 12
@@ -360,11 +313,10 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
         faces = [[2 * i + c for c in corners] for i in range(23) for corners in ([0, 2, 1], [1, 2, 3])]
         strip = self.obj(numpy.stack(rims, axis=1).reshape(-1, 3), [*faces, [46, 1, 47], [47, 1, 0]])
         self.assertIn("1 misoriented edge", self.run_ok("mesh", strip).stdout)
-        self.refused(strip, "--repair", says=["not orientable", "mm"])
 
 
 class Resurfacing(Mesh):
-    """Two balls in each other, one inside out, with a hole: their faces cannot stay."""
+    """Two balls in each other, one inside out, with a hole."""
 
     SCENE = """\
 name: resurfaced

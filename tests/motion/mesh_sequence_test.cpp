@@ -49,6 +49,16 @@ TEST(MeshSequence, RefusesOtherTriangles) {
   EXPECT_THAT(refused("v 0 0 nan\n"), HasSubstr("mesh1.obj"));
 }
 
+TEST(MeshSequence, RefusesAFaultyMesh) {
+  const TemporaryDirectory folder;
+  const auto refused = [&](const std::string& second) {
+    return message_of<InputError>([&] { MeshSequence(series(folder, {{0, tetrahedron(10)}, {0.04, second}})); });
+  };
+  EXPECT_THAT(refused(tetrahedron(-10)),
+              AllOf(HasSubstr("mesh1.obj (time_s = 0.04): "), HasSubstr("1 piece inside out")));
+  EXPECT_THAT(refused(tetrahedron(0)), AllOf(HasSubstr("mesh1.obj"), HasSubstr("without volume")));
+}
+
 /// A tetrahedron in a file of many points.
 std::string with_points(int count) {
   std::string text = tetrahedron(10);

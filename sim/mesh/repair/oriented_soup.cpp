@@ -15,7 +15,6 @@
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/pieces.h"
-#include "sim/mesh/repair/repair_steps.h"
 #include "sim/mesh/subset.h"
 #include "sim/mesh/topology.h"
 
@@ -24,6 +23,72 @@ namespace touchfield {
 namespace {
 
 using Index = Eigen::Index;
+
+/// The face across each side (3 face + corner) with an edge of two faces, and whether the two run the same way; -1
+/// across other sides.
+struct Neighbours {
+  std::vector<Index> face;
+  std::vector<bool> same_way;
+};
+
+Neighbours find_neighbours(const std::vector<Side>& sides) {
+  Neighbours neighbours{std::vector<Index>(sides.size(), -1), std::vector<bool>(sides.size(), false)};
+  for_each_edge(sides, [&](std::span<const Side> edge) {
+    if (edge.size() == 2) {
+      for (const auto& [side, other] : {std::pair(edge[0], edge[1]), std::pair(edge[1], edge[0])}) {
+        neighbours.face[at(3 * side.face + side.corner)] = other.face;
+        neighbours.same_way[at(3 * side.face + side.corner)] = edge[0].upwards == edge[1].upwards;
+      }
+    }
+  });
+  return neighbours;
+}
+
+/// Turns faces so that the two at each edge run opposite ways, in each piece as most of its faces ran. Edges of more
+/// than two faces connect nothing. What is not orientable keeps misoriented edges.
+void make_consistent(Triangles& triangles, std::vector<std::string>& log) {
+  const Neighbours neighbours = find_neighbours(sorted_sides(triangles));
+  const auto count = at(triangles.cols());
+  std::vector<bool> reached(count, false);
+  std::vector<bool> turned(count, false);
+  std::vector<Index> piece;
+  Index turned_count = 0;
+  for (std::size_t start = 0; start < count; ++start) {
+    if (reached[start]) {
+      continue;
+    }
+    reached[start] = true;
+    piece.assign(1, static_cast<Index>(start));
+    Index against = 0;
+    for (std::size_t next = 0; next < piece.size(); ++next) {
+      const std::size_t face = at(piece[next]);
+      against += turned[face] ? 1 : 0;
+      for (std::size_t side = 3 * face; side < 3 * face + 3; ++side) {
+        if (const Index other = neighbours.face[side]; other >= 0 && !reached[at(other)]) {
+          reached[at(other)] = true;
+          turned[at(other)] = turned[face] != neighbours.same_way[side];
+          piece.push_back(other);
+        }
+      }
+    }
+    const auto faces = static_cast<Index>(piece.size());
+    const bool other_way = 2 * against > faces;
+    turned_count += other_way ? faces - against : against;
+    for (const Index f : piece) {
+      turned[at(f)] = turned[at(f)] != other_way;
+    }
+  }
+  if (turned_count == 0) {
+    return;
+  }
+  for (Index f = 0; f < triangles.cols(); ++f) {
+    if (turned[at(f)]) {
+      std::swap(triangles(1, f), triangles(2, f));
+    }
+  }
+  log.push_back(
+      fmt::format("turned {} to run the same way round as most of its piece", counted(turned_count, "face", "faces")));
+}
 
 /// Faces connected by edges of two faces.
 struct Patch {
@@ -133,11 +198,12 @@ Triangles turned_outwards(const TriangleMesh& mesh, Index& turned) {
 }  // namespace
 
 OrientedSoup oriented_soup(const FileSurface& surface, double unit, const std::string& name) {
-  StepLog steps;
+  std::vector<std::string> steps;
   WeldedSurface merged = welded(surface, unit);
-  RawSurface raw{std::move(merged.points), without_duplicates(merged.triangles)};
-  raw.triangles = faces_where(raw.triangles, [&](Index f) { return !is_flat(raw.points, raw.triangles.col(f)); });
-  const Index count = raw.triangles.cols();
+  Points points = std::move(merged.points);
+  Triangles triangles = without_duplicates(merged.triangles);
+  triangles = faces_where(triangles, [&](Index f) { return !is_flat(points, triangles.col(f)); });
+  const Index count = triangles.cols();
   if (count == 0) {
     throw InputError(fmt::format("{}: no face has an area", name));
   }
@@ -145,15 +211,15 @@ OrientedSoup oriented_soup(const FileSurface& surface, double unit, const std::s
     steps.push_back(fmt::format("left out {} without area or with the corners of an earlier one",
                                 counted(left_out, "face", "faces")));
   }
-  drop_unused_points(raw.points, raw.triangles);
-  make_consistent(raw, steps);
-  const TriangleMesh mesh(raw.points, raw.triangles);
+  drop_unused_points(points, triangles);
+  make_consistent(triangles, steps);
+  const TriangleMesh mesh(points, triangles);
   Index turned = 0;
   Triangles outward = turned_outwards(mesh, turned);
   if (turned > 0) {
     steps.push_back(fmt::format("turned {} outwards", counted(turned, "patch", "patches")));
   }
-  return {TriangleMesh(std::move(raw.points), std::move(outward)), std::move(steps)};
+  return {TriangleMesh(std::move(points), std::move(outward)), std::move(steps)};
 }
 
 }  // namespace touchfield

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -7,6 +8,8 @@
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
+
+inline std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
 /// The faces of a file that have an area, each once, seen from outside as far as that can be told.
 struct OrientedSoup {

@@ -19,7 +19,6 @@
 #include "sim/mesh/remesh/surface_remesh.h"
 #include "sim/mesh/repair/inside_grid.h"
 #include "sim/mesh/repair/oriented_soup.h"
-#include "sim/mesh/repair/repair_steps.h"
 #include "sim/mesh/subset.h"
 
 namespace touchfield {
@@ -27,6 +26,8 @@ namespace touchfield {
 namespace {
 
 using Index = Eigen::Index;
+
+std::string area_text(double area) { return fmt::format("{:.3g} mm2", area / (kMillimetre * kMillimetre)); }
 
 constexpr double kGrid = 0.5;     // spacing over edge
 constexpr double kOutside = 0.3;  // winding numbers before an outer face, at most
@@ -45,7 +46,7 @@ struct Asked {
 std::string volume_text(double volume) { return fmt::format("{:.4g} cm3", 1e6 * volume); }
 
 /// The outer pieces of a surface that are large enough to be meshed.
-TriangleMesh outer_pieces(const Isosurface& surface, const Asked& asked, StepLog& steps) {
+TriangleMesh outer_pieces(const Isosurface& surface, const Asked& asked, std::vector<std::string>& steps) {
   const Pieces pieces = find_pieces(surface.points, surface.triangles, sorted_sides(surface.triangles));
   const std::vector<bool> inner = nested(surface.points, surface.triangles, pieces);
   const double least = std::pow(asked.edge, 3);
@@ -99,7 +100,7 @@ bool bounds_a_volume(const TriangleMesh& soup) {
 }
 
 /// The boundary of what the soup winds round.
-TriangleMesh inside_surface(const TriangleMesh& soup, const Asked& asked, StepLog& steps) {
+TriangleMesh inside_surface(const TriangleMesh& soup, const Asked& asked, std::vector<std::string>& steps) {
   const InsideGrid grid(soup, kGrid * asked.edge);
   const Isosurface surface = grid.surface();
   if (surface.triangles.cols() == 0) {
@@ -137,7 +138,8 @@ TriangleMesh meshed(const TriangleMesh& surface, const Asked& asked) {
 }
 
 /// Closed pieces of the soup that left nothing of themselves in the skin.
-void require_pieces(const TriangleMesh& soup, const FaceTree& skin, const Asked& asked, StepLog& steps) {
+void require_pieces(const TriangleMesh& soup, const FaceTree& skin, const Asked& asked,
+                    std::vector<std::string>& steps) {
   constexpr Index kMostAsked = 64;
   constexpr double kNear = 1.0 / 3.0;  // of an edge
   const std::vector<Side> sides = sorted_sides(soup.triangles());
@@ -269,7 +271,7 @@ Resurfaced resurfaced(const FileSurface& surface, double unit, double edge, cons
   const Asked asked{name, field, edge};
   require_resurfaceable(surface, unit, edge, name, field);
   OrientedSoup soup = oriented_soup(surface, unit, name);
-  StepLog steps = std::move(soup.steps);
+  std::vector<std::string> steps = std::move(soup.steps);
   TriangleMesh mesh = meshed(inside_surface(soup.mesh, asked, steps), asked);
   const FaceTree skin(mesh);
   require_pieces(soup.mesh, skin, asked, steps);

@@ -10,6 +10,7 @@
 
 #include "sim/body/hand.h"
 #include "sim/body/shapes.h"
+#include "sim/mesh/io/unit_guess.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/remesh/mesh_quality.h"
@@ -242,6 +243,89 @@ TEST(Resurface, DoesNotDependOnTheOrderOfFaces) {
   std::shuffle(surface.triangles.begin(), surface.triangles.end(), std::mt19937_64(2));
   const Resurfaced other = resurface(surface, 1e-3);
   EXPECT_NEAR(one.mesh.signed_volume(), other.mesh.signed_volume(), 1e-3 * one.mesh.signed_volume());
+}
+
+double uniform(std::mt19937_64& random) { return std::ldexp(static_cast<double>(random() >> 11), -53); }
+
+/// A body with faults, and the volume of the skin that becomes of it.
+struct Faulty {
+  const char* fault;
+  FileSurface surface;
+  double volume;  // [m3]
+};
+
+/// Holes, flaps, walls between bodies, touching and crossing bodies.
+std::vector<Faulty> faulty() {
+  const FileSurface block = file_of(cube());
+  const FileSurface ball = file_of(icosphere(0.05, 8));
+  FileSurface open = block;
+  open.triangles.erase(open.triangles.begin() + 2, open.triangles.begin() + 4);  // the side z = 10 mm
+  FileSurface flap = ball;
+  flap.points.emplace_back(1.05 * flap.points[static_cast<std::size_t>(flap.triangles[7][0])]);
+  flap.triangles.push_back(
+      {flap.triangles[7][0], flap.triangles[7][1], static_cast<std::int64_t>(flap.points.size()) - 1});
+  FileSurface torn = soup_of(block);
+  std::mt19937_64 random(1);
+  for (Vector3& point : torn.points) {
+    point += 0.5e-7 * Vector3(uniform(random), uniform(random), uniform(random));
+  }
+  const double ball_volume = icosphere(0.05, 8).signed_volume();
+  return {{"3 boundary edges", without_face(ball, 100), ball_volume},
+          {"1 hole of 40.00 mm", open, 1e-6},
+          {"non-manifold edge", flap, ball_volume},
+          {"boundary edges", torn, 1e-6},
+          {"non-manifold edge", together(block, file_of(cube({0.01, 0.01, 0}))), 2e-6},
+          {"non-manifold vert", together(block, file_of(cube({0.01, 0.01, 0.01}))), 2e-6},
+          {"faces intersect", together(block, file_of(cube({0.005, 0.004, 0.003}))), 2e-6 - 5e-3 * 6e-3 * 7e-3}};
+}
+
+TEST(Resurface, MendsEveryFault) {
+  for (const Faulty& body : faulty()) {
+    SCOPED_TRACE(body.fault);
+    const Resurfaced result = resurface(body.surface, 0.016 * surface_size(body.surface));
+    EXPECT_NEAR(result.mesh.signed_volume(), body.volume, 0.01 * body.volume);
+    EXPECT_LT(result.to_skin.most_of_it, 0.05 * std::cbrt(body.volume));
+  }
+}
+
+// Whatever faces there are: a mesh without fault comes out, or a clear error.
+TEST(Resurface, AnyFacesGiveAMeshOrAnError) {
+  std::mt19937_64 random(7);
+  int made = 0;
+  for (int trial = 0; trial < 20; ++trial) {
+    FileSurface surface = file_of(icosphere(0.05, 3));
+    const auto pick = [&](std::size_t count) { return static_cast<std::size_t>(random() % count); };
+    for (int i = 0; i < 1 + trial % 8; ++i) {
+      auto& face = surface.triangles[pick(surface.triangles.size())];
+      switch (random() % 6) {
+        case 0:
+          face[pick(3)] = static_cast<std::int64_t>(pick(surface.points.size()));
+          break;
+        case 1:
+          std::swap(face[0], face[1]);
+          break;
+        case 2:
+          surface.points[pick(surface.points.size())] *= uniform(random);
+          break;
+        case 3:
+          surface.triangles.push_back(face);
+          break;
+        case 4:
+          surface.points[pick(surface.points.size())] = surface.points[pick(surface.points.size())];
+          break;
+        default:
+          surface.triangles.erase(surface.triangles.begin() +
+                                  static_cast<std::ptrdiff_t>(pick(surface.triangles.size())));
+      }
+    }
+    try {
+      resurface(surface, 5e-3);
+      ++made;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), StartsWith("skin.stl: ")) << trial;
+    }
+  }
+  EXPECT_GT(made, 14);
 }
 
 }  // namespace touchfield::resurface_test
