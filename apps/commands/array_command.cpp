@@ -93,7 +93,7 @@ Drive focus(const ArrayLayout& layout, const Vector3& at, const Wave& wave) {
   return {-arriving.transpose().array().arg().matrix(), Eigen::VectorXd::Ones(layout.positions.cols())};
 }
 
-Value device_value(const ArrayCommand& command) {
+Json device_value(const ArrayCommand& command) {
   const auto array = array_of(command.run);
   const std::unique_ptr<ArrayLink> link = local_link(command.options.device, array ? layout_of(*array) : ArrayLayout{});
   const LinkAbilities abilities = link->abilities();
@@ -114,12 +114,12 @@ int list(const ArrayCommand& command, const CommonFlags& flags) {
     print_value(device_value(command), flags);
     return 0;
   }
-  Value::List links;
+  Json links = Json::array();
   for (const auto& [form, what] : kLinks) {
-    links.push_back(Value{{"link", form}, {"what", what}});
+    links.push_back(Json{{"link", form}, {"what", what}});
   }
   const std::vector<std::string> ports = serial_ports();
-  print_value({{"links", links}, {"serial_ports", ports.empty() && !flags.json ? Value("none") : Value(ports)}}, flags);
+  print_value({{"links", links}, {"serial_ports", ports.empty() && !flags.json ? Json("none") : Json(ports)}}, flags);
   return 0;
 }
 

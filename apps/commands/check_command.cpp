@@ -29,7 +29,7 @@ struct CheckCommand {
 int check_sweep(const CheckCommand& command, const CommonFlags& flags) {
   const SweepInput input = read_sweep_input(command.scene, command.overrides);
   constexpr std::size_t kMostShown = 20;
-  Value::List shown;
+  Json shown = Json::array();
   double largest = 0;
   for (const ListedCase& one : list_cases(input, kMostShown)) {
     require(one.reason.empty(), "{}: case {}: {}", input.plan.name, one.item.number, one.reason);

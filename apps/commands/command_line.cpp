@@ -18,6 +18,7 @@
 #include "sim/gpu/compute_device.h"
 #include "sim/scene/input.h"
 #include "sim/scene/suggest.h"
+#include "sim/store/text_table.h"
 #include "solvers/linear/blas_core.h"
 #include "solvers/linear/instruction_level.h"
 #include "solvers/linear/system_limits.h"
@@ -224,9 +225,9 @@ std::string joined_command_line(int argc, char** argv) {
   return line;
 }
 
-void print_value(const Value& value, const CommonFlags& flags, bool is_result) {
+void print_value(const Json& value, const CommonFlags& flags, bool is_result) {
   if (flags.json || !flags.quiet || is_result) {
-    put(flags.json ? value.json() + '\n' : lines_text(value));
+    put(flags.json ? json_text(value, 2) + '\n' : lines_text(value));
   }
 }
 

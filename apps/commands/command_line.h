@@ -8,10 +8,12 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
+#include "sim/core/json.h"
+#include "sim/core/json_text.h"
 #include "sim/pictures/picture_format.h"
 #include "sim/scene/quantity.h"
-#include "sim/store/value_tree.h"
 #include "solvers/linear/system_limits.h"
 
 namespace touchfield {
@@ -25,7 +27,7 @@ struct CommonFlags {
 };
 
 /// Prints what a command has to say, as JSON or as text; with --quiet no text, unless it is a result.
-void print_value(const Value& value, const CommonFlags& flags, bool is_result = false);
+void print_value(const Json& value, const CommonFlags& flags, bool is_result = false);
 
 /// What a command line asks for.
 struct Invocation {

@@ -70,10 +70,10 @@ void draw(const PointsComparison& asked, const Run& run, const std::string& meth
   }
 }
 
-Value setting_value(const ScanSetting& setting) {
-  Value::Group values;
+Json setting_value(const ScanSetting& setting) {
+  Json values = Json::object();
   for (int i = 0; i < kScanValues; ++i) {
-    values.push_back({kScanValueInfo[i].name, {setting(i) / kScanValueInfo[i].unit, 6}});
+    values[kScanValueInfo[i].name] = setting(i) / kScanValueInfo[i].unit;
   }
   return values;
 }
@@ -109,11 +109,11 @@ Fitted fitted_scan(const Run& run, const std::string& method, const PointsCompar
   return fitted;
 }
 
-Value calibration_value(const CalibrationFit& fit) {
+Json calibration_value(const CalibrationFit& fit) {
   return {{"channels", fit.error.size()},
           {"dead", fit.dead},
-          {"noise", Value::share(fit.noise, 2)},
-          {"largest_error", {fit.error.maxCoeff(), 2}}};
+          {"noise", fit.noise},
+          {"largest_error", fit.error.maxCoeff()}};
 }
 
 }  // namespace
@@ -151,23 +151,23 @@ int compare_points(const std::string& run_path, const PointsComparison& asked, c
   }
   draw(asked, run, method, comparison);
   const bool within = !tolerance || comparison.fit.relative <= *tolerance;
-  Value value = {{"run", {{"file", path}, {"name", run.name}, {"complete", run.complete}}},
-                 {"measured", asked.points},
-                 {"method", method},
-                 {"tolerance", tolerance},
-                 {"within_tolerance", tolerance ? Value(within) : Value()}};
+  Json value = {{"run", {{"file", path}, {"name", run.name}, {"complete", run.complete}}},
+                {"measured", asked.points},
+                {"method", method},
+                {"tolerance", tolerance ? Json(*tolerance) : Json()},
+                {"within_tolerance", tolerance ? Json(within) : Json()}};
   if (fitted.asked) {
-    value.add({{"fitted", asked.fit},
-               {"setting", setting_value(fitted.setting)},
-               {"relative_before", Value::share(fitted.before.relative, 3)},
-               {"correlation_before", {fitted.before.correlation, 6}},
-               {"correlation_about_means_before", {fitted.before.about_means, 6}}});
+    value.update({{"fitted", asked.fit},
+                  {"setting", setting_value(fitted.setting)},
+                  {"relative_before", fitted.before.relative},
+                  {"correlation_before", fitted.before.correlation},
+                  {"correlation_about_means_before", fitted.before.about_means}});
   }
   if (fitted.calibration) {
-    value.add("calibration", calibration_value(*fitted.calibration));
+    value["calibration"] = calibration_value(*fitted.calibration);
   }
-  value.add(scan_value(comparison, complex));
-  value.add(flags.json ? "points" : "left_out", scan_points(comparison, complex, !flags.json));
+  value.update(scan_value(comparison, complex));
+  value[flags.json ? "points" : "left_out"] = scan_points(comparison, complex, !flags.json);
   print_value(value, flags, true);
   return within ? 0 : 1;
 }

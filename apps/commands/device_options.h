@@ -32,6 +32,6 @@ std::vector<std::string> watchdog_command();
 /// what signal an emission was stopped.
 /// returns  the exit code
 /// throws   the error that ended it, if one did
-int print_emission(const EmissionReport& report, const CommonFlags& flags, const Value& more = Value::Group());
+int print_emission(const EmissionReport& report, const CommonFlags& flags, const Json& more = Json::object());
 
 }  // namespace touchfield

@@ -27,36 +27,36 @@ std::string outcome(const EmissionReport& report) {
 
 }  // namespace
 
-Value emission_value(const EmissionReport& report) {
+Json emission_value(const EmissionReport& report) {
   const QuantisationReport& rounding = report.quantisation;
-  Value value = {{"link", report.link},
-                 {"device", report.device},
-                 {"transducers", report.transducers},
-                 {"frames", report.frames},
-                 {"rate_hz", report.rate},
-                 {"seconds", report.seconds},
-                 {"level", report.level},
-                 {"modulation", report.modulation},
-                 {"phase_levels", rounding.steps.phase_levels},
-                 {"intensity_levels", rounding.steps.intensity_levels},
-                 {"worst_phase_error_rad", rounding.worst_phase_error},
-                 {"rms_phase_error_rad", rounding.rms_phase_error},
-                 {"drive_loss", Value::share(rounding.worst_drive_loss)},
-                 {"files", report.written},
-                 {"emitted", report.emitted},
-                 {"gaps", report.gaps.count},
-                 {"gaps_begin_at_s", kShownGap},
-                 {"longest_gap_s", report.gaps.longest}};
+  Json value = {{"link", report.link},
+                {"device", report.device},
+                {"transducers", report.transducers},
+                {"frames", report.frames},
+                {"rate_hz", report.rate},
+                {"seconds", report.seconds},
+                {"level", report.level},
+                {"modulation", report.modulation},
+                {"phase_levels", rounding.steps.phase_levels},
+                {"intensity_levels", rounding.steps.intensity_levels},
+                {"worst_phase_error_rad", rounding.worst_phase_error},
+                {"rms_phase_error_rad", rounding.rms_phase_error},
+                {"drive_loss", rounding.worst_drive_loss},
+                {"files", report.written},
+                {"emitted", report.emitted},
+                {"gaps", report.gaps.count},
+                {"gaps_begin_at_s", kShownGap},
+                {"longest_gap_s", report.gaps.longest}};
   if (report.emitted) {
-    value.add({{"quiet", report.quiet},
-               {"sent", report.play.sent},
-               {"dropped", report.play.dropped},
-               {"late", report.play.late},
-               {"worst_delay_s", report.play.worst_delay},
-               {"seconds_played", report.play.seconds},
-               {"read_back", report.read_back}});
+    value.update({{"quiet", report.quiet},
+                  {"sent", report.play.sent},
+                  {"dropped", report.play.dropped},
+                  {"late", report.play.late},
+                  {"worst_delay_s", report.play.worst_delay},
+                  {"seconds_played", report.play.seconds},
+                  {"read_back", report.read_back}});
   }
-  value.add("outcome", outcome(report));
+  value["outcome"] = outcome(report);
   return value;
 }
 
@@ -68,10 +68,10 @@ int said_exit_code(const EmissionReport& report) {
   return 128 + report.signal;
 }
 
-int print_emission(const EmissionReport& report, const CommonFlags& flags, const Value& more) {
+int print_emission(const EmissionReport& report, const CommonFlags& flags, const Json& more) {
   const int code = said_exit_code(report);
-  Value value = emission_value(report);
-  value.add(more);
+  Json value = emission_value(report);
+  value.update(more);
   print_value(value, flags);
   if (report.failure) {
     std::rethrow_exception(report.failure);

@@ -1,11 +1,11 @@
 #pragma once
 
 #include "hardware/emission/emission.h"
-#include "sim/store/value_tree.h"
+#include "sim/core/json.h"
 
 namespace touchfield {
 
-Value emission_value(const EmissionReport& report);
+Json emission_value(const EmissionReport& report);
 
 /// Says on standard error by what signal an emission was stopped, if by one.
 /// returns  the exit code

@@ -51,7 +51,7 @@ FolderFit fit_of(const FitCommand& command) {
   return how;
 }
 
-Value fit_value(const FittedFolder& fitted, const std::string& directory) {
+Json fit_value(const FittedFolder& fitted, const std::string& directory) {
   std::vector<double> residuals;
   std::vector<double> seen;
   std::vector<double> times;
@@ -70,9 +70,9 @@ Value fit_value(const FittedFolder& fitted, const std::string& directory) {
           {"shape_learnt", fitted.learnt},
           {"length_ratio", std::exp(fitted.proportions(kLengthRatio))},
           {"breadth_ratio", std::exp(fitted.proportions(kBreadthRatio))},
-          {"residual_mm_median", {statistics(residuals).median, 3}},
-          {"seen_median", Value::share(statistics(seen).median, 2)},
-          {"fit_ms_p95", {statistics(times).p95, 3}},
+          {"residual_mm_median", statistics(residuals).median},
+          {"seen_median", statistics(seen).median},
+          {"fit_ms_p95", statistics(times).p95},
           {"warnings", fitted.warnings}};
 }
 

@@ -29,19 +29,19 @@ int hand_command(const HandCommand& command, const CommonFlags& flags) {
   const double unit = file_unit(command.unit).metres;
   write_mesh(command.output, body.mesh, unit);
   const MeshReport report = inspect(body.mesh);
-  Value::Group landmarks;
+  Json landmarks = Json::object();
   for (const Landmark& landmark : body.landmarks) {
     const Vector3 at = position(body.mesh, landmark) / unit;
-    landmarks.push_back({landmark.name, std::vector<double>(at.begin(), at.end())});
+    landmarks[landmark.name] = std::vector<double>(at.begin(), at.end());
   }
   print_value({{"file", command.output},
                {"faces", report.faces},
                {"area_cm2", report.area * 1e4},
                {"volume_cm3", report.volume * 1e6},
-               {"shortest_edge_mm", {report.shortest_edge / kMillimetre, 3}},
-               {"longest_edge_mm", {report.longest_edge / kMillimetre, 3}},
+               {"shortest_edge_mm", report.shortest_edge / kMillimetre},
+               {"longest_edge_mm", report.longest_edge / kMillimetre},
                {"unit", command.unit},
-               {"landmarks", Value::by_name(landmarks)}},
+               {"landmarks", landmarks}},
               flags);
   return 0;
 }

@@ -13,9 +13,9 @@ namespace touchfield {
 namespace {
 
 /// As JSON with every metric of every method.
-std::string json_of(Value value, const Value& methods) {
-  value.add("methods", methods);
-  return value.json() + '\n';
+std::string json_of(Json value, const Json& methods) {
+  value["methods"] = methods;
+  return json_text(value, 2) + '\n';
 }
 
 int info_command(const std::string& path, const CommonFlags& flags) {

@@ -267,10 +267,10 @@ class Live {
           fmt::format("residual: the equations of a frame have a residual of {:.1e}, above the tolerance of {:.1e}",
                       loop.residual, tolerance));
     }
-    Value value = emission_value(report);
-    Value live = live_value(result);
-    live.add({{"warnings", warnings_}, {"notes", notes_}});
-    value.add("live", live);
+    Json value = emission_value(report);
+    Json live = live_value(result);
+    live.update({{"warnings", warnings_}, {"notes", notes_}});
+    value["live"] = live;
     print_value(value, flags_);
     return said_exit_code(report);
   }

@@ -7,6 +7,7 @@
 #include "sim/core/units.h"
 #include "sim/store/motion_stages.h"
 #include "sim/store/motion_summary.h"
+#include "sim/store/text_table.h"
 
 namespace touchfield {
 
@@ -39,20 +40,20 @@ Times send_times(const LiveReport& report) {
   return times;
 }
 
-Value spread(const Times& times) {
+Json spread(const Times& times) {
   const Statistics over_frames = statistics(times);
-  return {{"median_s", {over_frames.median, 3}}, {"p95_s", {over_frames.p95, 3}}, {"worst_s", {over_frames.worst, 3}}};
+  return {{"median_s", over_frames.median}, {"p95_s", over_frames.p95}, {"worst_s", over_frames.worst}};
 }
 
 /// The spread of each stage.
-Value stage_spreads(const std::vector<StageSeconds>& stages) {
-  Value spreads = Value::by_name({});
+Json stage_spreads(const std::vector<StageSeconds>& stages) {
+  Json spreads = Json::object();
   for (const std::string& name : stages_of(stages)) {
     Times times;
     for (const StageSeconds& seconds : stages) {
       times.push_back(stage_seconds(seconds, name));
     }
-    spreads.add(name, spread(times));
+    spreads[name] = spread(times);
   }
   return spreads;
 }
@@ -72,13 +73,13 @@ long lost_frames(const LiveReport& report) { return std::ranges::count(report.fr
 
 }  // namespace
 
-Value live_value(const LiveResult& result) {
+Json live_value(const LiveResult& result) {
   const LiveReport& loop = result.loop;
   std::vector<StageSeconds> solve_stages;
   std::ranges::transform(loop.frames, std::back_inserter(solve_stages), &MotionFrame::seconds);
   return {{"frames", loop.frames.size()},
           {"seconds", result.play.seconds},
-          {"rate_hz", {rate_of(result), 3}},
+          {"rate_hz", rate_of(result)},
           {"sent", result.play.sent},
           {"late", loop.late},
           {"dropped", loop.dropped},
@@ -89,7 +90,7 @@ Value live_value(const LiveResult& result) {
           {"unsent", unsent_frames(result)},
           {"stale_after_s", result.motion.stale},
           {"silences", result.play.silences},
-          {"silent_s", {result.play.silent, 3}},
+          {"silent_s", result.play.silent},
           {"worst_residual", loop.residual},
           {"samples", loop.sensed.size()},
           {"overtaken", loop.overtaken},
@@ -104,23 +105,23 @@ Value live_value(const LiveResult& result) {
 std::string live_csv(const LiveReport& report, const SentChecksums& sent) {
   const std::vector<std::string> stages = stages_of(report.frames);
   const auto row_of = [&](std::size_t number, const MotionFrame& frame, double solved) {
-    Value row = {{"frame", number},
-                 {"sampled_s", frame.sampled},
-                 {"started_s", frame.started},
-                 {"late_s", frame.late},
-                 {"pose_time_s", frame.pose_time},
-                 {"solved_s", solved},
-                 {"shown_s", frame.shown},
-                 {"quiet", frame.quiet},
-                 {"lost", frame.lost},
-                 {"target_off_mm", frame.target_off / kMillimetre},
-                 {"sent_crc32", sent.contains(number) ? sent.at(number) : ""}};
+    Json row = {{"frame", number},
+                {"sampled_s", frame.sampled},
+                {"started_s", frame.started},
+                {"late_s", frame.late},
+                {"pose_time_s", frame.pose_time},
+                {"solved_s", solved},
+                {"shown_s", frame.shown},
+                {"quiet", frame.quiet},
+                {"lost", frame.lost},
+                {"target_off_mm", frame.target_off / kMillimetre},
+                {"sent_crc32", sent.contains(number) ? sent.at(number) : ""}};
     for (const std::string& stage : stages) {
-      row.add(stage + "_s", stage_seconds(frame, stage));
+      row[stage + "_s"] = stage_seconds(frame, stage);
     }
     return row;
   };
-  Value::List rows;
+  Json rows = Json::array();
   for (std::size_t f = 0; f < report.frames.size(); ++f) {
     rows.push_back(row_of(f, report.frames[f], report.solved[f]));
   }

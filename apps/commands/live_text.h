@@ -5,8 +5,8 @@
 #include <string>
 
 #include "hardware/player.h"
+#include "sim/core/json.h"
 #include "sim/motion/live.h"
-#include "sim/store/value_tree.h"
 
 namespace touchfield {
 
@@ -23,7 +23,7 @@ struct LiveResult {
 };
 
 /// Frames, silences, and the median, 95th percentile and worst of times, those of `solve` by stage.
-Value live_value(const LiveResult& result);
+Json live_value(const LiveResult& result);
 
 /// live.csv: a header line and one line per frame. A line begins with the frame's number, its times since the loop
 /// began [s], whether it is quiet, and whether it is lost. Then follow the distance of the target from its true place

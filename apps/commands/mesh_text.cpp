@@ -12,14 +12,14 @@ double usual_wavelength() { return Wave(air(kZeroCelsius + 20.0), 40e3).waveleng
 
 bool has_faces(const SkinReport& skin) { return skin.mean_edge > 0; }
 
-Value skin_value(const SkinReport& skin) {
+Json skin_value(const SkinReport& skin) {
   const MeshReport& mesh = skin.mesh;
-  Value::List holes;
+  Json holes = Json::array();
   for (const Hole& hole : mesh.holes) {
     const Vector3 at = hole.at / kMillimetre;
-    holes.push_back(Value{{"edges", hole.edges},
-                          {"length_mm", {hole.length / kMillimetre, 5}},
-                          {"at_mm", std::vector<double>(at.begin(), at.end())}});
+    holes.push_back(Json{{"edges", hole.edges},
+                         {"length_mm", hole.length / kMillimetre},
+                         {"at_mm", std::vector<double>(at.begin(), at.end())}});
   }
   const double wavelength = usual_wavelength();
   return {{"faces", mesh.faces},
@@ -41,17 +41,17 @@ Value skin_value(const SkinReport& skin) {
           {"longest_edge_mm", mesh.longest_edge / kMillimetre},
           {"mean_edge_mm", skin.mean_edge / kMillimetre},
           {"smallest_angle_deg", mesh.smallest_angle / kDegree},
-          {"wavelength_mm", {wavelength / kMillimetre, 3}},
-          {"epw_mean", {wavelength / skin.mean_edge, 3}},
-          {"epw_min", {wavelength / mesh.longest_edge, 3}},
+          {"wavelength_mm", wavelength / kMillimetre},
+          {"epw_mean", wavelength / skin.mean_edge},
+          {"epw_min", wavelength / mesh.longest_edge},
           {"faults", skin.faults}};
 }
 
-Value distance_value(const std::optional<SurfaceDistance>& distance) {
-  return distance ? Value{{"share_counted", Value::share(distance->counted)},
-                          {"most_95_mm", distance->most_of_it / kMillimetre},
-                          {"farthest_mm", distance->farthest / kMillimetre}}
-                  : Value();
+Json distance_value(const std::optional<SurfaceDistance>& distance) {
+  return distance ? Json{{"share_counted", distance->counted},
+                         {"most_95_mm", distance->most_of_it / kMillimetre},
+                         {"farthest_mm", distance->farthest / kMillimetre}}
+                  : Json();
 }
 
 /// How sure a guess is: a word, and as a report says it.
@@ -73,7 +73,7 @@ std::pair<const char*, const char*> certainty_words(UnitCertainty certainty) {
 
 const char* certainty_text(UnitCertainty certainty) { return certainty_words(certainty).second; }
 
-Value mesh_value(const MeshText& text) {
+Json mesh_value(const MeshText& text) {
   const SurfaceReport& report = text.report;
   return {{"file", text.file},
           {"unit", text.unit.name},
@@ -95,8 +95,8 @@ Value mesh_value(const MeshText& text) {
           {"steps", text.steps},
           {"to_resurfaced", distance_value(text.to_resurfaced)},
           {"from_resurfaced", distance_value(text.from_resurfaced)},
-          {"result", text.result ? skin_value(*text.result) : Value()},
-          {"written", text.written.empty() ? Value() : text.written}};
+          {"result", text.result ? skin_value(*text.result) : Json()},
+          {"written", text.written.empty() ? Json() : Json(text.written)}};
 }
 
 }  // namespace touchfield

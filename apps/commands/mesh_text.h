@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "sim/core/json.h"
 #include "sim/mesh/io/unit_guess.h"
 #include "sim/mesh/repair/surface_distance.h"
 #include "sim/mesh/repair/surface_report.h"
-#include "sim/store/value_tree.h"
 
 namespace touchfield {
 
@@ -30,6 +30,6 @@ struct MeshText {
 /// "surely", "likely", ... as a report says it.
 const char* certainty_text(UnitCertainty certainty);
 
-Value mesh_value(const MeshText& text);
+Json mesh_value(const MeshText& text);
 
 }  // namespace touchfield

@@ -47,11 +47,11 @@ int pattern_command(const PatternCommand& command, const Invocation& invoked) {
     const Pattern pattern = run_pattern(model, options, directory, progress, command.pictures);
     directory.settle();
     progress.note(fmt::format("results in {}", directory.path()));
-    Value value = {{"name", pattern.motion.name}, {"directory", directory.path()}};
-    value.add(pattern_value(pattern));
+    Json value = {{"name", pattern.motion.name}, {"directory", directory.path()}};
+    value.update(pattern_value(pattern));
     if (flags.json) {  // people have been told while it ran
-      value.add("warnings", pattern.motion.warnings);
-      value.add("notes", pattern.motion.notes);
+      value["warnings"] = pattern.motion.warnings;
+      value["notes"] = pattern.motion.notes;
     }
     print_value(value, flags, true);
   });

@@ -28,21 +28,21 @@ struct RunCommand {
   std::optional<PictureFormat> pictures;  // what the scene says if not given
 };
 
-Value run_result(const Run& run, const std::string& directory) {
-  Value::Group seconds;
+Json run_result(const Run& run, const std::string& directory) {
+  Json seconds = Json::object();
   for (const auto& [stage, value] : run.seconds) {
-    seconds.push_back({stage, value});
+    seconds[stage] = value;
   }
-  Value result = {{"name", run.name},
-                  {"directory", directory},
-                  {"faces", run.mesh.face_count()},
-                  {"channels", run.array.size()},
-                  {"judged_skin", to_string(run.judged_skin)},
-                  {"methods", method_values(run)},
-                  {"seconds", seconds},
-                  {"warnings", run.warnings},
-                  {"notes", run.notes}};
-  result.add(levels_value(run));
+  Json result = {{"name", run.name},
+                 {"directory", directory},
+                 {"faces", run.mesh.face_count()},
+                 {"channels", run.array.size()},
+                 {"judged_skin", to_string(run.judged_skin)},
+                 {"methods", method_values(run)},
+                 {"seconds", seconds},
+                 {"warnings", run.warnings},
+                 {"notes", run.notes}};
+  result.update(levels_value(run));
   return result;
 }
 
@@ -97,7 +97,7 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
       }
     }
     if (flags.json) {
-      put(run_result(run, directory.path()).json() + "\n");
+      put(json_text(run_result(run, directory.path()), 2) + '\n');
     } else {
       put(fmt::format("{}{}{}", methods_table(run), levels_text(run), flags.quiet ? directory.path() + "\n" : ""));
     }

@@ -23,14 +23,14 @@ struct SeeCommand {
   PictureFormat pictures = PictureFormat::kPng;
 };
 
-Value sights_value(const SeenScene& seen, const std::vector<SightSummary>& sights, const std::string& directory) {
-  Value::List cameras;
+Json sights_value(const SeenScene& seen, const std::vector<SightSummary>& sights, const std::string& directory) {
+  Json cameras = Json::array();
   for (const SightSummary& sight : sights) {
-    cameras.push_back(Value{{"camera", sight.camera},
-                            {"pixels", sight.pixels},
-                            {"holes", Value::share(sight.holes)},
-                            {"nearest_mm", sight.nearest / kMillimetre},
-                            {"farthest_mm", sight.farthest / kMillimetre}});
+    cameras.push_back(Json{{"camera", sight.camera},
+                           {"pixels", sight.pixels},
+                           {"holes", sight.holes},
+                           {"nearest_mm", sight.nearest / kMillimetre},
+                           {"farthest_mm", sight.farthest / kMillimetre}});
   }
   return {{"name", seen.moving.first().fixed->scene.name},
           {"directory", directory},

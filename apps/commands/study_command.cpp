@@ -94,11 +94,11 @@ int study_command(const StudyCommand& command, const CommonFlags& flags) {
     directory.settle();
     progress.note(fmt::format("results in {}", directory.path()));
     if (flags.json) {
-      const Value json = {{"name", scene.name},
-                          {"directory", directory.path()},
-                          {"rungs", rung_values(study.rungs)},
-                          {"picked", picked ? rung_value(study.rungs[*picked]) : Value()}};
-      put(json.json() + "\n");
+      const Json json = {{"name", scene.name},
+                         {"directory", directory.path()},
+                         {"rungs", rung_values(study.rungs)},
+                         {"picked", picked ? rung_value(study.rungs[*picked]) : Json()}};
+      put(json_text(json, 2) + '\n');
     } else {
       put(report);
     }

@@ -204,7 +204,7 @@ int list(const SweepInput& input, const CommonFlags& flags) {
   std::vector<std::vector<std::string>> rows = {{"case", "name", "changes", "seconds", "MiB", "problem"}};
   for (const ListedCase& listed : list_cases(input)) {
     if (flags.json) {
-      put(case_value(listed).json(-1) + "\n");
+      put(json_text(case_value(listed)) + "\n");
       continue;
     }
     const bool known = listed.reason.empty();

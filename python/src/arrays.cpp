@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include "sim/core/errors.h"
 
@@ -132,6 +133,31 @@ void require_count(const std::string& what, Eigen::Index size, Eigen::Index want
   if (size != wanted) {
     throw InputError(fmt::format("{} has {} values and must have {}, one {}", what, size, wanted, of));
   }
+}
+
+nb::object object_of(const Json& value) {
+  const auto text_of = [](const std::string& text) {
+    return nb::steal(PyUnicode_DecodeUTF8(text.data(), static_cast<Py_ssize_t>(text.size()), "replace"));
+  };
+  if (value.is_object()) {
+    nb::dict entries;
+    for (const auto& [name, part] : value.items()) {
+      entries[text_of(name)] = object_of(part);
+    }
+    return entries;
+  }
+  if (value.is_array()) {
+    nb::list items;
+    for (const Json& item : value) {
+      items.append(object_of(item));
+    }
+    return items;
+  }
+  return value.is_boolean()          ? nb::cast(value.get<bool>())
+         : value.is_number_integer() ? nb::cast(value.get<std::int64_t>())
+         : value.is_number_float()   ? nb::cast(value.get<double>())
+         : value.is_string()         ? text_of(value.get_ref<const std::string&>())
+                                     : nb::none();
 }
 
 nb::object object_of(const Value& value) {

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "sim/core/json.h"
 #include "sim/core/types.h"
 #include "sim/store/value_tree.h"
 
@@ -103,7 +104,8 @@ Eigen::MatrixXcd drive_columns(nb::handle value, const std::string& what, Eigen:
 /// throws   also InputError on a number that is not 0 to count - 1
 std::vector<Eigen::Index> index_list(nb::handle value, const std::string& what, Eigen::Index count);
 
-/// A group as a dict, a list as a list; null is None.
+/// An object as a dict, an array as a list; null is None. In a text U+FFFD stands for a byte that is not UTF-8.
+nb::object object_of(const Json& value);
 nb::object object_of(const Value& value);
 
 /// throws   InputError that names the argument unless it has as many values

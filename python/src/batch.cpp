@@ -2,6 +2,7 @@
 #include <variant>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 #include <omp.h>
 
 #include "python/src/arrays.h"
@@ -10,6 +11,7 @@
 #include "sim/batch/check_scene.h"
 #include "sim/batch/sweep_list.h"
 #include "sim/core/errors.h"
+#include "sim/core/json_text.h"
 #include "sim/scene/scene_reader.h"
 
 namespace touchfield::python {
@@ -17,11 +19,11 @@ namespace touchfield::python {
 namespace {
 
 nb::object check(nb::handle scene, nb::handle set, bool accuracy, std::optional<int> threads) {
-  const Value checked = computed(thread_count(threads), [input = scene_input(scene), overrides = overrides_of(set, {}),
-                                                         accuracy](Progress& progress) {
+  const Json checked = computed(thread_count(threads), [input = scene_input(scene), overrides = overrides_of(set, {}),
+                                                        accuracy](Progress& progress) {
     return check_value(check_scene(input.read(overrides), accuracy, progress));
   });
-  return nb::module_::import_("json").attr("loads")(checked.json());
+  return nb::module_::import_("json").attr("loads")(json_text(checked));
 }
 
 nb::dict columns_of(const SweepSummary& summary) {
@@ -98,10 +100,10 @@ nb::dict sweep(nb::handle file, nb::handle out, nb::handle set, const std::optio
 }
 
 nb::object list_sweep(nb::handle file, nb::handle set) {
-  const Value cases = computed(0, [path = path_of(file), overrides = overrides_of(set, {})](Progress&) {
-    Value::List list;
+  const Json cases = computed(0, [path = path_of(file), overrides = overrides_of(set, {})](Progress&) {
+    Json list = Json::array();
     std::ranges::transform(list_cases(read_sweep_input(path, overrides)), std::back_inserter(list), case_value);
-    return Value(std::move(list));
+    return list;
   });
   return object_of(cases);
 }

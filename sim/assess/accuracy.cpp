@@ -6,6 +6,7 @@
 #include <limits>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "sim/acoustics/incident_field.h"
 #include "sim/assess/cost.h"
@@ -157,26 +158,26 @@ AccuracyReport measure_accuracy(const Model& model, Progress& progress) {
   return report;
 }
 
-void add_accuracy(Value& check, const AccuracyReport& report, double edge) {
+void add_accuracy(Json& check, const AccuracyReport& report, double edge) {
   // First order: the split mesh has half the error, so twice the difference is the error.
   const bool split = !std::isnan(report.split_body);
   const double error = split ? 2.0 * report.split_body : report.body.rms;
-  const auto edge_for = [&](double wanted) { return Value(edge_for_error(edge, error, wanted) / kMillimetre, 3); };
-  check.add({{"accuracy_indicator", fmt::format("{} sources inside; the target's surroundings: {:.0f} mm",
-                                                report.sources, report.reach / kMillimetre)},
-             {"accuracy_l2", Value::share(report.body.rms)},
-             {"accuracy_max", Value::share(report.body.worst)},
-             {"accuracy_target_l2", Value::share(report.target.rms)},
-             {"accuracy_target_max", Value::share(report.target.worst)},
-             {"accuracy_split", Value::share(report.split_body)},
-             {"accuracy_split_target", Value::share(report.split_target)},
-             {"accuracy_split_reason", report.split_reason},
-             {"accuracy_seconds", {report.seconds, 3}},
-             {"accuracy_edges_mm",
-              {{"for_5_percent", edge_for(0.05)},
-               {"for_2_percent", edge_for(0.02)},
-               {"for_1_percent", edge_for(0.01)},
-               {"by", split ? "twice the difference to the split mesh" : "the indicator"}}}});
+  const auto edge_for = [&](double wanted) { return edge_for_error(edge, error, wanted) / kMillimetre; };
+  check.update({{"accuracy_indicator", fmt::format("{} sources inside; the target's surroundings: {:.0f} mm",
+                                                   report.sources, report.reach / kMillimetre)},
+                {"accuracy_l2", report.body.rms},
+                {"accuracy_max", report.body.worst},
+                {"accuracy_target_l2", report.target.rms},
+                {"accuracy_target_max", report.target.worst},
+                {"accuracy_split", report.split_body},
+                {"accuracy_split_target", report.split_target},
+                {"accuracy_split_reason", report.split_reason},
+                {"accuracy_seconds", report.seconds},
+                {"accuracy_edges_mm",
+                 {{"for_5_percent", edge_for(0.05)},
+                  {"for_2_percent", edge_for(0.02)},
+                  {"for_1_percent", edge_for(0.01)},
+                  {"by", split ? "twice the difference to the split mesh" : "the indicator"}}}});
 }
 
 }  // namespace touchfield

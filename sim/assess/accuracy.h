@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
+#include "sim/core/json.h"
 #include "sim/core/progress.h"
 #include "sim/solve/model.h"
-#include "sim/store/value_tree.h"
 
 namespace touchfield {
 
@@ -43,7 +43,7 @@ AccuracyReport interior_indicator(const Model& model, Scheme scheme, const Solve
 /// Adds the report to what `check` says, with edge lengths for errors of 5, 2 and 1 %, of first order.
 ///
 /// edge   mean of the mesh [m]
-void add_accuracy(Value& check, const AccuracyReport& report, double edge);
+void add_accuracy(Json& check, const AccuracyReport& report, double edge);
 
 /// Drives that focus the array on the target (or on the skin nearest to it) as if there were no body, N x 1.
 Eigen::VectorXcd free_focus(const Model& model);

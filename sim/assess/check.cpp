@@ -5,6 +5,7 @@
 #include <set>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "sim/acoustics/array_geometry.h"
 #include "sim/assess/cost.h"
@@ -258,19 +259,19 @@ void require_memory(const CheckReport& report) {
   }
 }
 
-Value check_value(const Model& model, const CheckReport& report, const Remarks& more) {
+Json check_value(const Model& model, const CheckReport& report, const Remarks& more) {
   const Scene& scene = model.fixed->scene;
   const MeshReport& mesh = model.fixed->report;
   const Wave& wave = model.fixed->wave;
-  Value::Group landmarks;
+  Json landmarks = Json::object();
   for (const GivenLandmark& landmark : model.plan.landmarks) {
-    landmarks.push_back({landmark.name, landmark.off / kMillimetre});
+    landmarks[landmark.name] = landmark.off / kMillimetre;
   }
-  Value::Group fields;
+  Json fields = Json::object();
   for (const FieldGrid& grid : model.fixed->fields) {
-    fields.push_back({grid.name, grid.size() == 1 ? place_text(grid.origin)
-                                                  : fmt::format("{} x {} x {} points", grid.count[0], grid.count[1],
-                                                                grid.count[2])});
+    fields[grid.name] = grid.size() == 1
+                            ? place_text(grid.origin)
+                            : fmt::format("{} x {} x {} points", grid.count[0], grid.count[1], grid.count[2]);
   }
   Remarks remarks = model_remarks(model);
   add(more, remarks);
@@ -279,7 +280,7 @@ Value check_value(const Model& model, const CheckReport& report, const Remarks& 
   return {{"name", scene.name},
           {"medium", fmt::format("c {:.2f} m/s, rho {:.4f} kg/m3, absorption {:.3g} Np/m", wave.medium().sound_speed,
                                  wave.medium().density, wave.medium().absorption)},
-          {"frequency_hz", {wave.frequency(), 6}},
+          {"frequency_hz", wave.frequency()},
           {"wavelength_mm", wave.wavelength() / kMillimetre},
           {"array", describe_array(model.fixed->array)},
           {"channels", report.channels},
@@ -289,27 +290,27 @@ Value check_value(const Model& model, const CheckReport& report, const Remarks& 
           {"area_cm2", mesh.area * 1e4},
           {"volume_cm3", mesh.volume * 1e6},
           {"edges_mm",
-           {{"shortest", {mesh.shortest_edge / kMillimetre, 3}},
-            {"mean", {model.body.mesh.mean_edge() / kMillimetre, 3}},
-            {"longest", {mesh.longest_edge / kMillimetre, 3}}}},
-          {"smallest_angle_deg", {mesh.smallest_angle / kDegree, 3}},
-          {"angle_at_1_percent_deg", {report.quality.smallest_angle_1 / kDegree, 3}},
-          {"epw_mean", {report.epw_mean, 3}},
-          {"epw_min", {report.epw_min, 3}},
-          {"epw_near_target", near ? Value{{"mean", {near->mean, 3}}, {"least", {near->least, 3}}} : Value()},
-          {"edges_as_asked", fit ? Value{{"share", Value::share(fit->share)},
-                                         {"from", EdgeFit::kShortest},
-                                         {"to", EdgeFit::kLongest},
-                                         {"shortest", {fit->shortest, 3}},
-                                         {"longest", {fit->longest, 3}}}
-                                 : Value()},
+           {{"shortest", mesh.shortest_edge / kMillimetre},
+            {"mean", model.body.mesh.mean_edge() / kMillimetre},
+            {"longest", mesh.longest_edge / kMillimetre}}},
+          {"smallest_angle_deg", mesh.smallest_angle / kDegree},
+          {"angle_at_1_percent_deg", report.quality.smallest_angle_1 / kDegree},
+          {"epw_mean", report.epw_mean},
+          {"epw_min", report.epw_min},
+          {"epw_near_target", near ? Json{{"mean", near->mean}, {"least", near->least}} : Json()},
+          {"edges_as_asked", fit ? Json{{"share", fit->share},
+                                        {"from", EdgeFit::kShortest},
+                                        {"to", EdgeFit::kLongest},
+                                        {"shortest", fit->shortest},
+                                        {"longest", fit->longest}}
+                                 : Json()},
           {"skin", "closed, manifold, outward: no faults"},
           {"faults", mesh.faults},
           {"mesh_notes", model.plan.notes},
-          {"landmarks_off_mm", Value::by_name(landmarks)},
+          {"landmarks_off_mm", landmarks},
           {"target_faces", report.target_faces},
           {"target_boxes", model.boxes.size()},
-          {"fields", Value::by_name(fields)},
+          {"fields", fields},
           {"scheme", to_string(scene.solve.scheme)},
           {"solver", to_string(report.decision.options.kind)},
           {"precision", precision_name(report.decision.options)},
@@ -323,7 +324,7 @@ Value check_value(const Model& model, const CheckReport& report, const Remarks& 
           {"note", report.note},
           {"memory_mib", report.memory_mib},
           {"available_mib", report.available_mib},
-          {"seconds", {report.seconds, 3}}};
+          {"seconds", report.seconds}};
 }
 
 }  // namespace touchfield

@@ -3,11 +3,11 @@
 #include <optional>
 #include <string>
 
+#include "sim/core/json.h"
 #include "sim/mesh/remesh/mesh_quality.h"
 #include "sim/solve/model.h"
 #include "sim/solve/solver_choice.h"
 #include "sim/solve/warnings.h"
-#include "sim/store/value_tree.h"
 
 namespace touchfield {
 
@@ -38,6 +38,6 @@ void require_memory(const CheckReport& report);
 /// What `check` says: medium, array, mesh, its faults and quality, target, solver, cost.
 ///
 /// more   remarks beside those of the model
-Value check_value(const Model& model, const CheckReport& report, const Remarks& more = {});
+Json check_value(const Model& model, const CheckReport& report, const Remarks& more = {});
 
 }  // namespace touchfield

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
@@ -11,6 +12,7 @@
 #include "sim/mesh/query/clearance.h"
 #include "sim/solve/run_field.h"
 #include "sim/store/run_file.h"
+#include "sim/store/text_table.h"
 
 namespace touchfield {
 
@@ -135,61 +137,59 @@ ScanComparison compare_scan(const Run& run, const Wave& wave, const std::string&
   return comparison;
 }
 
-Value scan_value(const ScanComparison& comparison, bool complex) {
+Json scan_value(const ScanComparison& comparison, bool complex) {
   const ScanFit& fit = comparison.fit;
   const bool conjugate = comparison.conjugate_correlation > fit.correlation;
   return {
       {"complex", complex},
       {"used", comparison.used},
       {"measured_points", comparison.points.size()},
-      {"scale", {fit.scale, 6}},
-      {"turn_rad", {fit.turn, 6}},
-      {"relative", Value::share(fit.relative, 3)},
-      {"largest_relative", Value::share(comparison.largest_relative, 3)},
+      {"scale", fit.scale},
+      {"turn_rad", fit.turn},
+      {"relative", fit.relative},
+      {"largest_relative", comparison.largest_relative},
       {"largest_line", comparison.points[comparison.largest].line},
-      {"correlation", {fit.correlation, 6}},
-      {"correlation_about_means", {fit.about_means, 6}},
-      {"conjugate_correlation", {comparison.conjugate_correlation, 6}},
+      {"correlation", fit.correlation},
+      {"correlation_about_means", fit.about_means},
+      {"conjugate_correlation", comparison.conjugate_correlation},
       {"note", conjugate ? "the conjugate of what was measured fits better: phases here follow exp(-i omega t)" : ""}};
 }
 
-Value::List scan_points(const ScanComparison& comparison, bool complex, bool only_left_out) {
-  const auto value = [&](const Complex& p) {
-    return complex ? Value(Value::List{p.real(), p.imag()}) : Value(p.real());
-  };
-  Value::List points;
+Json scan_points(const ScanComparison& comparison, bool complex, bool only_left_out) {
+  const auto value = [&](const Complex& p) { return complex ? Json::array({p.real(), p.imag()}) : Json(p.real()); };
+  Json points = Json::array();
   for (const ScanPoint& point : comparison.points) {
     const bool counts = point.left_out.empty();
     const Vector3 at = point.at / kMillimetre;
     if (!counts || !only_left_out) {
-      points.push_back(Value{{"line", point.line},
-                             {"at_mm", std::vector<double>(at.begin(), at.end())},
-                             {"measured", value(point.measured)},
-                             {"computed", counts ? value(point.computed) : Value()},
-                             {"difference", counts ? Value(point.difference) : Value()},
-                             {"left_out", point.left_out}});
+      points.push_back(Json{{"line", point.line},
+                            {"at_mm", std::vector<double>(at.begin(), at.end())},
+                            {"measured", value(point.measured)},
+                            {"computed", counts ? value(point.computed) : Json()},
+                            {"difference", counts ? Json(point.difference) : Json()},
+                            {"left_out", point.left_out}});
     }
   }
   return points;
 }
 
 void write_scan_csv(const std::string& path, const ScanComparison& comparison, bool complex) {
-  Value::List rows;
+  Json rows = Json::array();
   for (const ScanPoint& point : comparison.points) {
     const bool counts = point.left_out.empty();
-    Value row = {{"line", point.line},
-                 {"x_mm", point.at.x() / kMillimetre},
-                 {"y_mm", point.at.y() / kMillimetre},
-                 {"z_mm", point.at.z() / kMillimetre}};
+    Json row = {{"line", point.line},
+                {"x_mm", point.at.x() / kMillimetre},
+                {"y_mm", point.at.y() / kMillimetre},
+                {"z_mm", point.at.z() / kMillimetre}};
     for (const auto& [name, value] :
          {std::pair{"measured", point.measured},
           std::pair{"computed", counts ? point.computed : Complex(kNotComputed, kNotComputed)}}) {
-      row.add(name + std::string(complex ? "_re" : ""), value.real());
+      row[name + std::string(complex ? "_re" : "")] = value.real();
       if (complex) {
-        row.add(name + std::string("_im"), value.imag());
+        row[name + std::string("_im")] = value.imag();
       }
     }
-    row.add({{"difference", counts ? point.difference : kNotComputed}, {"left_out", point.left_out}});
+    row.update({{"difference", counts ? point.difference : kNotComputed}, {"left_out", point.left_out}});
     rows.push_back(row);
   }
   write_text_file(path, csv_text(rows.front(), rows));

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "sim/assess/scan_setting.h"
+#include "sim/core/json.h"
 #include "sim/scene/measured_points.h"
 #include "sim/store/run_data.h"
-#include "sim/store/value_tree.h"
 
 namespace touchfield {
 
@@ -61,10 +61,10 @@ ScanComparison compare_scan(const Run& run, const Wave& wave, const std::string&
 Run run_of_method(Run run, const std::string& method);
 
 /// What came out but for the points, and a CSV file with one row per point.
-Value scan_value(const ScanComparison& comparison, bool complex);
+Json scan_value(const ScanComparison& comparison, bool complex);
 
 /// The points, or those that were left out, with what was measured and computed.
-Value::List scan_points(const ScanComparison& comparison, bool complex, bool only_left_out = false);
+Json scan_points(const ScanComparison& comparison, bool complex, bool only_left_out = false);
 void write_scan_csv(const std::string& path, const ScanComparison& comparison, bool complex);
 
 }  // namespace touchfield

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
 #include "sim/motion/sensed_motion.h"
 
 namespace touchfield {
@@ -25,19 +27,16 @@ SceneCheck check_scene(Scene scene, bool accuracy, Progress& progress) {
   return checked;
 }
 
-Value check_value(const SceneCheck& checked) {
+Json check_value(const SceneCheck& checked) {
   const auto& [model, report, accuracy, motion, on_the_way] = checked;
-  Value value = check_value(model, report, on_the_way);
+  Json value = check_value(model, report, on_the_way);
   if (accuracy) {
     add_accuracy(value, *accuracy, model.body.mesh.mean_edge());
   }
   if (motion) {
-    value.add("motion", {{"frames", motion->frames},
-                         {"scores", motion->scores},
-                         {"seconds", {motion->seconds, 3}},
-                         {"sensor", sensor_text(model.fixed->scene.motion->sensor)},
-                         {"sample_seconds", {motion->sample, 3}},
-                         {"memory_mib", motion->memory_mib}});
+    value["motion"] = {{"frames", motion->frames},         {"scores", motion->scores},
+                       {"seconds", motion->seconds},       {"sensor", sensor_text(model.fixed->scene.motion->sensor)},
+                       {"sample_seconds", motion->sample}, {"memory_mib", motion->memory_mib}};
   }
   return value;
 }

@@ -24,6 +24,6 @@ struct SceneCheck {
 SceneCheck check_scene(Scene scene, bool accuracy, Progress& progress);
 
 /// What `touchfield check` says.
-Value check_value(const SceneCheck& checked);
+Json check_value(const SceneCheck& checked);
 
 }  // namespace touchfield

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "sim/batch/run_model.h"
 #include "sim/core/units.h"
@@ -13,56 +14,57 @@
 #include "sim/store/motion_summary.h"
 #include "sim/store/result_text.h"
 #include "sim/store/run_file.h"
+#include "sim/store/text_table.h"
 
 namespace touchfield {
 
 namespace {
 
-Value frame_row(const Pattern& pattern, std::size_t k) {
+Json frame_row(const Pattern& pattern, std::size_t k) {
   const MotionScore& score = pattern.motion.methods.front().scores[k];
   const PatternFrame& frame = pattern.frames[k];
-  Value row = {{"frame", k},
-               {"time_s", score.time},
-               {"relative_error", score.metrics.relative_error},
-               {"relative_error_ring_up", frame.ring_error},
-               {"relative_error_alone", frame.alone_error},
-               {"mean_inside_pa", score.metrics.mean_inside_pa},
-               {"peak_pa", score.metrics.peak_pa},
-               {"leakage", score.metrics.leakage},
-               {"level", frame.level},
-               {"turn_deg", frame.turn / kDegree},
-               {"alone_s", frame.alone_seconds}};
+  Json row = {{"frame", k},
+              {"time_s", score.time},
+              {"relative_error", score.metrics.relative_error},
+              {"relative_error_ring_up", frame.ring_error},
+              {"relative_error_alone", frame.alone_error},
+              {"mean_inside_pa", score.metrics.mean_inside_pa},
+              {"peak_pa", score.metrics.peak_pa},
+              {"leakage", score.metrics.leakage},
+              {"level", frame.level},
+              {"turn_deg", frame.turn / kDegree},
+              {"alone_s", frame.alone_seconds}};
   for (const PatternSound& sound : pattern.sounds) {
     const auto at = static_cast<Eigen::Index>(k);
-    row.add("pressure_pa_" + sound.point.name, sound.pressure(at));
-    row.add("radiation_pa_" + sound.point.name, sound.radiation(at));
+    row["pressure_pa_" + sound.point.name] = sound.pressure(at);
+    row["radiation_pa_" + sound.point.name] = sound.radiation(at);
   }
   return row;
 }
 
 void write_pattern_tables(const Pattern& pattern, const RunDirectory& directory) {
-  Value::List frames;
+  Json frames = Json::array();
   for (std::size_t k = 0; k < pattern.frames.size(); ++k) {
     frames.push_back(frame_row(pattern, k));
   }
   write_text_file(directory.file("pattern.csv"), csv_text(frames.front(), frames));
-  Value::List lines;
+  Json lines = Json::array();
   for (const PatternSound& sound : pattern.sounds) {
     for (const SpectralLine& line : sound.lines) {
-      lines.push_back(Value{{"point", sound.point.name},
-                            {"hz", line.hz},
-                            {"mean_square_pa2", line.mean_square},
-                            {"rms_pa", std::sqrt(line.mean_square)}});
+      lines.push_back(Json{{"point", sound.point.name},
+                           {"hz", line.hz},
+                           {"mean_square_pa2", line.mean_square},
+                           {"rms_pa", std::sqrt(line.mean_square)}});
     }
   }
-  const Value columns = {{"point", ""}, {"hz", 0.0}, {"mean_square_pa2", 0.0}, {"rms_pa", 0.0}};
+  const Json columns = {{"point", ""}, {"hz", 0.0}, {"mean_square_pa2", 0.0}, {"rms_pa", 0.0}};
   write_text_file(directory.file("spectrum.csv"), csv_text(columns, lines));
 }
 
 /// Mean and worst, as shares.
-Value mean_and_worst(const std::vector<double>& values) {
+Json mean_and_worst(const std::vector<double>& values) {
   const Statistics all = statistics(values);
-  return {{"mean", Value::share(all.mean, 3)}, {"worst", Value::share(all.worst, 3)}};
+  return {{"mean", all.mean}, {"worst", all.worst}};
 }
 
 template <class Of>
@@ -75,12 +77,12 @@ std::vector<double> over_frames(const Pattern& pattern, const Of& of) {
 }
 
 /// Rms of |p|, mean of the radiation pressure, and its rms in each band.
-Value sound_value(const PatternSound& sound) {
-  Value value = {{"point", sound.point.name},
-                 {"rms_pa", std::sqrt(sound.mean_square())},
-                 {"radiation_pa", sound.radiation.mean()}};
+Json sound_value(const PatternSound& sound) {
+  Json value = {{"point", sound.point.name},
+                {"rms_pa", std::sqrt(sound.mean_square())},
+                {"radiation_pa", sound.radiation.mean()}};
   for (const FrequencyBand& band : kTouchBands) {
-    value.add(fmt::format("{:.0f}-{:.0f}hz_pa", band.low, band.high), std::sqrt(mean_square_in(sound.lines, band)));
+    value[fmt::format("{:.0f}-{:.0f}hz_pa", band.low, band.high)] = std::sqrt(mean_square_in(sound.lines, band));
   }
   return value;
 }
@@ -117,7 +119,7 @@ Pattern run_pattern(const Model& model, const PatternOptions& options, RunDirect
   return pattern;
 }
 
-Value pattern_value(const Pattern& pattern) {
+Json pattern_value(const Pattern& pattern) {
   const auto error = [](const Metrics& metrics, const PatternFrame&) { return metrics.relative_error; };
   const auto turn = [](const Metrics&, const PatternFrame& frame) { return frame.turn; };
   const auto mean = [](const Metrics& metrics, const PatternFrame&) { return metrics.mean_inside_pa; };
@@ -129,26 +131,26 @@ Value pattern_value(const Pattern& pattern) {
   const auto& timings = pattern.motion.timings;
   const double phases = std::ranges::find(timings, "phases", [](const auto& stage) { return stage.first; })->second;
   const Statistics alone_seconds = statistics(over_frames(pattern, alone));
-  Value value = {
+  Json value = {
       {"frames", pattern.clock.frames},          {"frames_per_second_hz", pattern.clock.rate},
       {"pass_s", pattern.clock.seconds()},       {"faces", pattern.faces},
       {"skin_outside_rows", pattern.quiet_rows}, {"relative_error", mean_and_worst(over_frames(pattern, error))}};
   if (pattern.frames.front().ring_error > 0) {
-    value.add("relative_error_ring_up", mean_and_worst(over_frames(pattern, ring)));
+    value["relative_error_ring_up"] = mean_and_worst(over_frames(pattern, ring));
   }
   if (alone_seconds.count > 0) {
-    value.add("above_frames_alone", mean_and_worst(over_frames(pattern, above)));
-    value.add("frames_alone", alone_seconds.count);
-    value.add("frame_alone_mean_s", alone_seconds.mean);
+    value["above_frames_alone"] = mean_and_worst(over_frames(pattern, above));
+    value["frames_alone"] = alone_seconds.count;
+    value["frame_alone_mean_s"] = alone_seconds.mean;
   }
-  value.add("mean_inside_pa", statistics(over_frames(pattern, mean)).mean);
-  value.add("largest_turn_rad", statistics(over_frames(pattern, turn)).worst);
-  value.add("phases_of_a_frame_s", phases / pattern.clock.frames);
-  value.add("error_by_all_faces_off", Value::share(pattern.reduced_off, 2));
-  Value::List points;
+  value["mean_inside_pa"] = statistics(over_frames(pattern, mean)).mean;
+  value["largest_turn_rad"] = statistics(over_frames(pattern, turn)).worst;
+  value["phases_of_a_frame_s"] = phases / pattern.clock.frames;
+  value["error_by_all_faces_off"] = pattern.reduced_off;
+  Json points = Json::array();
   std::ranges::transform(pattern.sounds, std::back_inserter(points), sound_value);
-  value.add("points", points);
-  value.add("stages_s", stage_values(timings));
+  value["points"] = points;
+  value["stages_s"] = stage_values(timings);
   return value;
 }
 

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "sim/batch/run_directory.h"
+#include "sim/core/json.h"
 #include "sim/core/progress.h"
 #include "sim/motion/pattern.h"
 #include "sim/pictures/picture_format.h"
-#include "sim/store/value_tree.h"
 
 namespace touchfield {
 
@@ -28,6 +28,6 @@ Pattern run_pattern(const Model& model, const PatternOptions& options, RunDirect
                     std::optional<PictureFormat> pictures = std::nullopt);
 
 /// What a command says of a pattern.
-Value pattern_value(const Pattern& pattern);
+Json pattern_value(const Pattern& pattern);
 
 }  // namespace touchfield

@@ -4,6 +4,8 @@
 #include <map>
 #include <span>
 
+#include <nlohmann/json.hpp>
+
 #include "sim/assess/check.h"
 #include "sim/core/errors.h"
 #include "sim/motion/sensed_motion.h"
@@ -57,17 +59,17 @@ std::vector<ListedCase> list_cases(const SweepInput& input, std::optional<std::s
   return listed;
 }
 
-Value case_value(const ListedCase& listed) {
-  Value::Group inputs;
+Json case_value(const ListedCase& listed) {
+  Json inputs = Json::object();
   for (const SceneChange& change : listed.item.changes) {
-    inputs.push_back({change.path, change.value});
+    inputs[change.path] = change.value;
   }
-  const auto known = [&](const Value& number) { return listed.reason.empty() ? number : Value(); };
+  const auto known = [&](const Json& number) { return listed.reason.empty() ? number : Json(); };
   return {{"case", listed.item.number},
           {"name", listed.name},
-          {"inputs", Value::by_name(std::move(inputs))},
+          {"inputs", inputs},
           {"sharing", listed.sharing},
-          {"seconds", known({listed.cost.seconds, 3})},
+          {"seconds", known(listed.cost.seconds)},
           {"memory_mib", known(listed.cost.memory_mib)},
           {"faces", known(listed.cost.faces)},
           {"channels", known(listed.cost.channels)},

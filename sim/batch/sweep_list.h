@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "sim/batch/sweep.h"
+#include "sim/core/json.h"
 #include "sim/solve/warnings.h"
-#include "sim/store/value_tree.h"
 
 namespace touchfield {
 
@@ -27,6 +27,6 @@ std::vector<ListedCase> list_cases(const SweepInput& input, std::optional<std::s
 
 /// Case, name, inputs, sharing, seconds, memory_mib, faces, channels, solver, judged_skin, warnings, notes and reason;
 /// numbers of a case that cannot be built are null.
-Value case_value(const ListedCase& listed);
+Json case_value(const ListedCase& listed);
 
 }  // namespace touchfield

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include "sim/core/units.h"
 #include "sim/store/motion_stages.h"
@@ -33,7 +34,7 @@ std::vector<std::string> all_stages(const Motion& motion) {
 }
 
 /// Counts and times of a method, and what its frames took by stage: the median, and the 95th percentile.
-Value method_value(const MotionMethod& method) {
+Json method_value(const MotionMethod& method) {
   const MotionSummary over = summary(method);
   std::vector<std::string> stages;
   for (const std::string& stage : stages_of(method.frames)) {
@@ -62,21 +63,21 @@ Value method_value(const MotionMethod& method) {
 void write_motion_csv(const std::string& path, const Motion& motion) {
   const auto row_of = [&](const MotionMethod& method, const MotionScore& score) {
     const Vector3 moved = score.frame < 0 ? Vector3::Constant(kNotComputed) : Vector3(1e3 * score.displacement);
-    Value row = {{"method", method.name},
-                 {"time_s", score.time},
-                 {"frame", score.frame},
-                 {"age_s", score.age},
-                 {"dx_mm", moved.x()},
-                 {"dy_mm", moved.y()},
-                 {"dz_mm", moved.z()},
-                 {"displacement_mm", 1e3 * shown_displacement(score)},
-                 {"judged_skin", to_string(motion.judged_skin)}};
+    Json row = {{"method", method.name},
+                {"time_s", score.time},
+                {"frame", score.frame},
+                {"age_s", score.age},
+                {"dx_mm", moved.x()},
+                {"dy_mm", moved.y()},
+                {"dz_mm", moved.z()},
+                {"displacement_mm", 1e3 * shown_displacement(score)},
+                {"judged_skin", to_string(motion.judged_skin)}};
     for (const MetricField& field : metric_fields()) {
-      row.add(field.name, score.metrics.*field.value);
+      row[field.name] = score.metrics.*field.value;
     }
     return row;
   };
-  Value::List rows;
+  Json rows = Json::array();
   for (const MotionMethod& method : motion.methods) {
     for (const MotionScore& score : method.scores) {
       rows.push_back(row_of(method, score));
@@ -89,29 +90,29 @@ void write_frames_csv(const std::string& path, const Motion& motion) {
   const std::vector<std::string> stages = all_stages(motion);
   const auto row_of = [&](const MotionMethod& method, const MotionFrame& frame) {
     const PhaseSolution& solution = frame.solution;
-    Value row = {{"method", method.name},
-                 {"frame", &frame - method.frames.data()},
-                 {"sampled_s", frame.sampled},
-                 {"started_s", frame.started},
-                 {"late_s", frame.late},
-                 {"shown_s", frame.shown},
-                 {"pose_time_s", frame.pose_time},
-                 {"quiet", frame.quiet},
-                 {"lost", frame.lost},
-                 {"skin_off_mm", frame.off.skin / kMillimetre},
-                 {"patch_off_mm", frame.off.patch / kMillimetre},
-                 {"target_off_mm", frame.target_off / kMillimetre},
-                 {"cost", solution.cost_history.empty() ? kNotComputed : solution.cost_history.back()},
-                 {"steps", solution.iterations},
-                 {"status", to_string(solution.status)}};
+    Json row = {{"method", method.name},
+                {"frame", &frame - method.frames.data()},
+                {"sampled_s", frame.sampled},
+                {"started_s", frame.started},
+                {"late_s", frame.late},
+                {"shown_s", frame.shown},
+                {"pose_time_s", frame.pose_time},
+                {"quiet", frame.quiet},
+                {"lost", frame.lost},
+                {"skin_off_mm", frame.off.skin / kMillimetre},
+                {"patch_off_mm", frame.off.patch / kMillimetre},
+                {"target_off_mm", frame.target_off / kMillimetre},
+                {"cost", solution.cost_history.empty() ? kNotComputed : solution.cost_history.back()},
+                {"steps", solution.iterations},
+                {"status", to_string(solution.status)}};
     for (const std::string& stage : stages) {
-      row.add("seconds_" + stage, stage_seconds(frame, stage));
+      row["seconds_" + stage] = stage_seconds(frame, stage);
     }
     return row;
   };
   MotionMethod none;
   none.frames.emplace_back();
-  Value::List rows;
+  Json rows = Json::array();
   for (const MotionMethod& method : motion.methods) {
     for (const MotionFrame& frame : method.frames) {
       rows.push_back(row_of(method, frame));
@@ -137,31 +138,31 @@ std::string motion_table(const Motion& motion) {
   return label_line(motion.judged_skin) + aligned_table(rows) + "  a | b: median and 95th percentile\n";
 }
 
-Value motion_value(const Motion& motion) {
+Json motion_value(const Motion& motion) {
   const TriangleMesh& judge = motion.judge ? *motion.judge : motion.mesh;
-  Value value = {{"name", motion.name},
-                 {"complete", motion.complete},
-                 {"seconds", {motion.seconds, 6}},
-                 {"faces", motion.mesh.face_count()},
-                 {"mesh", mesh_size(motion.mesh)},
-                 {"judge_faces", judge.face_count()},
-                 {"judge", motion.judge ? "a mesh of its own" : "on the solving mesh"},
-                 {"judge_mesh", mesh_size(judge)},
-                 {"channels", motion.array.size()},
-                 {"array", array_text(motion.array)},
-                 {"solved_skin", to_string(motion.solved_skin)},
-                 {"judged_skin", to_string(motion.judged_skin)}};
-  value.add(provenance_value(motion.provenance));
-  value.add({{"timings_s", stage_values(motion.timings)}, {"warnings", motion.warnings}, {"notes", motion.notes}});
+  Json value = {{"name", motion.name},
+                {"complete", motion.complete},
+                {"seconds", motion.seconds},
+                {"faces", motion.mesh.face_count()},
+                {"mesh", mesh_size(motion.mesh)},
+                {"judge_faces", judge.face_count()},
+                {"judge", motion.judge ? "a mesh of its own" : "on the solving mesh"},
+                {"judge_mesh", mesh_size(judge)},
+                {"channels", motion.array.size()},
+                {"array", array_text(motion.array)},
+                {"solved_skin", to_string(motion.solved_skin)},
+                {"judged_skin", to_string(motion.judged_skin)}};
+  value.update(provenance_value(motion.provenance));
+  value.update({{"timings_s", stage_values(motion.timings)}, {"warnings", motion.warnings}, {"notes", motion.notes}});
   return value;
 }
 
-Value method_values(const Motion& motion) {
-  Value::List methods;
+Json method_values(const Motion& motion) {
+  Json methods = Json::array();
   for (const MotionMethod& method : motion.methods) {
-    Value value = {{"name", method.name}, {"method", method.method}, {"scheme", method.scheme}};
+    Json value = {{"name", method.name}, {"method", method.method}, {"scheme", method.scheme}};
     for (const auto& [name, number] : summary_columns(summary(method))) {
-      value.add(name, number);
+      value[name] = number;
     }
     methods.push_back(value);
   }
@@ -169,10 +170,10 @@ Value method_values(const Motion& motion) {
 }
 
 std::string describe_motion(const Motion& motion) {
-  Value value = motion_value(motion);
-  Value::List methods;
+  Json value = motion_value(motion);
+  Json methods = Json::array();
   std::ranges::transform(motion.methods, std::back_inserter(methods), method_value);
-  value.add("methods", methods);
+  value["methods"] = methods;
   return lines_text(value) + (methods.empty() ? "no method has started\n" : '\n' + motion_table(motion));
 }
 

@@ -2,8 +2,8 @@
 
 #include <string>
 
+#include "sim/core/json.h"
 #include "sim/store/motion_data.h"
-#include "sim/store/value_tree.h"
 
 namespace touchfield {
 
@@ -30,8 +30,8 @@ std::string motion_table(const Motion& motion);
 /// motion_value has the meshes, array and provenance of a motion, method_values its methods with the columns of their
 /// summary. describe_motion is text for a person. It has the former, the methods with their frames, latencies and
 /// stages, and motion_table.
-Value motion_value(const Motion& motion);
-Value method_values(const Motion& motion);
+Json motion_value(const Motion& motion);
+Json method_values(const Motion& motion);
 std::string describe_motion(const Motion& motion);
 
 }  // namespace touchfield

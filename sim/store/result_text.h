@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include "sim/core/json.h"
 #include "sim/store/run_data.h"
-#include "sim/store/value_tree.h"
 
 /// What descriptions of runs and motions share.
 namespace touchfield {
@@ -21,8 +21,8 @@ std::string label_line(SkinExtent extent);
 
 std::string array_text(const TransducerArray& array);
 
-Value mesh_size(const TriangleMesh& mesh);
-Value provenance_value(const Provenance& provenance);
-Value stage_values(const std::vector<std::pair<std::string, double>>& stages);
+Json mesh_size(const TriangleMesh& mesh);
+Json provenance_value(const Provenance& provenance);
+Json stage_values(const std::vector<std::pair<std::string, double>>& stages);
 
 }  // namespace touchfield

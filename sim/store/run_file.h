@@ -2,8 +2,8 @@
 
 #include <string>
 
+#include "sim/core/json.h"
 #include "sim/store/run_data.h"
-#include "sim/store/value_tree.h"
 
 namespace touchfield {
 
@@ -33,13 +33,13 @@ std::string methods_table(const Run& run);
 
 /// levels_value has the sound levels at the fields of one point, one row per point and method. It also has the limits
 /// that are published for the frequency, one row per limit. levels_text is both as text, empty without such fields.
-Value levels_value(const Run& run);
+Json levels_value(const Run& run);
 std::string levels_text(const Run& run);
 
 /// run_value has the name, mesh and array sizes, solutions and provenance of a run, method_values its methods with
 /// every metric. describe_run is the former with methods_table, as text for a person.
-Value run_value(const Run& run);
-Value method_values(const Run& run);
+Json run_value(const Run& run);
+Json method_values(const Run& run);
 std::string describe_run(const Run& run);
 
 /// metrics.csv: a header line and one line per method: name, method, scheme, judged_skin, every metric, status. NaN is

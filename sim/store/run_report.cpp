@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "sim/store/result_text.h"
 #include "sim/store/run_file.h"

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include "sim/core/atomic_file.h"
 #include "sim/core/units.h"
@@ -32,8 +33,8 @@ std::string response_text(const ChannelResponse& response) {
                      static_cast<double>(response.gain.size()) - count, response.gain.size());
 }
 
-Value::Group field_values(const Run& run) {
-  Value::Group fields;
+Json field_values(const Run& run) {
+  Json fields = Json::object();
   for (const FieldResult& field : run.fields) {
     const FieldGrid& grid = field.grid;
     if (grid.size() == 1) {
@@ -41,39 +42,38 @@ Value::Group field_values(const Run& run) {
     }
     std::vector<std::string> methods;
     std::ranges::transform(field.pressure, std::back_inserter(methods), [](const auto& entry) { return entry.first; });
-    fields.push_back(
-        {grid.name, fmt::format("{} x {} x {} points, {}", grid.count[0], grid.count[1], grid.count[2],
-                                methods.empty() ? "no pressure" : fmt::format("{}", fmt::join(methods, ", ")))});
+    fields[grid.name] = fmt::format("{} x {} x {} points, {}", grid.count[0], grid.count[1], grid.count[2],
+                                    methods.empty() ? "no pressure" : fmt::format("{}", fmt::join(methods, ", ")));
   }
   return fields;
 }
 
-Value::List transfer_values(const Run& run) {
-  Value::List transfers;
+Json transfer_values(const Run& run) {
+  Json transfers = Json::array();
   for (const RunTransfer& transfer : run.transfers) {
-    transfers.push_back(Value{{"scheme", transfer.scheme},
-                              {"target_rows", transfer.problem.target_count()},
-                              {"rows_outside", transfer.problem.quiet.rows()},
-                              {"channels", transfer.problem.channel_count()}});
+    transfers.push_back(Json{{"scheme", transfer.scheme},
+                             {"target_rows", transfer.problem.target_count()},
+                             {"rows_outside", transfer.problem.quiet.rows()},
+                             {"channels", transfer.problem.channel_count()}});
   }
   return transfers;
 }
 
-Value::List solve_values(const Run& run) {
-  Value::List solves;
+Json solve_values(const Run& run) {
+  Json solves = Json::array();
   for (const SolveRecord& solve : run.solves) {
-    solves.push_back(Value{{"stage", solve.stage},
-                           {"scheme", solve.scheme},
-                           {"solver", solve.solver},
-                           {"device", solve.device == "cpu" ? "" : solve.device},
-                           {"precision", solve.precision},
-                           {"unknowns", solve.unknowns},
-                           {"right_sides", solve.right_hand_sides},
-                           {"steps", solve.steps},
-                           {"refinements", solve.refinements},
-                           {"residual", {solve.residual, 2}},
-                           {"converged", solve.converged},
-                           {"seconds", {solve.seconds, 3}}});
+    solves.push_back(Json{{"stage", solve.stage},
+                          {"scheme", solve.scheme},
+                          {"solver", solve.solver},
+                          {"device", solve.device == "cpu" ? "" : solve.device},
+                          {"precision", solve.precision},
+                          {"unknowns", solve.unknowns},
+                          {"right_sides", solve.right_hand_sides},
+                          {"steps", solve.steps},
+                          {"refinements", solve.refinements},
+                          {"residual", solve.residual},
+                          {"converged", solve.converged},
+                          {"seconds", solve.seconds}});
   }
   return solves;
 }
@@ -104,28 +104,28 @@ std::string array_text(const TransducerArray& array) {
                      directivity_name(array.directivity.kind()));
 }
 
-Value mesh_size(const TriangleMesh& mesh) {
+Json mesh_size(const TriangleMesh& mesh) {
   return {{"faces", mesh.face_count()},
           {"vertices", mesh.vertex_count()},
           {"area_cm2", 1e4 * mesh.total_area()},
-          {"mean_edge_mm", {mesh.mean_edge() / kMillimetre, 3}}};
+          {"mean_edge_mm", mesh.mean_edge() / kMillimetre}};
 }
 
-Value provenance_value(const Provenance& provenance) {
-  Value value = Value::Group();
+Json provenance_value(const Provenance& provenance) {
+  Json value = Json::object();
   for (const ProvenanceField& field : provenance_fields()) {
-    value.add(field.name, provenance.*field.value);
+    value[field.name] = provenance.*field.value;
   }
-  value.add("threads", provenance.threads);
+  value["threads"] = provenance.threads;
   return value;
 }
 
-Value stage_values(const std::vector<std::pair<std::string, double>>& stages) {
-  Value::Group group;
+Json stage_values(const std::vector<std::pair<std::string, double>>& stages) {
+  Json group = Json::object();
   for (const auto& [stage, value] : stages) {
-    group.push_back({stage, {value, 3}});
+    group[stage] = value;
   }
-  return Value::by_name(group);
+  return group;
 }
 
 std::string methods_table(const Run& run) {
@@ -156,70 +156,69 @@ std::string methods_table(const Run& run) {
   return label_line(run.judged_skin) + aligned_table(rows) + pressure;
 }
 
-Value run_value(const Run& run) {
-  Value::Group ends;
+Json run_value(const Run& run) {
+  Json ends = Json::object();
   for (const MethodResult& method : run.methods) {
-    ends.push_back(
-        {method.name, fmt::format("{} steps, {}", method.solution.iterations, to_string(method.solution.status))});
+    ends[method.name] = fmt::format("{} steps, {}", method.solution.iterations, to_string(method.solution.status));
   }
   const JudgeModel* const model = run.judge_model ? &*run.judge_model : nullptr;
-  Value::Group alarms;
+  Json alarms = Json::object();
   for (const auto& [scheme, alarm] : run.alarms) {
-    alarms.push_back({scheme, Value::share(alarm)});
+    alarms[scheme] = alarm;
   }
-  Value value = {{"name", run.name},
-                 {"complete", run.complete},
-                 {"faces", run.mesh.face_count()},
-                 {"mesh", mesh_size(run.mesh)},
-                 {"array", array_text(run.array)},
-                 {"channels", run.array.size()},
-                 {"response", response_text(run.array.response)},
-                 {"true_response", run.array_truth ? response_text(run.array_truth->response) : ""},
-                 {"true_phase_levels", run.array_truth ? Value(run.array_truth->phase_levels) : Value()},
-                 {"target_faces", run.target ? run.target->size() : 0},
-                 {"target_pa", run.target ? Value(run.target->amplitudes.maxCoeff(), 6) : Value()},
-                 {"solved_skin", to_string(run.solved_skin)},
-                 {"judged_skin", to_string(run.judged_skin)},
-                 {"judge", run.judge},
-                 {"judge_scheme", model != nullptr ? model->scheme : ""},
-                 {"judge_mesh", model != nullptr ? mesh_size(model->mesh) : Value()},
-                 {"fields", Value::by_name(field_values(run))},
-                 {"transfers", transfer_values(run)},
-                 {"solves", solve_values(run)},
-                 {"method_ends", Value::by_name(ends)},
-                 {"alarm", std::isnan(run.alarm) ? Value() : Value::share(run.alarm)},
-                 {"alarms", Value::by_name(alarms)},
-                 {"seconds", stage_values(run.seconds)}};
-  value.add(levels_value(run));
-  value.add(provenance_value(run.provenance));
-  value.add({{"warnings", run.warnings}, {"notes", run.notes}});
+  Json value = {{"name", run.name},
+                {"complete", run.complete},
+                {"faces", run.mesh.face_count()},
+                {"mesh", mesh_size(run.mesh)},
+                {"array", array_text(run.array)},
+                {"channels", run.array.size()},
+                {"response", response_text(run.array.response)},
+                {"true_response", run.array_truth ? response_text(run.array_truth->response) : ""},
+                {"true_phase_levels", run.array_truth ? Json(run.array_truth->phase_levels) : Json()},
+                {"target_faces", run.target ? run.target->size() : 0},
+                {"target_pa", run.target ? Json(run.target->amplitudes.maxCoeff()) : Json()},
+                {"solved_skin", to_string(run.solved_skin)},
+                {"judged_skin", to_string(run.judged_skin)},
+                {"judge", run.judge},
+                {"judge_scheme", model != nullptr ? model->scheme : ""},
+                {"judge_mesh", model != nullptr ? mesh_size(model->mesh) : Json()},
+                {"fields", field_values(run)},
+                {"transfers", transfer_values(run)},
+                {"solves", solve_values(run)},
+                {"method_ends", ends},
+                {"alarm", std::isnan(run.alarm) ? Json() : Json(run.alarm)},
+                {"alarms", alarms},
+                {"seconds", stage_values(run.seconds)}};
+  value.update(levels_value(run));
+  value.update(provenance_value(run.provenance));
+  value.update({{"warnings", run.warnings}, {"notes", run.notes}});
   return value;
 }
 
-Value levels_value(const Run& run) {
-  Value::List levels;
+Json levels_value(const Run& run) {
+  Json levels = Json::array();
   for (const FieldResult& field : run.fields) {
     for (const auto& [method, pressure] : field.pressure) {
       if (field.grid.size() == 1) {
         const double amplitude = field.inside.front() == 0 ? std::abs(pressure(0)) : kNotComputed;
-        levels.push_back(Value{{"point", field.grid.name},
-                               {"method", method},
-                               {"amplitude_pa", amplitude},
-                               {"level_db", sound_level(amplitude)}});
+        levels.push_back(Json{{"point", field.grid.name},
+                              {"method", method},
+                              {"amplitude_pa", amplitude},
+                              {"level_db", sound_level(amplitude)}});
       }
     }
   }
-  Value::List limits;
+  Json limits = Json::array();
   for (const ExposureLimit& limit : exposure_limits(levels.empty() ? kNotComputed : run.frequency)) {
-    limits.push_back(Value{{"source", limit.source}, {"for", limit.people}, {"limit_db", limit.level}});
+    limits.push_back(Json{{"source", limit.source}, {"for", limit.people}, {"limit_db", limit.level}});
   }
   return {{"sound_levels", levels}, {"exposure_limits", limits}};
 }
 
 std::string levels_text(const Run& run) {
-  const Value values = levels_value(run);
-  const Value::List& levels = values["sound_levels"].list();
-  const Value::List& limits = values["exposure_limits"].list();
+  const Json values = levels_value(run);
+  const Json& levels = values["sound_levels"];
+  const Json& limits = values["exposure_limits"];
   if (levels.empty()) {
     return "";
   }
@@ -234,14 +233,15 @@ std::string levels_text(const Run& run) {
                    table_text(limits);
 }
 
-Value method_values(const Run& run) {
-  Value::List methods;
+Json method_values(const Run& run) {
+  Json methods = Json::array();
   for (const MethodResult& method : run.methods) {
-    Value value = {{"name", method.name}, {"method", method.method}, {"scheme", method.scheme}};
+    Json value = {{"name", method.name}, {"method", method.method}, {"scheme", method.scheme}};
     for (const MetricField& field : metric_fields()) {
-      value.add(field.name, method.metrics.*field.value);
+      value[field.name] = method.metrics.*field.value;
     }
-    value.add({{"shock_distance_share", method.shock_distance_share}, {"status", to_string(method.solution.status)}});
+    value.update(
+        {{"shock_distance_share", method.shock_distance_share}, {"status", to_string(method.solution.status)}});
     methods.push_back(value);
   }
   return methods;
@@ -253,17 +253,17 @@ std::string describe_run(const Run& run) {
 
 void write_metrics_csv(const std::string& path, const Run& run) {
   const auto row_of = [&](const MethodResult& result) {
-    Value row = {{"name", result.name},
-                 {"method", result.method},
-                 {"scheme", result.scheme},
-                 {"judged_skin", to_string(run.judged_skin)}};
+    Json row = {{"name", result.name},
+                {"method", result.method},
+                {"scheme", result.scheme},
+                {"judged_skin", to_string(run.judged_skin)}};
     for (const MetricField& field : metric_fields()) {
-      row.add(field.name, result.metrics.*field.value);
+      row[field.name] = result.metrics.*field.value;
     }
-    row.add("status", to_string(result.solution.status));
+    row["status"] = to_string(result.solution.status);
     return row;
   };
-  Value::List rows;
+  Json rows = Json::array();
   std::ranges::transform(run.methods, std::back_inserter(rows), row_of);
   write_text_file(path, csv_text(row_of({}), rows));
 }

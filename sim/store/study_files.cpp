@@ -7,8 +7,11 @@
 #include <tuple>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
 #include "sim/bem/scheme.h"
 #include "sim/store/run_file.h"
+#include "sim/store/text_table.h"
 
 namespace touchfield {
 
@@ -63,23 +66,23 @@ std::optional<std::size_t> pick_within_error(const std::vector<StudyRung>& rungs
       [](const StudyRung& rung) { return std::pair(rung.seconds, rung.error_reference); });
 }
 
-Value rung_value(const StudyRung& rung) {
+Json rung_value(const StudyRung& rung) {
   return {{"scheme", rung.scheme},
-          {"edge_mm", {rung.edge_mm, 3}},
+          {"edge_mm", rung.edge_mm},
           {"faces", rung.faces},
           {"precision", rung.precision},
           {"solver", rung.solver},
-          {"seconds", {rung.seconds, 3}},
+          {"seconds", rung.seconds},
           {"peak_mib", rung.peak_mib},
-          {"error_reference", Value::share(rung.error_reference, 3)},
-          {"error_interior", Value::share(rung.error_interior, 3)},
-          {"pattern_error", Value::share(rung.pattern_error, 3)},
+          {"error_reference", rung.error_reference},
+          {"error_interior", rung.error_interior},
+          {"pattern_error", rung.pattern_error},
           {"pareto", rung.pareto},
           {"status", rung.status}};
 }
 
-Value::List rung_values(const std::vector<StudyRung>& rungs) {
-  Value::List values;
+Json rung_values(const std::vector<StudyRung>& rungs) {
+  Json values = Json::array();
   std::ranges::transform(rungs, std::back_inserter(values), rung_value);
   return values;
 }

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "sim/core/json.h"
 #include "sim/field/metrics.h"
-#include "sim/store/value_tree.h"
 
 namespace touchfield {
 
@@ -40,8 +40,8 @@ std::optional<std::size_t> pick_within_seconds(const std::vector<StudyRung>& run
 std::optional<std::size_t> pick_within_error(const std::vector<StudyRung>& rungs, double error);
 
 /// A rung by the names of study.csv's columns; and all of them.
-Value rung_value(const StudyRung& rung);
-Value::List rung_values(const std::vector<StudyRung>& rungs);
+Json rung_value(const StudyRung& rung);
+Json rung_values(const std::vector<StudyRung>& rungs);
 
 /// study.csv: a header line and a line a rung: scheme, edge_mm, faces, precision, solver, seconds, peak_mib,
 /// error_reference, error_interior, pattern_error, pareto (1 or 0), status. Whole or not at all.

@@ -2,9 +2,14 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
-/// Tables for people and CSV files.
+#include "sim/core/json.h"
+
+/// What a program says as text for people, and as CSV files. A word of a name may be a unit, as in `residual_mm`: text
+/// shows it behind the number, metres as mm, radians as deg. Words like `error` or `share` tell a part of a whole,
+/// which text shows in percent. JSON has every digit.
 namespace touchfield {
 
 /// A line of a CSV file; fields are quoted only where RFC 4180 asks for it.
@@ -22,5 +27,20 @@ std::string table_number(double value, const char* format);
 
 /// 10842 as "10,842".
 std::string grouped(long n);
+
+/// A value in one line, an object as "label value, ...".
+///
+/// name   says its unit
+std::string value_text(const Json& value, std::string_view name = {});
+
+/// An array of objects, a column for every name that has something in a row.
+std::string table_text(const Json& rows, std::size_t most = 40);
+
+/// A CSV file: the names of one object, and the values of others like it, a line each; flags as 1 and 0.
+std::string csv_text(const Json& columns, const Json& rows);
+
+/// A line for every entry of an object, "label  value", long objects indented; an array of objects as a table; nothing
+/// for what is null or empty.
+std::string lines_text(const Json& object);
 
 }  // namespace touchfield

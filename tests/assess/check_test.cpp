@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "sim/field/evaluate.h"
 #include "tests/support/solve_support.h"
 #include "tests/support/testing.h"
@@ -29,7 +31,7 @@ TEST(Check, ForetellsTheFacesOfTheJudge) {
 TEST(Check, SaysWhatTheJudgeHas) {
   const auto said = [](const std::string& beyond) {
     const Model model = small_model({"body.keep_within_mm=11", "judge={edge_mm: 2}", "body.beyond=" + beyond});
-    return check_value(model, check_model(model))["judge"].text();
+    return check_value(model, check_model(model))["judge"].get<std::string>();
   };
   EXPECT_THAT(said("incident"), HasSubstr(", of the whole body"));
   EXPECT_THAT(said("nothing"), HasSubstr(", of the part within keep_within_mm"));

@@ -4,11 +4,14 @@
 #include <numbers>
 #include <random>
 
+#include <nlohmann/json.hpp>
+
 #include "sim/assess/calibration_fit.h"
 #include "sim/assess/scan_fit.h"
 #include "sim/solve/run_field.h"
 #include "sim/solve/solve_model.h"
 #include "sim/store/run_file.h"
+#include "sim/store/text_table.h"
 #include "tests/support/files.h"
 #include "tests/support/solve_support.h"
 #include "tests/support/testing.h"
@@ -97,7 +100,8 @@ TEST(ScanComparison, TheOtherTimeFactorIsNoticed) {
   measured.pressure = measured.pressure.conjugate().eval();
   const ScanComparison found = compare_scan(solved().run, solved().model.fixed->wave, "paper", measured);
   EXPECT_GT(found.conjugate_correlation, 0.99);
-  EXPECT_THAT(scan_value(found, true)["note"].text(), HasSubstr("the conjugate of what was measured fits better"));
+  EXPECT_THAT(scan_value(found, true)["note"].get<std::string>(),
+              HasSubstr("the conjugate of what was measured fits better"));
 }
 
 TEST(ScanComparison, IsOfWhatSoundsWhereTheSolverDoesNotKnow) {

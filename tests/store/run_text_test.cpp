@@ -1,5 +1,7 @@
 #include <sstream>
 
+#include <nlohmann/json.hpp>
+
 #include "sim/store/run_file.h"
 #include "sim/store/text_table.h"
 #include "tests/support/output_support.h"
