@@ -249,8 +249,8 @@ Map<BodySpec> body_map() {
                          kHandEdge.text(), kAlwaysPossible / kMillimetre, kOfRoom, usual_edges_text()))
       .needed_with({"sphere", "capsule", "box"}, {"hand", "mesh"})
       .maybe("keep_within_mm", &BodySpec::keep_within, number(kMillimetres, above(0)), "60",
-             "Scattering is solved only on the part of the body within this distance of the target [mm]. Its open ends "
-             "are capped.")
+             "Scattering is solved only on the part of the body within this distance of the target along each axis of "
+             "the body [mm]. Flat caps close its open ends.")
       .allowed_with({"hand", "sphere", "capsule", "box", "mesh"})
       .key("beyond", &BodySpec::beyond,
            choice<Beyond>({{"incident", Beyond::kIncident}, {"nothing", Beyond::kNothing}}),

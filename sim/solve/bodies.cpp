@@ -26,7 +26,6 @@ namespace touchfield {
 namespace {
 
 constexpr double kNearestSkin = 0.5;  // of keep_within: farther from its centre kept_within finds none
-constexpr double kKeptSkin = 0.9;     // of keep_within: nearer to the centre no face is a cap's
 
 /// What is known of a body before it is meshed as it is asked for.
 class Locator {
@@ -179,7 +178,7 @@ void keep_part(const Scene& scene, const BodyPlan& plan, std::size_t i, const Ed
   }
   const double radius = *scene.bodies[i].keep_within;
   const Vector3& centre = plan.bodies[i].kept_about;
-  if (((body.mesh.vertices().colwise() - centre).colwise().norm().array() <= radius).all()) {
+  if (((body.mesh.vertices().colwise() - centre).cwiseAbs().array() < radius).all()) {
     return;
   }
   const Vector3 nearest = position(body.mesh, nearest_landmark(body.mesh, "", centre));
@@ -197,8 +196,8 @@ void keep_part(const Scene& scene, const BodyPlan& plan, std::size_t i, const Ed
   body = std::move(kept);
   made.skin.resize(static_cast<std::size_t>(body.mesh.face_count()));
   for (Eigen::Index f = 0; f < body.mesh.face_count(); ++f) {
-    const double distance = (body.mesh.centroids().col(f) - centre).norm();
-    made.skin[static_cast<std::size_t>(f)] = distance < kKeptSkin * radius ? 1 : 0;
+    const double distance = cube_distance(body.mesh.centroids().col(f), centre);
+    made.skin[static_cast<std::size_t>(f)] = distance < kUncut * radius ? 1 : 0;
   }
 }
 

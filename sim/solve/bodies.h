@@ -51,8 +51,8 @@ struct PlacedBodies {
   Body body;               // landmarks: of a single body under their own names; of several as body.landmark, and under
                            // their own names where only one body has one
   std::vector<int> owner;  // M: number of the body a face is of
-  std::vector<unsigned char> skin;  // M: 1 on skin of the body, 0 on caps of keep_within and within a tenth of its
-                                    // radius from them
+  std::vector<unsigned char> skin;  // M: 1 on skin of the body, 0 on caps of keep_within and within a tenth of it
+                                    // from them
   struct Whole {
     int owner;
     TriangleMesh mesh;

@@ -12,6 +12,7 @@
 #include "sim/core/place_text.h"
 #include "sim/core/require.h"
 #include "sim/core/units.h"
+#include "sim/mesh/cut/cut.h"
 #include "sim/mesh/query/clearance.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/solve/meshed_body.h"
@@ -97,7 +98,7 @@ struct DistancesOf {
 bool is_by_kept_part(double keep_within, const Vector3& x, const Vector3& centre, const Distances& distances) {
   constexpr int kSteps = 30;
   constexpr double kFarthest = 3.0 * kMillimetre;
-  if ((x - centre).norm() > keep_within) {
+  if (cube_distance(x, centre) > keep_within) {
     return false;
   }
   Points way(3, kSteps);

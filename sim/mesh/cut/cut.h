@@ -5,22 +5,22 @@
 
 namespace touchfield {
 
-/// The piece of a closed mesh within `radius` of a point that holds the skin next to the point. Its open ends are
-/// closed by the parts of the sphere of that radius that lie in the body. These caps are exact in shape, smooth and
-/// inside the body. They also close several parts, and rims within each other. Their faces have the sizing's edge
-/// lengths, next to the rim those of the rim. Skin farther away is left out. Skin and cap meet in an edge.
+/// The largest of the distances from a point along the axes: a cube about it of half side d is where this is < d [m].
+inline double cube_distance(const Vector3& x, const Vector3& centre) { return (x - centre).cwiseAbs().maxCoeff(); }
+
+/// Share of `reach` within which kept_within leaves the skin as it is.
+inline constexpr double kUncut = 0.9;
+
+/// The piece of a closed mesh that holds the skin nearest to a point, in the cube about the point whose sides are
+/// `reach` from it along the axes. Its open ends are closed by flat caps. Skin and cap meet in an edge. The caps, and
+/// the skin farther than kUncut of `reach` along an axis, have faces of the sizing's edge lengths.
 ///
-/// Vertices between 0.9 radius and the sphere slide along edges onto it, by at most 0.35 of an edge. The rim then has
-/// no slivers: angles are above 10 degrees except where the skin only grazes the sphere. Bulges of the skin out of the
-/// ball are ignored if they are shallower than a quarter of an edge. So are dents of the air into the ball. Parts
-/// connected by less than an edge there are separated. Faces near the sphere are halved while an edge is longer than
-/// twice the sizing's.
-///
-/// mesh      closed, oriented outwards, without self-intersections
-/// returns   a closed mesh oriented outwards, without self-intersections. Vertices within 0.9 radius keep their place,
-///           and faces of them their corners. The mesh itself if nothing is farther away
-/// throws    InputError if radius is not > 0, no skin is within half of it, or no closed surface without
-///           self-intersections results (the body cuts itself there)
-TriangleMesh kept_within(const TriangleMesh& mesh, const Vector3& point, double radius, const EdgeSizing& sizing);
+/// mesh      closed, oriented outwards
+/// returns   a closed mesh oriented outwards that does not intersect itself near the cut. Faces whose corners are all
+///           nearer than kUncut of `reach` are the mesh's own, or halves of them. The mesh itself if it is all in the
+///           cube. The cube may be up to 6 % larger or smaller than asked, where its sides graze the skin otherwise
+/// throws    InputError if reach is not > 0, no skin is within half of it, or no such cube leaves a closed surface
+///           without intersections (the body intersects itself there)
+TriangleMesh kept_within(const TriangleMesh& mesh, const Vector3& point, double reach, const EdgeSizing& sizing);
 
 }  // namespace touchfield
