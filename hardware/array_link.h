@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,7 +23,6 @@ struct LinkAbilities {
   DriveSteps steps;
   double most_frames_per_second = 0;  // that the link carries, > 0
   ModulationAbility modulation;
-  bool reads_back = false;  // read_back and read_back_modulation have something to say
   StoredAbility stored{};
 };
 
@@ -67,10 +65,6 @@ class ArrayLink {
   virtual void play_stored(std::size_t count, double rate);
   /// Notices a device that went away while nothing was sent; called several times per second while a frame is held.
   virtual void check() {}
-  /// What the device says it emits; nothing if it cannot say.
-  virtual std::optional<DriveFrame> read_back() { return std::nullopt; }
-  /// The modulation buffer the device says it holds; nothing if it cannot say.
-  virtual std::optional<std::vector<std::uint8_t>> read_back_modulation() { return std::nullopt; }
   /// Every transducer off, committed, and on its way out of this machine when the call returns.
   virtual void quiet() = 0;
   /// Lets go of the device. Does not quiet it. Errors are swallowed: nothing can be done about them.

@@ -14,8 +14,7 @@ namespace {
 
 constexpr const char* kForms =
     "dry-run[:FILE][?levels=256], sonicsurface:PORT[?firmware=primary|secondary|tactile&order=fpga|natural], "
-    "autd3-udp, autd3-udp:INTERFACE, autd3-udp:HOST:PORT, "
-    "autd3-legacy:audit, autd3-legacy:nop, autd3-legacy:remote:HOST:PORT or autd3-legacy:twincat";
+    "autd3-udp, autd3-udp:INTERFACE or autd3-udp:HOST:PORT";
 
 /// A link text cut into its parts, and the refusals that quote it.
 struct LinkText {
@@ -93,21 +92,6 @@ void read_host(LinkText& link, const std::string& where, const char* form, LinkA
   address.port = link.number("the port", std::string_view(where).substr(last + 1), 1, 65535);
 }
 
-void read_autd3_legacy(LinkText& link, LinkAddress& address) {
-  const auto colon = link.place.find(':');
-  address.mode = link.place.substr(0, colon);
-  if (address.mode == "remote") {
-    read_host(link, colon == std::string::npos ? "" : link.place.substr(colon + 1), "autd3-legacy:remote:HOST:PORT",
-              address);
-  } else if (link.place != "audit" && link.place != "nop" && link.place != "twincat") {
-    link.refuse("autd3-legacy goes by audit, nop, remote:HOST:PORT or twincat");
-  }
-  if (address.mode == "audit") {
-    const std::string after = link.take("break_after", "");
-    address.break_after = after.empty() ? -1 : link.number("break_after", after, 0, 1'000'000);
-  }
-}
-
 }  // namespace
 
 LinkAddress parse_link_address(const std::string& text) {
@@ -134,11 +118,6 @@ LinkAddress parse_link_address(const std::string& text) {
     } else {
       read_host(link, link.place, "autd3-udp:HOST:PORT", address);
     }
-  } else if (link.scheme == "autd3-legacy") {
-    address.kind = LinkAddress::Kind::kAutd3Legacy;
-    read_autd3_legacy(link, address);
-  } else if (link.scheme == "autd3") {
-    link.refuse("is now autd3-udp for units with firmware 0.10 and later, and autd3-legacy for firmware 12.1");
   } else {
     link.refuse(fmt::format("must be {}", kForms));
   }

@@ -22,19 +22,16 @@ enum class SonicsurfaceOrder {
 ///   dry-run[:FILE][?levels=256|32|16]
 ///   sonicsurface:PORT[?firmware=primary|secondary|tactile][&order=fpga|natural]
 ///   autd3-udp | autd3-udp:INTERFACE | autd3-udp:HOST:PORT
-///   autd3-legacy:audit[?break_after=N] | autd3-legacy:nop | autd3-legacy:remote:HOST:PORT | autd3-legacy:twincat
 struct LinkAddress {
-  enum class Kind { kDryRun, kSonicsurface, kAutd3Udp, kAutd3Legacy };
+  enum class Kind { kDryRun, kSonicsurface, kAutd3Udp };
 
   Kind kind = Kind::kDryRun;
   std::string path;  // file or port; empty: a dry run that writes nothing
   int levels = 256;  // phases of a dry run, 2..256
   SonicsurfaceFirmware firmware = SonicsurfaceFirmware::kPrimary;
   SonicsurfaceOrder order = SonicsurfaceOrder::kFpga;
-  std::string mode;  // of autd3-legacy: audit, nop, remote, twincat
-  std::string host;  // of autd3-legacy remote and of autd3-udp: with port 0 a network interface, or empty: whichever
+  std::string host;  // of autd3-udp: with port 0 a network interface, or empty: whichever
   int port = 0;
-  int break_after = -1;  // of audit: the frame before which the link breaks on purpose, from 0; negative: never
 };
 
 /// throws   InputError naming what is wrong and what there is

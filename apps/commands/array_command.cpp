@@ -39,11 +39,7 @@ constexpr const char* kLinks[][2] = {
     {"sonicsurface:PORT[?firmware=primary|secondary|tactile&order=fpga|natural]", "16 x 16 at 10.5 mm, a serial port"},
     {"autd3-udp", "AUTD3 units, firmware 0.10 to 0.12, on the network interface where they answer"},
     {"autd3-udp:INTERFACE", "the same on a network interface, e.g. eth0"},
-    {"autd3-udp:HOST:PORT", "the same at an IPv6 address: the vendor's emulator"},
-    {"autd3-legacy:audit", "the AUTD3 vendor's emulator of firmware 12.1; all autd3-legacy links need --library"},
-    {"autd3-legacy:nop", "no AUTD3 units: nothing is sent"},
-    {"autd3-legacy:remote:HOST:PORT", "AUTD3 units, firmware 12.1, on another machine, or the vendor's simulator"},
-    {"autd3-legacy:twincat", "AUTD3 units, firmware 12.1, on this machine's EtherCAT"}};
+    {"autd3-udp:HOST:PORT", "the same at an IPv6 address: the vendor's emulator"}};
 
 std::vector<std::string> serial_ports() {
   std::vector<std::string> ports;
@@ -105,8 +101,7 @@ Json device_value(const ArrayCommand& command) {
           {"intensity_levels", abilities.steps.intensity_levels},
           {"frames_per_second", abilities.most_frames_per_second},
           {"modulation_samples_per_second", abilities.modulation.rate},
-          {"own_modulation_hz", abilities.modulation.own_frequencies},
-          {"reads_back", abilities.reads_back}};
+          {"own_modulation_hz", abilities.modulation.own_frequencies}};
 }
 
 int list(const ArrayCommand& command, const CommonFlags& flags) {

@@ -41,10 +41,6 @@ void add_device(CLI::App* command, DeviceOptions& options) {
                    "list` shows all")
       ->type_name("LINK")
       ->capture_default_str();
-  command
-      ->add_option("--library", options.device.library,
-                   "The AUTD3 vendor's library for autd3-legacy, or the folder that holds it")
-      ->type_name(kAnyFile);
 }
 
 void add_emission(CLI::App* command, DeviceOptions& options) {

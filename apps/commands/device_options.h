@@ -16,7 +16,7 @@ struct DeviceOptions {
   std::string samples;  // file of modulation samples
 };
 
-/// --to and --library.
+/// --to.
 void add_device(CLI::App* command, DeviceOptions& options);
 /// --emit, the level, the caps and the modulation; not the time nor the rate.
 void add_emission(CLI::App* command, DeviceOptions& options);

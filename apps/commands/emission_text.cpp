@@ -19,10 +19,9 @@ std::string outcome(const EmissionReport& report) {
     return fmt::format("nothing was sent: {}{}", report.dry ? "a dry run" : "add --emit to emit sound",
                        report.gaps.longest > kLongestGap ? "; an emission would have stopped at the longest gap" : "");
   }
-  return std::string(report.quiet     ? "the array is quiet"
-                     : report.failure ? "ended by an error"
-                                      : "stopped by the guard, which says how it left the array") +
-         (report.quiet && report.read_back ? "; every byte was read back and is equal" : "");
+  return report.quiet     ? "the array is quiet"
+         : report.failure ? "ended by an error"
+                          : "stopped by the guard, which says how it left the array";
 }
 
 }  // namespace
@@ -53,8 +52,7 @@ Json emission_value(const EmissionReport& report) {
                   {"dropped", report.play.dropped},
                   {"late", report.play.late},
                   {"worst_delay_s", report.play.worst_delay},
-                  {"seconds_played", report.play.seconds},
-                  {"read_back", report.read_back}});
+                  {"seconds_played", report.play.seconds}});
   }
   value["outcome"] = outcome(report);
   return value;

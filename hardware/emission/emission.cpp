@@ -37,23 +37,11 @@ Gaps worst(const Gaps& a, const Gaps& b) { return {std::max(a.count, b.count), s
 void play_guarded(const EmissionPlan& plan, const Playing& playing, const Modulation& modulation, GuardedLink& link,
                   StopSignals& signals, EmissionReport& report) {
   std::optional<SignalledPace> pace;
-  const auto observer = [&](std::size_t n, const DriveFrame& frame) {
-    if (report.read_back) {
-      require_read_back(frame, link);
-    }
-    if (plan.observer) {
-      plan.observer(n, frame);
-    }
-  };
   try {
     link.open();
     link.set_modulation(modulation);
-    report.read_back = link.abilities().reads_back;
-    if (report.read_back) {
-      require_read_back(modulation, link);
-    }
     pace.emplace(signals, true);
-    playing(link, *pace, observer);
+    playing(link, *pace, plan.observer);
     report.quiet = true;
     pace->end();
     if (pace->overslept()) {
@@ -165,50 +153,18 @@ double permitted_rate(const EmissionRequest& request, const LinkAbilities& abili
   return request.rate;
 }
 
-void require_read_back(const DriveFrame& sent, ArrayLink& link) {
-  const std::optional<DriveFrame> held = link.read_back();
-  if (!held || *held == sent) {
-    return;
-  }
-  std::size_t n = 0;
-  while (n < sent.size() && n < held->size() && sent.phase[n] == held->phase[n] &&
-         sent.intensity[n] == held->intensity[n]) {
-    ++n;
-  }
-  throw DeviceError(
-      fmt::format("{}: the pattern that was read back differs from the one that was sent, from transducer {} on",
-                  link.describe(), n));
-}
-
-void require_read_back(const Modulation& sent, ArrayLink& link) {
-  const std::optional<std::vector<std::uint8_t>> held = link.read_back_modulation();
-  if (!held) {
-    return;
-  }
-  const std::vector<std::uint8_t> wanted = modulation_samples(sent, link.abilities().modulation);
-  bool same = !held->empty() && held->size() % wanted.size() == 0;
-  for (std::size_t k = 0; same && k < held->size(); ++k) {
-    same = (*held)[k] == wanted[k % wanted.size()];
-  }
-  if (!same) {
-    throw DeviceError(
-        fmt::format("{}: the modulation that was read back differs from the one that was sent", link.describe()));
-  }
-}
-
 ArrayLayout layout_of(const TransducerArray& array) {
   return {array.positions, array.axes, array.device, array.channel};
 }
 
 std::unique_ptr<ArrayLink> local_link(const DeviceChoice& device, const ArrayLayout& array, std::size_t frames) {
-  return make_link({device.link, device.library, array, frames, device.replace});
+  return make_link({device.link, array, frames, device.replace});
 }
 
 EmissionReport emit(const EmissionPlan& plan) {
   EmissionReport report;
   report.link = plan.device.link;
   report.dry = parse_link_address(plan.device.link).kind == LinkAddress::Kind::kDryRun;
-  // Before a library can start threads of its own, which would take the signals.
   std::optional<StopSignals> own;
   StopSignals* signals = plan.signals;
   if (signals == nullptr && plan.emit && !report.dry) {
@@ -263,7 +219,7 @@ EmissionReport emit(const EmissionPlan& plan) {
     link.quiet();
   };
   if (plan.emit && !report.dry) {
-    GuardedLink link(plan.watchdog, {plan.device.link, plan.device.library, plan.array, report.frames, false},
+    GuardedLink link(plan.watchdog, {plan.device.link, plan.array, report.frames, false},
                      {report.level, report.seconds});
     report.emitted = true;
     play_guarded(plan, playing, modulation, link, *signals, report);

@@ -50,20 +50,9 @@ double permitted_seconds(const EmissionRequest& request, std::size_t frames);
 /// throws   InputError if it is not positive or more than the device carries
 double permitted_rate(const EmissionRequest& request, const LinkAbilities& abilities, const std::string& device);
 
-/// Asks a device for the pattern it emits, and refuses one that is not what was sent. A device that cannot say passes.
-///
-/// throws   DeviceError naming the first transducer that differs
-void require_read_back(const DriveFrame& sent, ArrayLink& link);
-
-/// The same of its modulation buffer, which may hold the samples several times over.
-///
-/// throws   DeviceError
-void require_read_back(const Modulation& sent, ArrayLink& link);
-
 /// Which device, and what its carrier is modulated by.
 struct DeviceChoice {
   std::string link = "dry-run";                      // see LinkAddress
-  std::string library;                               // of autd3-legacy
   bool replace = false;                              // the files of a dry run that are there
   std::optional<double> frequency;                   // of a sine that modulates [Hz]
   double depth = 1;                                  // of that sine
@@ -116,7 +105,6 @@ struct EmissionReport {
   PlayReport play;             // if emitted, or a stream
   Gaps gaps;                   // the same: of this program or, if that has more, of the guard
   std::exception_ptr failure;  // the DeviceError that ended the emission before its time; null: none
-  bool read_back = false;      // every frame and the modulation, and equal
   int signal = 0;              // that ended the emission; 0: none
 };
 

@@ -38,7 +38,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(StoredPlay, count, rate)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(StoredAbility, most_frames, clock, fewest_periods, most_periods)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DriveSteps, phase_levels, intensity_levels)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ModulationAbility, rate, most_samples, own_frequencies)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LinkAbilities, steps, most_frames_per_second, modulation, reads_back, stored)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LinkAbilities, steps, most_frames_per_second, modulation, stored)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SineModulation, frequency, depth)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SampledModulation, samples, rate)
 
@@ -74,7 +74,7 @@ void from_json(const Json& message, ArrayLayout& layout) {
   read_numbers(message.at("channel"), layout.channel);
 }
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LinkSettings, address, library, array, frames, replace)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LinkSettings, address, array, frames, replace)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GuardStart, limits, settings)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GuardedDevice, description, abilities, layout, guard)
 
@@ -96,7 +96,6 @@ Value unpacked(const GuardBytes& bytes) {
   template GuardBytes packed(const Value&); \
   template Value unpacked(const GuardBytes&);
 TOUCHFIELD_GUARD_VALUE(std::string)
-TOUCHFIELD_GUARD_VALUE(GuardBytes)
 TOUCHFIELD_GUARD_VALUE(DriveFrame)
 TOUCHFIELD_GUARD_VALUE(StoredFrames)
 TOUCHFIELD_GUARD_VALUE(StoredPlay)

@@ -13,17 +13,15 @@ namespace touchfield {
 
 /// What a link's owner asks its guard for, and what goes with it -> with the answer. Every request is answered.
 enum class GuardRequest : std::uint8_t {
-  kStart,               // GuardStart -> GuardedDevice
-  kOpen,                //
-  kModulation,          // Modulation
-  kSend,                // DriveFrame
-  kStore,               // StoredFrames
-  kPlayStored,          // StoredPlay
-  kCheck,               //
-  kReadBack,            // -> DriveFrame, or nothing
-  kReadBackModulation,  // -> bytes, or nothing
-  kQuiet,               //
-  kClose,               // and end -> Gaps, of the guard while the device could emit
+  kStart,       // GuardStart -> GuardedDevice
+  kOpen,        //
+  kModulation,  // Modulation
+  kSend,        // DriveFrame
+  kStore,       // StoredFrames
+  kPlayStored,  // StoredPlay
+  kCheck,       //
+  kQuiet,       //
+  kClose,       // and end -> Gaps, of the guard while the device could emit
 };
 
 /// The answer; with anything but kDone goes a text.

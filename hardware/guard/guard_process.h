@@ -39,8 +39,8 @@ struct Quieting {
   std::string text;  // "the array is quiet after 3 ms", or why it is not
 };
 
-/// Quiets an open device and asks it whether it is quiet, where it can tell. The device stays open. The system may
-/// block the caller that closes a stalled line, and the result is to be reported before that.
+/// Quiets an open device, which stays open. The system may block the caller that closes a stalled line, and the result
+/// is to be reported before that.
 Quieting quieted(ArrayLink& link);
 
 /// "; the array may still be on: switch off its supply": said wherever nobody can tell.

@@ -53,16 +53,6 @@ void GuardedLink::play_stored(std::size_t count, double rate) {
 
 void GuardedLink::check() { ask(GuardRequest::kCheck); }
 
-std::optional<DriveFrame> GuardedLink::read_back() {
-  const GuardBytes frame = ask(GuardRequest::kReadBack);
-  return frame.empty() ? std::nullopt : std::optional(unpacked<DriveFrame>(frame));
-}
-
-std::optional<std::vector<std::uint8_t>> GuardedLink::read_back_modulation() {
-  const GuardBytes samples = ask(GuardRequest::kReadBackModulation);
-  return samples.empty() ? std::nullopt : std::optional(unpacked<GuardBytes>(samples));
-}
-
 void GuardedLink::quiet() { ask(GuardRequest::kQuiet); }
 
 void GuardedLink::close() noexcept {

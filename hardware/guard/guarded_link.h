@@ -41,8 +41,6 @@ class GuardedLink final : public ArrayLink {
   void store(std::size_t first, const std::vector<DriveFrame>& frames) override;
   void play_stored(std::size_t count, double rate) override;
   void check() override;
-  std::optional<DriveFrame> read_back() override;
-  std::optional<std::vector<std::uint8_t>> read_back_modulation() override;
   void quiet() override;
   void close() noexcept override;
   /// Of the guard, once it is closed: when it did not look after the array.

@@ -1,7 +1,6 @@
 #include "hardware/links/autd3_udp_link.h"
 
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <utility>
 
@@ -17,8 +16,6 @@ using namespace autd3_udp;
 namespace {
 
 constexpr std::size_t kMostUnits = 255;  // their numbers are bytes
-constexpr double kCarrierClock = 40e3;   // [Hz] that plays stored frames
-constexpr double kMostUdpFrames = 800;   // per second: each is confirmed before the next
 // With the time that it takes to find out why a unit does not answer, within kLinkUdpPatience.
 constexpr double kUdpPatience = 0.08;  // [s]
 
@@ -33,13 +30,6 @@ Autd3UdpLink::Autd3UdpLink(std::string host, int port, const std::vector<UnitPla
 
 std::string Autd3UdpLink::describe() const {
   return fmt::format("autd3-udp: {} unit{} on {}", chain_.size(), chain_.size() == 1 ? "" : "s", chain_.place());
-}
-
-LinkAbilities Autd3UdpLink::abilities() const {
-  LinkAbilities can = autd3_abilities(kMostUdpFrames);
-  // No faster than the smoothing of phases.
-  can.stored = {kMostStored, kCarrierClock, kAutd3PhaseSteps, std::numeric_limits<std::uint16_t>::max()};
-  return can;
 }
 
 void Autd3UdpLink::open() {

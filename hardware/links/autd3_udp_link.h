@@ -6,6 +6,7 @@
 
 #include "hardware/array_link.h"
 #include "hardware/links/autd3_udp_chain.h"
+#include "hardware/links/autd3_units.h"
 
 namespace touchfield {
 
@@ -23,7 +24,7 @@ class Autd3UdpLink final : public ArrayLink {
 
   std::string describe() const override;
   const ArrayLayout& layout() const override { return layout_; }
-  LinkAbilities abilities() const override;
+  LinkAbilities abilities() const override { return autd3_abilities(); }
   /// throws   DeviceError also on a firmware that is not known, and on another number of units
   void open() override;
   void take_over() override;

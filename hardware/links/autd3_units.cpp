@@ -2,10 +2,12 @@
 
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include "hardware/links/autd3_udp_protocol.h"
 #include "sim/core/errors.h"
 
 namespace touchfield {
@@ -15,6 +17,8 @@ namespace {
 constexpr std::size_t kFewestSamples = 2;   // in the firmware's modulation buffer
 constexpr std::size_t kMostSamples = 4000;  // it holds more, but they would not be in it within kLinkPatience
 constexpr double kAxisTolerance = 1e-5;     // [rad]
+constexpr double kCarrierClock = 40e3;      // [Hz] that plays stored frames
+constexpr double kMostUdpFrames = 800;      // per second: each is confirmed before the next
 
 // Column of each channel of each device in the layout.
 std::vector<std::vector<Eigen::Index>> columns_of(const ArrayLayout& layout, Eigen::Index per_unit) {
@@ -46,17 +50,19 @@ std::vector<std::vector<Eigen::Index>> columns_of(const ArrayLayout& layout, Eig
 
 }  // namespace
 
-LinkAbilities autd3_abilities(double most_frames_per_second) {
+LinkAbilities autd3_abilities() {
   LinkAbilities can;
   can.steps = {.phase_levels = 256, .intensity_levels = 256};
-  can.most_frames_per_second = most_frames_per_second;
+  can.most_frames_per_second = kMostUdpFrames;
   can.modulation.rate = kAutd3ModulationRate;
   can.modulation.most_samples = kMostSamples;
+  // No faster than the smoothing of phases.
+  can.stored = {autd3_udp::kMostStored, kCarrierClock, kAutd3PhaseSteps, std::numeric_limits<std::uint16_t>::max()};
   return can;
 }
 
 std::vector<std::uint8_t> autd3_samples(const Modulation& modulation, const std::string& device) {
-  const ModulationAbility ability = autd3_abilities(1).modulation;
+  const ModulationAbility ability = autd3_abilities().modulation;
   require_ability(modulation, ability, device);
   std::vector<std::uint8_t> samples = modulation_samples(modulation, ability);
   if (samples.size() < kFewestSamples) {

@@ -24,8 +24,8 @@ inline constexpr int kAutd3IntensitySteps = 10;
 /// Farthest that a transducer may be from where it is expected [m].
 inline constexpr double kAutd3PositionTolerance = 1e-6;
 
-/// What AUTD3 units can do, of any firmware: they take 256 steps of phase and intensity and up to 4000 samples.
-LinkAbilities autd3_abilities(double most_frames_per_second);
+/// What AUTD3 units can do. They take 256 steps of phase and intensity, up to 4000 samples, and frames to repeat.
+LinkAbilities autd3_abilities();
 
 /// The samples of a modulation; a single one twice, as the firmware takes no fewer than two.
 ///

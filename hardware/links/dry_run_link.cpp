@@ -41,10 +41,7 @@ std::string DryRunFiles::of(std::size_t frame) const {
 }
 
 DryRunLink::DryRunLink(ArrayLayout array, int phase_levels, DryRunFiles files)
-    : array_(std::move(array)),
-      phase_levels_(phase_levels),
-      files_(std::move(files)),
-      last_(quiet_frame(static_cast<std::size_t>(array_.positions.cols()))) {}
+    : array_(std::move(array)), phase_levels_(phase_levels), files_(std::move(files)) {}
 
 std::string DryRunLink::describe() const {
   return fmt::format("dry run of {} transducers{}", array_.positions.cols(),
@@ -52,7 +49,7 @@ std::string DryRunLink::describe() const {
 }
 
 LinkAbilities DryRunLink::abilities() const {
-  return {{phase_levels_, 256}, kFramesPerSecond, {kModulationRate, kModulationSamples, {}}, true};
+  return {{phase_levels_, 256}, kFramesPerSecond, {kModulationRate, kModulationSamples, {}}};
 }
 
 void DryRunLink::open() {
@@ -71,7 +68,7 @@ void DryRunLink::open() {
 }
 
 void DryRunLink::set_modulation(const Modulation& modulation) {
-  modulation_ = modulation_samples(modulation, abilities().modulation);
+  require_ability(modulation, abilities().modulation, describe());
 }
 
 void DryRunLink::send(const DriveFrame& frame) {
@@ -79,7 +76,6 @@ void DryRunLink::send(const DriveFrame& frame) {
   if (!files_.file.empty()) {
     write_atomically(files_.of(written_++), {frame_text(frame, abilities().steps)});
   }
-  last_ = frame;
 }
 
 }  // namespace touchfield

@@ -32,8 +32,6 @@ class DryRunLink final : public ArrayLink {
   /// Its file appears whole or not at all.
   /// throws   IoError if it cannot be written
   void send(const DriveFrame& frame) override;
-  std::optional<DriveFrame> read_back() override { return last_; }
-  std::optional<std::vector<std::uint8_t>> read_back_modulation() override { return modulation_; }
   void quiet() override {}
   void close() noexcept override {}
 
@@ -42,8 +40,6 @@ class DryRunLink final : public ArrayLink {
   int phase_levels_;
   DryRunFiles files_;
   std::size_t written_ = 0;
-  DriveFrame last_;
-  std::vector<std::uint8_t> modulation_;
 };
 
 }  // namespace touchfield

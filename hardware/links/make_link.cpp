@@ -2,7 +2,6 @@
 
 #include <stdexcept>
 
-#include "hardware/links/autd3_link.h"
 #include "hardware/links/autd3_udp_link.h"
 #include "hardware/links/autd3_units.h"
 #include "hardware/links/dry_run_link.h"
@@ -27,20 +26,6 @@ std::unique_ptr<ArrayLink> make_link(const LinkSettings& settings) {
       return std::make_unique<Autd3UdpLink>(
           address.host, address.port,
           has_array ? autd3_placements(settings.array) : std::vector<UnitPlacement>{UnitPlacement{}});
-    case LinkAddress::Kind::kAutd3Legacy: {
-      Autd3Options options;
-      options.library = settings.library;
-      options.mode = address.mode;
-      if (address.mode == "remote") {
-        options.host = address.host;
-        options.port = address.port;
-      }
-      options.break_after = address.break_after;
-      if (has_array) {
-        options.units = autd3_placements(settings.array);
-      }
-      return std::make_unique<Autd3Link>(options);
-    }
   }
   throw std::logic_error("unknown link");
 }

@@ -40,8 +40,7 @@ std::string SonicsurfaceLink::describe() const {
 LinkAbilities SonicsurfaceLink::abilities() const {
   return {{sonicsurface::phase_levels(firmware_), 2},
           sonicsurface::kFramesPerSecond,
-          {0, 0, sonicsurface::modulation_frequencies(firmware_)},
-          false};
+          {0, 0, sonicsurface::modulation_frequencies(firmware_)}};
 }
 
 void SonicsurfaceLink::open() {

@@ -54,7 +54,6 @@ nb::dict report_dict(const EmissionReport& report) {
   values["sent"] = report.play.sent;
   values["dropped"] = report.play.dropped;
   values["late"] = report.play.late;
-  values["read_back"] = report.read_back;
   values["signal"] = report.signal;
   return values;
 }
@@ -63,11 +62,10 @@ nb::dict report_dict(const EmissionReport& report) {
 /// thread: in a process made for it (touchfield/_emission.py), which takes its signals.
 nb::dict send(const SharedArray& array, nb::handle phases, nb::handle amplitudes, const std::string& to, double rate,
               std::optional<double> seconds, bool repeat, std::optional<double> level, double most_level,
-              double most_seconds, std::optional<double> modulation, double depth, const std::string& library,
-              bool force, const std::vector<std::string>& watchdog) {
+              double most_seconds, std::optional<double> modulation, double depth, bool force,
+              const std::vector<std::string>& watchdog) {
   EmissionPlan plan;
   plan.device.link = to;
-  plan.device.library = library;
   plan.device.replace = force;
   plan.device.frequency = modulation;
   plan.device.depth = depth;
@@ -100,12 +98,12 @@ void add_emission(nb::module_& module) {
       nb::arg("to") = DeviceChoice{}.link, nb::arg("rate") = 10.0, nb::arg("seconds") = nb::none(),
       nb::arg("repeat") = usual.repeat, nb::arg("level") = nb::none(), nb::arg("max_level") = usual.most_level,
       nb::arg("max_seconds") = usual.most_seconds, nb::arg("modulation") = nb::none(),
-      nb::arg("depth") = DeviceChoice{}.depth, nb::arg("library") = "", nb::arg("force") = false,
+      nb::arg("depth") = DeviceChoice{}.depth, nb::arg("force") = false,
       nb::arg("watchdog") = std::vector<std::string>(),
       nb::sig("def send(array: Array, phases: numpy.typing.ArrayLike, amplitudes: numpy.typing.ArrayLike, *, to: "
               "str = 'dry-run', rate: float = 10.0, seconds: float | None = None, repeat: bool = False, level: "
               "float | None = None, max_level: float = ..., max_seconds: float = ..., modulation: float | None "
-              "= None, depth: float = ..., library: str = '', force: bool = False, watchdog: list[str] = []) -> "
+              "= None, depth: float = ..., force: bool = False, watchdog: list[str] = []) -> "
               "dict[str, typing.Any]"),
       "Checks and rounds frames of phases and amplitudes for a device, as `touchfield send`.");
   module.def(

@@ -60,7 +60,7 @@ SharedRun run(nb::handle scene, nb::handle set, const std::optional<std::string>
                   });
 }
 
-Scene scene_of(const Run& run) { return read_resolved_scene(run.scene, "run " + run.name, {}); }
+Scene scene_of(const Run& run) { return read_scene_text(run.scene, "run " + run.name, ""); }
 
 void save_folder(Run run, const std::string& path, bool force, Progress& progress) {
   const Scene scene = scene_of(run);

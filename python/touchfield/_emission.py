@@ -61,7 +61,7 @@ def _of_results(source, method):
 
 
 def send(source, drives=None, *, method=None, to="dry-run", emit=False, rate=10.0, seconds=None, repeat=False, level=None, max_level=0.5,
-         max_seconds=10.0, modulation=None, depth=1.0, library="", force=False):
+         max_seconds=10.0, modulation=None, depth=1.0, force=False):
     """Checks and rounds phases for a device, by the rules of `touchfield send`. Emits no sound unless `emit` is true.
 
     Parameters
@@ -90,8 +90,6 @@ def send(source, drives=None, *, method=None, to="dry-run", emit=False, rate=10.
         Frequency of a sine that modulates the amplitude [Hz].
     depth : float
         Of that modulation.
-    library : str
-        The AUTD3 vendor's library, or the folder that holds it.
     force : bool
         Whether existing files of a dry run are replaced.
 
@@ -126,7 +124,7 @@ def send(source, drives=None, *, method=None, to="dry-run", emit=False, rate=10.
         array, phases, amplitudes = _of_results(source, method)
         array = array._core
     options = {"to": to, "rate": rate, "seconds": seconds, "repeat": repeat, "level": level, "max_level": max_level,
-               "max_seconds": max_seconds, "modulation": modulation, "depth": depth, "library": library, "force": force}
+               "max_seconds": max_seconds, "modulation": modulation, "depth": depth, "force": force}
     if not emit:
         return _core.send(array, phases, amplitudes, **options)
     child = subprocess.Popen(_process("touchfield._emission._emit()"), stdin=subprocess.PIPE, stdout=subprocess.PIPE)

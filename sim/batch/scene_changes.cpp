@@ -74,7 +74,7 @@ class Comparison {
 
   /// An entry of one scene alone, beside what the other means without it.
   void add_unshared(const std::string& path, const KeyInfo* key, const Node& value, bool in_a) {
-    const std::string meant = key == nullptr ? "" : key->before.empty() ? key->fallback : key->before;
+    const std::string meant = key == nullptr ? "" : key->fallback;
     std::optional<std::string> other;
     if (!meant.empty()) {
       const Node absent = schema::parse_yaml(meant, 0);

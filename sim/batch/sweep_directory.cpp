@@ -165,7 +165,7 @@ bool is_folder(const fs::path& path) {  // no link to one
 /// Gives a finished case its place. What was there goes, but for files that no case wrote, which move to the new one
 /// unless it has a file of that name.
 void put_in_place(const fs::path& finished, const fs::path& place) {
-  std::set<std::string> own = {kRecordName, "run.log", "files.json"};  // the latter two of earlier versions
+  std::set<std::string> own = {kRecordName};
   try {
     const std::string path = (place / kRecordName).string();
     for (const SweepRecord::File& file : record_from_json(read_whole_file(path, kMostRecordBytes), path).files) {
@@ -210,12 +210,6 @@ SweepDirectory SweepDirectory::open(const std::string& path, const SweepIdentity
   SweepDirectory directory(path, shared);
   if (fs::exists(path + "/sweep.json")) {
     const SweepIdentity kept = read_identity(path);
-    if (kept.version < kPlanVersion) {
-      throw InputError(
-          fmt::format("output directory {} holds a sweep of an earlier version, which read scenes differently; "
-                      "continue it with that version, or give another with -o",
-                      path));
-    }
     if (kept.hash != identity.hash) {
       throw InputError(fmt::format("output directory {} holds another sweep: {}; give another with -o", path,
                                    difference(kept, identity)));
@@ -289,13 +283,8 @@ SweepIdentity read_identity(const std::string& directory) {
     const Json json = json_from_text<Json>(read_whole_file(path, kMostRecordBytes));
     require(json.at("format") == kPlanFormat, "{}: is not the plan of a sweep (its format must be {})", path,
             kPlanFormat);
-    const int version = json.at("format_version").get<int>();
-    if (version > kPlanVersion) {
-      throw InputError(newer_format(path, version, kPlanVersion));
-    }
-    require(version >= 1, "{}: format_version = {} must be >= 1", path, version);
+    require_format(path, json.at("format_version").get<int>(), kPlanVersion);
     SweepIdentity identity;
-    identity.version = version;
     identity.name = json.at("name").get<std::string>();
     identity.hash = json.at("hash").get<std::string>();
     identity.parameters = json.at("parameters").get<std::vector<std::string>>();

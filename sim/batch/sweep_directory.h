@@ -13,7 +13,6 @@ namespace touchfield {
 /// What a sweep set out to do, as sweep.json in its directory keeps it; without `base`, the path of the scene file.
 struct SweepIdentity : SweepPlan {
   std::string hash;  // plan_hash
-  int version = 3;   // of sweep.json
 };
 
 /// What the cases of a directory came to.
@@ -27,7 +26,7 @@ struct CaseRecords {
 ///   sweep.json            the plan; there before the first case
 ///   cases/00001/          a case: its run and case.json, there whole or not at all; an empty folder is no case
 ///   cases/.00002.PID/     one that is being computed
-///   sweep.lock            locked with the directory by processes that compute: for other machines and version 0.2
+///   sweep.lock            locked with the directory by processes that compute: for other machines
 ///   sweep.csv             the table
 ///
 /// Everything lands by a rename after it has been flushed to the disk. Nothing outside of the directory is written to
@@ -38,9 +37,8 @@ class SweepDirectory {
   ///
   /// shared   with other processes that compute other cases of the sweep and share it too; else what killed ones left
   ///          is removed
-  /// throws   InputError if it holds another plan than this one (naming the first difference), or one of an earlier
-  ///          version, whose scenes meant something else; if another process works in it, or if it cannot be made or
-  ///          written to
+  /// throws   InputError if it holds another plan than this one (naming the first difference), or a file of another
+  ///          version; if another process works in it, or if it cannot be made or written to
   static SweepDirectory open(const std::string& path, const SweepIdentity& identity, bool shared = false);
 
   const std::string& path() const { return own_.path(); }

@@ -9,6 +9,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include "sim/core/errors.h"
 #include "version_data.h"
 
 namespace touchfield {
@@ -17,10 +18,11 @@ BuildInfo build_info() {
   return {TOUCHFIELD_VERSION, TOUCHFIELD_REVISION, TOUCHFIELD_COMPILER, TOUCHFIELD_FLAGS, TOUCHFIELD_BUILD_TYPE};
 }
 
-std::string newer_format(const std::string& path, int version, int newest) {
-  return fmt::format(
-      "{}: format version {} is newer than {}, the newest that touchfield {} reads: a newer touchfield reads it", path,
-      version, newest, build_info().version);
+void require_format(const std::string& path, int version, int own) {
+  if (version != own) {
+    throw InputError(fmt::format("{}: format version {} is not {}, the one that this program reads: {} reads it", path,
+                                 version, own, version < own ? "touchfield 0.3.0" : "a newer touchfield"));
+  }
 }
 
 std::string machine_description() {

@@ -15,9 +15,8 @@ struct BuildInfo {
 
 BuildInfo build_info();
 
-/// What is said of a file whose format version this program does not read yet.
-/// newest   that it reads
-std::string newer_format(const std::string& path, int version, int newest);
+/// throws   InputError naming the release that reads the file, unless its format version is the one of this program
+void require_format(const std::string& path, int version, int own);
 
 /// Host name, processor and core count of the machine this runs on, in one line.
 std::string machine_description();

@@ -8,15 +8,6 @@ namespace touchfield::schema {
 
 namespace {
 
-Codec<JudgeSpec::Whole> whole_codec() {
-  using Whole = JudgeSpec::Whole;
-  const auto decided = kept_as<Whole, bool>(
-      flag(), [](const Input&, const bool& yes) { return std::optional(yes ? Whole::kYes : Whole::kNo); },
-      [](const Whole& whole) { return whole == Whole::kYes; });
-  return either<Whole>(choice<Whole>({{"auto", Whole::kAuto}}), decided,
-                       [](const Whole& whole) { return whole == Whole::kAuto; });
-}
-
 Codec<JudgeSpec> own_model_codec() {
   return Map<JudgeSpec>()
       .key("scheme", &JudgeSpec::scheme, scheme_codec(), "Scheme of the evaluation mesh.")
@@ -24,13 +15,6 @@ Codec<JudgeSpec> own_model_codec() {
           "edge_mm", &JudgeSpec::edge, edge_codec(), "1.4",
           fmt::format("Edge length of an evaluation mesh [mm], as edge_mm of a body; for a hand {}.", kHandEdge.text()))
       .written_if([](const JudgeSpec& judge) { return judge.kind == JudgeSpec::Kind::kEdge; })
-      .maybe(
-          "whole", &JudgeSpec::whole, whole_codec(), "true",
-          fmt::format(
-              "Deprecated: the evaluation mesh has whole bodies, except with beyond: nothing. There true adds the skin "
-              "that is left out, and auto adds it if the mesh then has no more than {} faces. Only with edge_mm.",
-              kWholeFaces))
-      .written_if([](const JudgeSpec& judge) { return judge.whole != JudgeSpec::Whole::kUnsaid; })
       .maybe("split", &JudgeSpec::splits, integer(between(1, 2)), "1",
              "The solving mesh, with every face split into four this many times; instead of edge_mm.")
       .exactly_one({"edge_mm", "split"})
@@ -65,9 +49,6 @@ bool check_judge(const Input& in, const Scene& scene) {
   }
   const Input judge = in.at(*entry);
   bool good = true;
-  if (scene.judge.kind == JudgeSpec::Kind::kSplit && scene.judge.whole == JudgeSpec::Whole::kYes) {
-    good = judge.key("whole").problem("cannot be true with split, which uses the solving mesh");
-  }
   if (scene.judge.kind == JudgeSpec::Kind::kEdge && !scene.bodies.empty()) {
     good = check_near(judge.key("edge_mm"), landmark_names(scene.bodies)) && good;
   }

@@ -14,35 +14,8 @@ namespace touchfield {
 
 namespace {
 
-using schema::Node;
-
-/// Writes out what an earlier version meant by saying nothing.
-void add_earlier_meanings(Node& node, const schema::TypeInfo& type) {
-  const schema::TypeInfo* list = schema::of_kind(type, schema::TypeInfo::Kind::kList);
-  for (std::size_t i = 0; list != nullptr && i < node.items.size(); ++i) {
-    add_earlier_meanings(node.items[i], list->of.front());
-  }
-  for (schema::Entry& entry : node.entries) {
-    if (const schema::KeyInfo* key = schema::known_key(type, entry.key)) {
-      add_earlier_meanings(entry.value, key->type);
-    }
-  }
-  const schema::TypeInfo* map = schema::of_kind(type, schema::TypeInfo::Kind::kMap);
-  if (node.kind == Node::Kind::kMap && map != nullptr) {
-    for (const schema::KeyInfo& key : map->map->keys) {
-      if (!key.before.empty() && node.find(key.name) == nullptr) {
-        node.entries.push_back({key.name, node.place, schema::parse_yaml(key.before, node.place.source)});
-      }
-    }
-  }
-}
-
-Scene read(const std::string& text, const std::vector<std::string>& overrides, schema::Reading reading,
-           bool resolved = false) {
-  Node root = schema::read_map(text, "a scene", reading);
-  if (resolved) {
-    add_earlier_meanings(root, schema::scene_codec().type);
-  }
+Scene read(const std::string& text, const std::vector<std::string>& overrides, schema::Reading reading) {
+  schema::Node root = schema::read_map(text, "a scene", reading);
   int source = 0;
   for (const auto& override_text : overrides) {
     schema::apply_override(root, override_text, ++source, reading);
@@ -64,10 +37,6 @@ Scene read_scene(const std::string& path, const std::vector<std::string>& overri
 Scene read_scene_text(const std::string& text, const std::string& name, const std::string& folder,
                       const std::vector<std::string>& overrides, const std::string& changes) {
   return read(text, overrides, schema::Reading(name, overrides, folder, changes));
-}
-
-Scene read_resolved_scene(const std::string& text, const std::string& name, const std::vector<std::string>& overrides) {
-  return read(text, overrides, schema::Reading(name, overrides, "", "--set"), true);
 }
 
 std::string resolved_yaml(const Scene& scene) { return schema::block_text(schema::scene_codec().write(scene)); }

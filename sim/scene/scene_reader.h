@@ -24,13 +24,6 @@ Scene read_scene(const std::string& path, const std::vector<std::string>& overri
 Scene read_scene_text(const std::string& text, const std::string& name, const std::string& folder,
                       const std::vector<std::string>& overrides = {}, const std::string& changes = "--set");
 
-/// A resolved scene, as a run of this or an earlier version keeps it. Where it lacks a key, the scene is as it was
-/// before there was such a key, whatever the default is today.
-///
-/// name        what messages call the text
-/// overrides   as of read_scene
-Scene read_resolved_scene(const std::string& text, const std::string& name, const std::vector<std::string>& overrides);
-
 /// The scene as YAML text with every default written out; read back it gives the same scene.
 std::string resolved_yaml(const Scene& scene);
 

@@ -47,10 +47,9 @@ struct KeyInfo {
   std::string name{};
   TypeInfo type{};
   std::string help{};
-  bool required = false;   // with `only_with`: required beside those
-  std::string example{};   // for editors, YAML in one line; empty: the default
-  std::string fallback{};  // the default as YAML in one line; empty if there is none
-  std::string before{};    // what a resolved scene from before there was the key means; empty: the default
+  bool required = false;                 // with `only_with`: required beside those
+  std::string example{};                 // for editors, YAML in one line; empty: the default
+  std::string fallback{};                // the default as YAML in one line; empty if there is none
   std::vector<std::string> only_with{};  // allowed only beside one of these keys of the map's group
   std::vector<std::string> also_with{};  // and these, beside which it is not required
   std::vector<std::pair<std::string, std::size_t>> items_with{};  // length of the list beside a key of the group

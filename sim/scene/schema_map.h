@@ -111,11 +111,6 @@ class Map {
     info_.keys.back().fallback = fallback;
     return *this;
   }
-  /// What a resolved scene means that lacks the key added last, since an earlier version wrote it.
-  Map& before(const std::string& value) {
-    info_.keys.back().before = value;
-    return *this;
-  }
   /// The key added last is allowed only beside one of these keys of the group.
   Map& allowed_with(std::vector<std::string> keys) {
     info_.keys.back().only_with = std::move(keys);

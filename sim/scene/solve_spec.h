@@ -76,9 +76,6 @@ struct SolveSpec {
   SolverSpec solver;
 };
 
-/// Faces up to which `judge.whole: auto` has the whole bodies.
-inline constexpr int kWholeFaces = 12'000;
-
 /// Edges of whole bodies away from the target, up to which a judge's pressure counts [wavelengths].
 inline constexpr double kCoarsestJudge = 0.35;
 
@@ -91,17 +88,9 @@ struct JudgeSpec {
     kEdge,   // the same body meshed again
     kSplit,  // the same mesh with every face in four
   };
-  /// Out of use: whether a judge with edge lengths of its own has what `beyond: nothing` leaves out.
-  enum class Whole {
-    kUnsaid,  // no
-    kAuto,    // where its mesh then has no more than kWholeFaces faces
-    kYes,
-    kNo,
-  };
   Kind kind = Kind::kAuto;
   Scheme scheme = kDefaultScheme;  // of kEdge and kSplit
   EdgeSpec edge;                   // of kEdge
-  Whole whole = Whole::kUnsaid;    // of kEdge
   int splits = 1;                  // of kSplit: how often
 };
 

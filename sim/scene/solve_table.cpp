@@ -111,7 +111,6 @@ Codec<MethodSpec> make_options_codec(const PhaseMethod& kind) {
         .key("free_level", &MethodSpec::free_level, flag(),
              "Whether the common amplitude is found too, if the array is too strong for the wanted pressure, or is 1. "
              "Boards that switch transducers only on and off need false.")
-        .before("false")
         .maybe("tolerances", &MethodSpec::tolerances, tolerances_codec(), "{phase_deg: 20, gain_percent: 10}",
                "How far the channels of the real array may be from their design, all independent of each other. The "
                "expected misfit is then minimised, over the phases and the common amplitude. Only for stills.");
@@ -188,7 +187,6 @@ Map<SolverSpec> solver_keys() {
       .key("device", &SolverSpec::device, device_codec(),
            "Device that computes: cpu, cuda (a graphics card; cuda:1 is the second one), or auto (the card, if there "
            "is one and it is faster).")
-      .before("cpu")
       .key("solver", &SolverSpec::solver,
            choice<SolverChoice>({{"auto", SolverChoice::kAuto},
                                  {"lu", SolverChoice::kLu},
@@ -275,7 +273,6 @@ Codec<SolveSpec> solve_codec() {
            "First phases of an iterative method. auto: surface takes some steps from each of several starts and "
            "continues from the best; other methods start from zero. paper and unscattered do not take adjoint and "
            "spectral.")
-      .before("zero")
       .key("quiet_weight", &SolveSpec::quiet_weight, number(kPlain, {.low = 0.0, .high = {}}),
            "Weight of the pressure on the skin outside the target, for surface and lbfgs.")
       .key("certificate", &SolveSpec::certificate, flag(),
@@ -284,7 +281,6 @@ Codec<SolveSpec> solve_codec() {
       .key("allow_coarse_mesh", &SolveSpec::allow_coarse_mesh, flag(),
            "Whether a mesh with fewer than 1.5 edges per wavelength near the target is solved anyway. Otherwise it "
            "is an error, because pressures there are meaningless.")
-      .before("true")
       .part(&SolveSpec::solver, solver_keys())
       .check(complete_methods)
       .codec();

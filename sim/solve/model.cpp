@@ -408,13 +408,9 @@ bool judged_elsewhere(const Model& model) {
 }
 
 bool judged_whole(const Model& model) {
-  const JudgeSpec& judge = model.fixed->scene.judge;
-  const bool part = std::ranges::any_of(model.fixed->cut, [&](int body) {
+  return std::ranges::none_of(model.fixed->cut, [&](int body) {
     return model.posture.bodies[static_cast<std::size_t>(body)].beyond == Beyond::kNothing;
   });
-  return !part || (judge.kind == JudgeSpec::Kind::kEdge &&
-                   (judge.whole == JudgeSpec::Whole::kYes ||
-                    (judge.whole == JudgeSpec::Whole::kAuto && model.fixed->whole_faces <= kWholeFaces)));
 }
 
 bool judges_own_bodies(const Model& model) {

@@ -70,8 +70,7 @@ struct JudgeMesh {
   std::vector<int> owner{};   // M: number of the body a face is of, of a mesh of its own
 };
 
-/// Whether the judge has the whole bodies: always, unless a body that keep_within cut is `nothing` beyond it. Even then
-/// it has them if the deprecated judge.whole says so (JudgeSpec::Whole).
+/// Whether the judge has the whole bodies: always, unless a body that keep_within cut is `nothing` beyond it.
 bool judged_whole(const Model& model);
 
 /// Whether the judge has meshes of the scene's bodies that are not made of the solver's. It has them if edge lengths

@@ -233,11 +233,6 @@ void remark_on_part(const Model& model, Remarks& remarks) {
                     "The incident pressure is wrong there: leave keep_within_mm out",
                     100.0 * model.fixed->shadowed));
   }
-  if (model.fixed->scene.judge.whole != JudgeSpec::Whole::kUnsaid) {
-    remarks.warnings.push_back(
-        "judge_whole: judge.whole is a key of version 0.2 and will be removed in the next version. The evaluation mesh "
-        "has the whole bodies, except with body.beyond: nothing. Leave it out");
-  }
 }
 
 }  // namespace

@@ -38,7 +38,6 @@ void add(const Remarks& more, Remarks& remarks);
 ///                   it
 ///   facing_away     the target's mean normal is more than 78 degrees from the direction to the array (ArrayView)
 ///   shadowed_skin     another body hides more than a twentieth of the skin beyond keep_within from the array
-///   judge_whole       the scene has a key that is out of use
 /// Notes:
 ///   landmark_off      a landmark that the scene gives for a mesh is 3 mm or more off its skin
 ///   near_field        the skin is within 2 wavelengths of a transducer

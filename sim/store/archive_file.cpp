@@ -71,11 +71,7 @@ hdf5::Content read_archive(const std::string& path, const ArchiveFormat& format)
   require(format_of(root) == format.name(),
           "{}: is an HDF5 file but not a touchfield {} (its attribute format must be {})", path, format.noun,
           format.name());
-  const int version = root.integer_attribute("format_version");
-  if (version > format.version) {
-    throw InputError(newer_format(path, version, format.version));
-  }
-  require(version >= 1, "{}: format_version = {} must be >= 1", root.place(), version);
+  require_format(path, root.integer_attribute("format_version"), format.version);
   return root;
 }
 

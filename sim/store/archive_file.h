@@ -12,7 +12,7 @@ namespace touchfield {
 /// What a file says it is by its attributes format and format_version.
 struct ArchiveFormat {
   const char* noun;  // "run"
-  int version;       // the newest that this program reads
+  int version;       // the one that this program reads and writes
 
   std::string name() const { return std::string("touchfield-") + noun; }
 };
@@ -24,8 +24,8 @@ void write_archive(const std::string& path, const hdf5::MemoryFile& file);
 
 /// The root of a file of this format.
 ///
-/// throws   InputError if it is missing, no HDF5, cut, changed, of another format or a newer version, or cannot be
-///          read; IoError if no process can be started to read it in
+/// throws   InputError if it is missing, no HDF5, cut, changed, of another format or version, or cannot be read;
+///          IoError if no process can be started to read it in
 hdf5::Content read_archive(const std::string& path, const ArchiveFormat& format);
 
 /// The name of a file's format; empty if it has none.

@@ -1,12 +1,10 @@
 #pragma once
 
-#include <algorithm>
 #include <string>
 #include <utility>
 
 #include "sim/store/archive_file.h"
 #include "sim/store/run_archive.h"
-#include "sim/store/scene_text.h"
 
 /// What run.h5 and motion.h5 both hold. Io is GroupWriter or GroupReader, and what is written or read a const or a
 /// plain reference.
@@ -26,41 +24,13 @@ inline void require_groups(const GroupReader& io) {
   }
 }
 
-/// The scene in today's words.
-///
-/// true_sides   version of the layout from which on `side: right` is a right hand
-/// beyond       version from which on a body has `beyond`
-inline std::string read_scene(const GroupReader& io, int true_sides, int beyond) {
-  const int version = io.integer_attribute("format_version");
-  std::string scene = io.read_text("scene");
-  if (version < true_sides) {
-    scene = with_sides_exchanged(scene);
-  }
-  return version < beyond ? with_nothing_beyond(scene) : scene;
-}
-
 inline Choices<SkinExtent> extent_choices() {
   return {{to_string(SkinExtent::kWhole), SkinExtent::kWhole}, {to_string(SkinExtent::kPart), SkinExtent::kPart}};
 }
 
-/// Result: a Run or a Motion, the rest of which has been read.
-///
-/// since    version of the layout that has them; before it, keep_within alone made parts of bodies, and a note said
-///          that they were judged
-/// judged   whether there is a judge; without one there was no note
+/// Result: a Run or a Motion.
 template <class Io, class Result>
-void extent_parts(const Io& io, Result& result, [[maybe_unused]] int since, [[maybe_unused]] bool judged) {
-  if constexpr (Io::kReads) {
-    if (io.integer_attribute("format_version") < since) {
-      const auto of_part = [](bool part) { return part ? SkinExtent::kPart : SkinExtent::kWhole; };
-      result.solved_skin = of_part(result.scene.find("keep_within_mm: ") != std::string::npos);
-      result.judged_skin =
-          judged ? of_part(std::ranges::any_of(result.notes,
-                                               [](const std::string& note) { return note.starts_with("truncated: "); }))
-                 : result.solved_skin;
-      return;
-    }
-  }
+void extent_parts(const Io& io, Result& result) {
   io.choice("solved_skin", result.solved_skin, extent_choices());
   io.choice("judged_skin", result.judged_skin, extent_choices());
 }

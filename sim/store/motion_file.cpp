@@ -18,8 +18,6 @@ namespace touchfield {
 
 namespace {
 
-constexpr int kSaysSkinOfMotion = 3;  // version from which on it says what skin it is of
-
 /// Records whose first column has this name.
 template <class Records>
 void sized_like(const GroupReader& io, Records& records, const std::string& column) {
@@ -162,13 +160,13 @@ void write_motion(const GroupWriter& io, const Motion& motion) {
     judge.part("mesh", true, [&](const GroupWriter& part) { mesh_parts(part, *motion.judge); });
   });
   motion_parts(io, motion);
-  extent_parts(io, motion, kSaysSkinOfMotion, true);
+  extent_parts(io, motion);
 }
 
 Motion read_motion(const GroupReader& io) {
   require_groups(io);
   Motion motion{.name = io.text_attribute("name"),
-                .scene = read_scene(io, 2, kSaysSkinOfMotion),
+                .scene = io.read_text("scene"),
                 .seconds = io.number_attribute("seconds"),
                 .mesh = read_mesh(GroupReader(io.open("mesh"))),
                 .complete = io.integer_attribute("complete") != 0};
@@ -176,7 +174,7 @@ Motion read_motion(const GroupReader& io) {
     motion.judge = read_mesh(GroupReader(io.open("judge").open("mesh")));
   }
   motion_parts(io, motion);
-  extent_parts(io, motion, kSaysSkinOfMotion, true);
+  extent_parts(io, motion);
   return motion;
 }
 

@@ -1,12 +1,10 @@
 #include "sim/store/run_file.h"
 
-#include <cmath>
 #include <cstring>
 #include <filesystem>
 
 #include <fmt/format.h>
 
-#include "sim/field/pressure_metrics.h"
 #include "sim/store/archive_file.h"
 #include "sim/store/archive_parts.h"
 #include "sim/store/run_archive.h"
@@ -17,7 +15,6 @@ namespace touchfield {
 namespace {
 
 constexpr ArchiveFormat kRunArchive = {"run", kRunFormatVersion};
-constexpr int kSaysSkinOfRun = 4;  // version from which on it says what skin it is of
 
 // Below, Io is GroupWriter or GroupReader, and what is written or read a const or a plain reference.
 
@@ -295,36 +292,22 @@ void write_run(const GroupWriter& io, const Run& run) {
     bodies_parts(part, run);
   });
   run_parts(io, run);
-  extent_parts(io, run, kSaysSkinOfRun, run.judge != "none");
+  extent_parts(io, run);
 }
 
 Run read_run(const GroupReader& io) {
   require_groups(io);
   const GroupReader mesh(io.open("mesh"));
   Run run{.name = io.text_attribute("name"),
-          .scene = read_scene(io, 3, kSaysSkinOfRun),
+          .scene = io.read_text("scene"),
           .mesh = read_mesh(mesh),
           .complete = io.integer_attribute("complete") != 0};
   io.later_attribute("alarm", run.alarm);
   io.later_attribute("frequency", run.frequency);
   bodies_parts(mesh, run);
   run_parts(io, run);
-  extent_parts(io, run, kSaysSkinOfRun, run.judge != "none");
+  extent_parts(io, run);
   return run;
-}
-
-/// Files from before 0.3 lack the share, which follows from what they hold.
-void add_reached_shares(Run& run) {
-  const std::optional<Target>& target = run.judge_model ? run.judge_model->target : run.target;
-  if (!target) {
-    return;
-  }
-  const double wanted = wanted_mean(run.judge_model ? run.judge_model->mesh : run.mesh, *target);
-  for (MethodResult& method : run.methods) {
-    if (std::isnan(method.metrics.reached_share)) {
-      method.metrics.reached_share = method.metrics.mean_inside_pa / wanted;
-    }
-  }
 }
 
 }  // namespace
@@ -343,7 +326,6 @@ std::string run_file_at(const std::string& path) {
 Run read_run_file(const std::string& path) {
   Run run = read_run(GroupReader(read_archive(path, kRunArchive)));
   require_undamaged(path, [&] { check_run(run); });
-  add_reached_shares(run);
   return run;
 }
 

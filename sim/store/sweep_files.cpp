@@ -160,7 +160,7 @@ SweepRecord record_from_json(const std::string& text, const std::string& path) {
       }
       record.methods.push_back(std::move(method));
     }
-    record.judged_skin = json.value("judged_skin", "");  // which an older record lacks
+    record.judged_skin = json.at("judged_skin").get<std::string>();
     record.faces = json.at("faces").get<int>();
     record.channels = json.at("channels").get<int>();
     record.seconds = json_number(json.at("seconds"));

@@ -78,20 +78,6 @@ TEST(SceneChanges, AKeyThatCameSinceIsNoneAtItsDefault) {
               ElementsAre(TextChange{"solve.methods[0]", std::nullopt, "{focus: {}}"}));
 }
 
-// Before these keys there was a start from zero and a level of one.
-TEST(SceneChanges, ADefaultThatMeansSomethingElseSinceIsOne) {
-  const std::string old = "solve:\n  methods:\n    - surface: {as: s}\n";
-  const auto now = [](const char* level, const char* start) {
-    return fmt::format("solve:\n  methods:\n    - surface: {{as: s, free_level: {}}}\n  start: {}\n", level, start);
-  };
-  EXPECT_THAT(changes(old, now("true", "auto")),
-              UnorderedElementsAre(TextChange{"solve.methods[0].surface.free_level", "false", "true"},
-                                   TextChange{"solve.start", "zero", "auto"}));
-  const SceneDifference same = scene_changes(old, now("false", "zero"));
-  EXPECT_THAT(same.changes, IsEmpty());
-  EXPECT_EQ(same.at_defaults.b.size(), 2U);
-}
-
 TEST(SceneChanges, ATextThatIsNoSceneNamesTheRun) {
   try {
     changes("a: 1\n", "a: [1\n");

@@ -1,57 +1,18 @@
-// What needs no library: where units sit, what is refused before a library is looked at, and files that are none.
 #include "hardware/links/autd3_units.h"
 
-#include <cmath>
-#include <dlfcn.h>
-#include <fstream>
+#include <random>
 
-#include "tests/hardware/autd3_support.h"
+#include "tests/support/random_support.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::autd3_units_test {
 
-TEST(Autd3Library, NamesTheFileThatIsNoLibrary) {
-  const TemporaryDirectory folder;
-  const std::string missing = folder.file("libautd3capi.so");
-  EXPECT_THAT(message_of<InputError>([] { Autd3Library(""); }), HasSubstr("no library is named"));
-  EXPECT_THAT(message_of<InputError>([&] { Autd3Library{missing}; }), HasSubstr(missing));
-  EXPECT_THAT(message_of<InputError>([&] { Autd3Library{folder.path().string()}; }),
-              AllOf(HasSubstr(folder.path().string()), HasSubstr("holds no libautd3capi.so")));
-  std::ofstream(missing) << "not a library, but long enough to be looked at as one: " << std::string(4096, '.');
-  EXPECT_THAT(message_of<InputError>([&] { Autd3Library{missing}; }),
-              AllOf(HasSubstr("cannot load"), HasSubstr(missing)));
-  // By its folder the same file is found.
-  EXPECT_THAT(message_of<InputError>([&] { Autd3Library{folder.path().string()}; }), HasSubstr(missing));
-}
-
-TEST(Autd3Library, NamesTheSymbolThatAForeignLibraryLacks) {
-  Dl_info where{};
-  ASSERT_NE(dladdr(reinterpret_cast<void*>(static_cast<double (*)(double)>(std::sin)), &where), 0);
-  ASSERT_NE(std::string(where.dli_fname).find(".so"), std::string::npos) << "the mathematical library is not shared";
-  EXPECT_THAT(message_of<InputError>([&] { Autd3Library{where.dli_fname}; }),
-              AllOf(HasSubstr(where.dli_fname), HasSubstr("AUTDGetErr")));
-}
-
-TEST(Autd3Options, AreCheckedBeforeTheLibrary) {
-  const auto message = [](const auto& change) {
-    Autd3Options options{.library = "/nowhere", .mode = "audit", .host = "", .units = {UnitPlacement{}}};
-    change(options);
-    return message_of<InputError>([&] { std::make_unique<Autd3Link>(options); });
-  };
-  EXPECT_THAT(message([](Autd3Options& o) { o.mode = "ethernet"; }), HasSubstr("ethernet"));
-  EXPECT_THAT(message([](Autd3Options& o) { o.units.clear(); }), HasSubstr("0 units"));
-  EXPECT_THAT(message([](Autd3Options& o) { o.units[0].rotation(0, 0) = -1; }), HasSubstr("rotation"));
-  EXPECT_THAT(message([](Autd3Options& o) { o.units[0].position.x() = NAN; }), HasSubstr("not finite"));
-  EXPECT_THAT(message([](Autd3Options& o) { o.mode = "remote"; }), HasSubstr("host"));
-  EXPECT_THAT(message([](Autd3Options& o) { (o.mode = "remote", o.host = "here", o.port = 65536); }),
-              HasSubstr("65536"));
-  EXPECT_THAT(message([](Autd3Options& o) { (o.mode = "nop", o.break_after = 1); }), HasSubstr("audit"));
-  EXPECT_THAT(message([](Autd3Options&) {}), HasSubstr("/nowhere"));
-}
-
 TEST(Autd3Units, AreFoundInALayoutAsTheyWerePlaced) {
   std::mt19937 random(1);
-  const std::vector<UnitPlacement> units = random_units(random);
+  std::vector<UnitPlacement> units(6);
+  for (UnitPlacement& unit : units) {
+    unit = {point_in_cube(random), some_rotation(random)};
+  }
   const std::vector<UnitPlacement> found = autd3_placements(autd3_layout(units));
   ASSERT_EQ(found.size(), units.size());
   for (std::size_t u = 0; u < units.size(); ++u) {

@@ -94,61 +94,6 @@ TEST(PermittedRate, IsAboveZeroAndWhatTheDeviceCarries) {
   }
 }
 
-/// Says of itself what it is told to.
-class SayingLink final : public ArrayLink {
- public:
-  std::string describe() const override { return "saying link"; }
-  const ArrayLayout& layout() const override { return layout_; }
-  LinkAbilities abilities() const override { return {{256, 256}, 50, {4000, 100, {}}, true}; }
-  void open() override {}
-  void set_modulation(const Modulation&) override {}
-  void send(const DriveFrame&) override {}
-  std::optional<DriveFrame> read_back() override { return frame; }
-  std::optional<std::vector<std::uint8_t>> read_back_modulation() override { return samples; }
-  void quiet() override {}
-  void close() noexcept override {}
-
-  std::optional<DriveFrame> frame;
-  std::optional<std::vector<std::uint8_t>> samples;
-
- private:
-  ArrayLayout layout_ = grid_layout(2, 1, 0.01);
-};
-
-TEST(ReadBack, PassesWhatIsEqualOrCannotBeSaid) {
-  SayingLink link;
-  const DriveFrame sent{{1, 2, 3}, {4, 5, 6}};
-  EXPECT_NO_THROW(require_read_back(sent, link));
-  link.frame = sent;
-  EXPECT_NO_THROW(require_read_back(sent, link));
-  const Modulation modulation = SampledModulation{{1, 2, 3}, 4000};
-  EXPECT_NO_THROW(require_read_back(modulation, link));
-  link.samples = {1, 2, 3, 1, 2, 3};
-  EXPECT_NO_THROW(require_read_back(modulation, link));
-}
-
-TEST(ReadBack, NamesTheFirstTransducerThatDiffers) {
-  SayingLink link;
-  const DriveFrame sent{{1, 2, 3}, {4, 5, 6}};
-  link.frame = DriveFrame{{1, 2, 4}, {4, 5, 6}};
-  EXPECT_THAT([&] { require_read_back(sent, link); }, ThrowsMessage<DeviceError>(HasSubstr("from transducer 2 on")));
-  link.frame = DriveFrame{{1, 2, 3}, {4, 0, 6}};
-  EXPECT_THAT([&] { require_read_back(sent, link); }, ThrowsMessage<DeviceError>(HasSubstr("from transducer 1 on")));
-  link.frame = DriveFrame{{1, 2}, {4, 5}};
-  EXPECT_THAT([&] { require_read_back(sent, link); }, ThrowsMessage<DeviceError>(HasSubstr("from transducer 2 on")));
-}
-
-TEST(ReadBack, RefusesAnotherModulation) {
-  SayingLink link;
-  const Modulation sent = SampledModulation{{1, 2, 3}, 4000};
-  for (const std::vector<std::uint8_t>& held :
-       {std::vector<std::uint8_t>{}, std::vector<std::uint8_t>{1, 2}, std::vector<std::uint8_t>{1, 2, 4}}) {
-    link.samples = held;
-    EXPECT_THAT([&] { require_read_back(sent, link); },
-                ThrowsMessage<DeviceError>(HasSubstr("modulation that was read back differs")));
-  }
-}
-
 /// A plan of one frame for a dry run of four transducers.
 EmissionPlan dry_plan() {
   EmissionPlan plan;

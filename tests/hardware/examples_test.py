@@ -1,6 +1,5 @@
 """The commands of docs/hardware.md as they stand there, but for the places of devices and for coarser meshes."""
 
-import os
 import pathlib
 import re
 import sys
@@ -11,7 +10,6 @@ from support import SOURCE, CommandTest, unittest  # noqa: E402
 from autd3_units import Emulator  # noqa: E402
 from sonicsurface_board import Board  # noqa: E402
 
-LIBRARY = pathlib.Path(os.environ.get("TOUCHFIELD_AUTD3_LIBRARY", SOURCE / "build/autd3/libautd3capi.so"))
 SDK = SOURCE / "build/autd3_sdk/0.12"
 PAGE = (SOURCE / "docs/hardware.md").read_text()
 COARSE = ["body.edge_mm=12", "solve.allow_coarse_mesh=true", "judge=none", "field=[]", "write=[h5]", "solve.iterations=1", "target.pressure_pa=1e6",
@@ -37,13 +35,13 @@ class Examples(CommandTest):
 
     def there(self, words):
         """A command with devices that this machine has."""
-        places = {"RUN": "results/runs/units", "NAME": "surface", "LINK": "autd3-legacy:nop", "build/autd3": str(LIBRARY)}
+        link = "autd3-udp" if words[0] == "send" else "sonicsurface:/dev/ttyUSB0"  # RUN is for six units
+        places = {"RUN": "results/runs/units", "NAME": "surface", "LINK": link}
         words = [places.get(word, word).replace("/dev/ttyUSB0", self.board.port) for word in words]
         if self.units:
             words = [f"autd3-udp:[::1]:{self.units.port}" if word == "autd3-udp" else word for word in words]
-        words = [re.sub(r"^autd3-legacy:remote:.*", "autd3-legacy:nop", word) for word in words]
-        if "autd3-legacy:nop" in words and "--library" not in words:
-            words += ["--library", str(LIBRARY)]
+        if words[0] == "array" and "--emit" in words:
+            words += ["--max-level", "1"]
         if words[0] == "run":
             for change in COARSE:
                 words += ["--set", change]
@@ -54,7 +52,7 @@ class Examples(CommandTest):
         emitted = set()
         for words in commands():
             command = self.there(words)
-            if str(LIBRARY) in command and not LIBRARY.exists() or "autd3-udp" in command:
+            if "autd3-udp" in command:
                 continue
             with self.subTest(command=" ".join(words)):
                 said = self.run_ok(*command)
@@ -63,9 +61,9 @@ class Examples(CommandTest):
                     emitted.add(command[command.index("--to") + 1].split(":")[0])
                 done[command[0]] += 1
         self.assertGreaterEqual(min(done.values()), 1, done)
-        there = {"autd3-legacy": LIBRARY.exists(), "autd3-udp": self.units is not None, "sonicsurface": True}
+        there = {"autd3-udp": self.units is not None, "sonicsurface": True}
         self.assertEqual(emitted, {link for link, is_there in there.items() if is_there})
-        self.assertEqual(len(self.board.patterns()), 1)
+        self.assertGreater(len(self.board.patterns()), 1)
         self.assertTrue(self.board.firmware.quiet())
 
 

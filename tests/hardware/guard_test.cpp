@@ -125,7 +125,7 @@ class Guarded : public testing::Test {
 
   OpenPipe pipe_;
   Board board_;
-  GuardedLink link_{{"/proc/self/exe", "watchdog"}, {board_.address(), "", {}, 1, false}, {1, 60}};
+  GuardedLink link_{{"/proc/self/exe", "watchdog"}, {board_.address(), {}, 1, false}, {1, 60}};
   pid_t watchdog_ = -1;
   pid_t guard_ = -1;
 };

@@ -49,41 +49,17 @@ TEST(LinkAddress, Autd3Udp) {
   EXPECT_EQ(parse_link_address("autd3-udp:[::1]:44336").port, 44336);
   expect_refused("autd3-udp:[]:80", "autd3-udp:HOST:PORT");
   expect_refused("autd3-udp:[::1]:0", "from 1 to 65535");
-  expect_refused("autd3-udp:eth0?break_after=3", "no option 'break_after'");
-}
-
-TEST(LinkAddress, Autd3BeforeThereWereTwo) {
-  expect_refused("autd3:audit", "autd3-udp");
-  expect_refused("autd3:remote:host:1", "autd3-legacy");
-}
-
-TEST(LinkAddress, Autd3Legacy) {
-  EXPECT_EQ(parse_link_address("autd3-legacy:audit").break_after, -1);
-  EXPECT_EQ(parse_link_address("autd3-legacy:audit?break_after=3").break_after, 3);
-  EXPECT_EQ(parse_link_address("autd3-legacy:nop").mode, "nop");
-  EXPECT_EQ(parse_link_address("autd3-legacy:twincat").mode, "twincat");
-  const LinkAddress remote = parse_link_address("autd3-legacy:remote:lab.local:8080");
-  EXPECT_EQ(remote.mode, "remote");
-  EXPECT_EQ(remote.host, "lab.local");
-  EXPECT_EQ(remote.port, 8080);
-  EXPECT_EQ(parse_link_address("autd3-legacy:remote:[::1]:8080").host, "::1");
-  expect_refused("autd3-legacy", "audit, nop, remote:HOST:PORT or twincat");
-  expect_refused("autd3-legacy:audit:x", "audit, nop");
-  expect_refused("autd3-legacy:nop?break_after=3", "no option 'break_after'");
-  expect_refused("autd3-legacy:remote", "autd3-legacy:remote:HOST:PORT");
-  expect_refused("autd3-legacy:remote:host", "autd3-legacy:remote:HOST:PORT");
-  expect_refused("autd3-legacy:remote:[]:80", "autd3-legacy:remote:HOST:PORT");
-  expect_refused("autd3-legacy:remote:host:0", "from 1 to 65535");
-  expect_refused("autd3-legacy:remote:host:80x", "whole number");
+  expect_refused("autd3-udp:eth0?levels=3", "no option 'levels'");
 }
 
 TEST(LinkAddress, OthersAreRefused) {
   expect_refused("", "dry-run");
   expect_refused("serial:x", "sonicsurface:PORT");
+  expect_refused("autd3", "autd3-udp:HOST:PORT");
 }
 
 TEST(RequireFits, CountAndSteps) {
-  const LinkAbilities abilities{{32, 2}, 1, {}, false};
+  const LinkAbilities abilities{{32, 2}, 1, {}};
   const DriveFrame frame{{31, 0}, {1, 0}};
   EXPECT_NO_THROW(require_fits(frame, abilities, 2, "board"));
   EXPECT_THROW(require_fits(frame, abilities, 3, "board"), InputError);
@@ -136,16 +112,12 @@ TEST(Sonicsurface, ModulationOfTheTactileFirmware) {
   EXPECT_EQ(sonicsurface::modulation_byte(31), 0xBF);
 }
 
-TEST(DryRun, SaysWhatItWasSent) {
+TEST(DryRun, TakesWhatFits) {
   DryRunLink link(grid_layout(2, 1, 0.01), 32, {});
-  EXPECT_EQ(link.read_back(), quiet_frame(2));
-  const DriveFrame frame{{3, 31}, {255, 0}};
-  link.send(frame);
-  EXPECT_EQ(link.read_back(), frame);
+  EXPECT_NO_THROW(link.send({{3, 31}, {255, 0}}));
   EXPECT_THROW(link.send({{3}, {255}}), InputError);
   EXPECT_THROW(link.send({{32, 0}, {255, 0}}), InputError);
-  link.set_modulation(SineModulation{200, 1});
-  EXPECT_EQ(link.read_back_modulation()->size(), 20U);
+  EXPECT_NO_THROW(link.set_modulation(SineModulation{200, 1}));
 }
 
 TEST(DryRun, NamesItsFiles) {
@@ -162,12 +134,11 @@ TEST(GuardMessage, BringsBackWhatWentIn) {
   EXPECT_EQ(brought_back(std::string("a text")), "a text");
   const DriveFrame frame{{1, 2, 3}, {4, 5, 6}};
   EXPECT_EQ(brought_back(frame), frame);
-  EXPECT_EQ(brought_back(GuardBytes{0, 255}), (GuardBytes{0, 255}));
   for (const Modulation& modulation :
        std::vector<Modulation>{StaticModulation{}, SineModulation{30, 0.5}, SampledModulation{{7, 8}, 8000}}) {
     EXPECT_EQ(brought_back(modulation), modulation);
   }
-  const GuardedDevice device = brought_back(GuardedDevice{"board", {{32, 2}, 89, {4000, 123, {250, 125}}, true}, {}});
+  const GuardedDevice device = brought_back(GuardedDevice{"board", {{32, 2}, 89, {4000, 123, {250, 125}}}, {}});
   EXPECT_EQ(device.description, "board");
   EXPECT_EQ(device.abilities.steps.phase_levels, 32);
   EXPECT_EQ(device.abilities.steps.intensity_levels, 2);
@@ -175,15 +146,13 @@ TEST(GuardMessage, BringsBackWhatWentIn) {
   EXPECT_EQ(device.abilities.modulation.rate, 4000);
   EXPECT_EQ(device.abilities.modulation.most_samples, 123U);
   EXPECT_THAT(device.abilities.modulation.own_frequencies, ElementsAre(250, 125));
-  EXPECT_TRUE(device.abilities.reads_back);
   EXPECT_EQ(device.layout.positions.cols(), 0);
   EXPECT_EQ(device.layout.device.size(), 0);
-  const LinkSettings settings{"autd3-legacy:audit", "/lib", autd3_tiles(2, 1, 10.16e-3), 7, true};
+  const LinkSettings settings{"autd3-udp:eth0", autd3_tiles(2, 1, 10.16e-3), 7, true};
   const GuardStart start = brought_back(GuardStart{{0.25, 3}, settings});
   EXPECT_EQ(start.limits.level, 0.25);
   EXPECT_EQ(start.limits.seconds, 3);
   EXPECT_EQ(start.settings.address, settings.address);
-  EXPECT_EQ(start.settings.library, settings.library);
   EXPECT_EQ(start.settings.array.positions, settings.array.positions);
   EXPECT_EQ(start.settings.array.axes, settings.array.axes);
   EXPECT_EQ(start.settings.array.device, settings.array.device);
@@ -194,7 +163,7 @@ TEST(GuardMessage, BringsBackWhatWentIn) {
 
 // Cut anywhere, or of another kind, it is an error and not a read past the end.
 TEST(GuardMessage, CutShort) {
-  const GuardBytes whole = packed(LinkSettings{"dry-run", "", grid_layout(2, 2, 0.01), 1, false});
+  const GuardBytes whole = packed(LinkSettings{"dry-run", grid_layout(2, 2, 0.01), 1, false});
   for (std::size_t length = 0; length < whole.size(); ++length) {
     const GuardBytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length));
     EXPECT_THROW(unpacked<LinkSettings>(cut), IoError) << length;

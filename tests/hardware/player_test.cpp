@@ -31,7 +31,7 @@ class NotingLink : public ArrayLink {
 
   std::string describe() const override { return "noting link"; }
   const ArrayLayout& layout() const override { return layout_; }
-  LinkAbilities abilities() const override { return {{256, 256}, 50, {}, false}; }
+  LinkAbilities abilities() const override { return {{256, 256}, 50, {}}; }
   void open() override {}
   void set_modulation(const Modulation&) override {}
   void send(const DriveFrame& frame) override {

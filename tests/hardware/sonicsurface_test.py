@@ -680,7 +680,7 @@ class Bench(BoardTest):
 
     def test_list(self):
         said = json.loads(self.run_ok("array", "list", "--json").stdout)
-        self.assertEqual(len(said["links"]), 9)
+        self.assertEqual(len(said["links"]), 5)
         said = json.loads(self.run_ok("array", "list", "--to", "sonicsurface:x", "--json").stdout)
         self.assertEqual((said["transducers"], said["phase_levels"], said["own_modulation_hz"]), (256, 32, []))
 

@@ -355,44 +355,6 @@ TEST(SceneReader, SkinBeyondKeepWithinCountsUnlessTheSceneSaysNothing) {
               ElementsAre(HasSubstr("body.beyond")));
 }
 
-TEST(SceneReader, TheJudgeOfTheWholeBodyIsAskedForOrNot) {
-  using Whole = JudgeSpec::Whole;
-  const auto read = [](const std::string& keys) {
-    return scene_from(kSmallScene, {"judge={" + keys + "}"}).judge.whole;
-  };
-  EXPECT_EQ(read("edge_mm: 0.7"), Whole::kUnsaid);
-  EXPECT_EQ(read("edge_mm: 0.7, whole: auto"), Whole::kAuto);
-  EXPECT_EQ(read("edge_mm: 0.7, whole: true"), Whole::kYes);
-  EXPECT_EQ(read("edge_mm: 0.7, whole: false"), Whole::kNo);
-  EXPECT_EQ(read("split: 1, whole: false"), Whole::kNo);
-  EXPECT_EQ(read("split: 1"), Whole::kUnsaid);
-  EXPECT_THAT(resolved_yaml(scene_from(kSmallScene, {"judge={edge_mm: 0.7}"})), Not(HasSubstr("whole:")));
-  TempFolder folder;
-  const auto problems = [&](const std::string& keys) {
-    return problems_of(folder.write("scene.yaml", kSmallScene + "judge: {" + keys + "}\n"));
-  };
-  EXPECT_THAT(problems("edge_mm: 0.7, whole: often"), ElementsAre(HasSubstr("judge.whole = often must be auto")));
-  EXPECT_THAT(problems("split: 1, whole: true"), ElementsAre(HasSubstr("cannot be true with split")));
-}
-
-// Earlier versions knew neither key, started from zero and left the level at one.
-TEST(SceneReader, AResolvedSceneKeepsWhatItMeantBeforeThereWasAKey) {
-  const std::string target = "target={box: {at: bottom, size_mm: [8, 8, 8]}, pressure_pa: 100}";
-  std::string text = resolved_yaml(scene_from(kSmallScene, {"solve.methods=[surface]", target}));
-  const auto leave_out = [&](const std::string& key) {
-    const auto at = text.find(key + ": ");
-    ASSERT_NE(at, std::string::npos) << text;
-    const auto line = text.rfind('\n', at) + 1;
-    text.erase(line, text.find('\n', line) + 1 - line);
-  };
-  leave_out("free_level");
-  const MethodSpec kept = read_resolved_scene(text, "run.h5", {}).solve.methods.front();
-  EXPECT_FALSE(kept.free_level);
-  EXPECT_TRUE(read_scene_text(text, "scene.yaml", "").solve.methods.front().free_level);
-  const Scene changed = read_resolved_scene(text, "run.h5", {"solve.methods=[surface]"});
-  EXPECT_TRUE(changed.solve.methods.front().free_level);  // asked for today
-}
-
 TEST(SceneReader, PutsAPlanesSizeOnItsAxes) {
   const Scene scene = scene_from(kSmallScene +
                                  "field:\n"

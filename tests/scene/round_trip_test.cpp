@@ -86,7 +86,7 @@ bool operator==(const SensingNoise& a, const SensingNoise& b) {
   return a.rms == b.rms && a.correlation == b.correlation && a.offset == b.offset && a.seed == b.seed;
 }
 bool operator==(const JudgeSpec& a, const JudgeSpec& b) {
-  return a.kind == b.kind && a.scheme == b.scheme && a.edge == b.edge && a.whole == b.whole && a.splits == b.splits;
+  return a.kind == b.kind && a.scheme == b.scheme && a.edge == b.edge && a.splits == b.splits;
 }
 bool operator==(const FieldSpec& a, const FieldSpec& b) {
   return a.name == b.name && a.plane == b.plane && a.centre == b.centre && a.size == b.size && a.spacing == b.spacing;
@@ -244,8 +244,8 @@ const std::vector<Variant> kVariants = {
     {"fft", {"solve.solver=fft"}},
     {"no_judge", {"judge=none"}},
     {"judge_with_its_own_edge", {"judge={scheme: paper_corrected, edge_mm: 0.7}"}},
-    {"judge_of_the_part", {"judge={scheme: chief, edge_mm: 0.7, whole: false}"}},
-    {"judge_graded", {"judge={scheme: chief, edge_mm: {far: 2.1, near_target: 0.7, within_mm: 11.3}, whole: true}"}},
+    {"judge_of_one_edge", {"judge={scheme: chief, edge_mm: 0.7}"}},
+    {"judge_graded", {"judge={scheme: chief, edge_mm: {far: 2.1, near_target: 0.7, within_mm: 11.3}}"}},
     {"graded", {"body.edge_mm={far: 3.3, near_target: 1.1, near: {top: 1.3, y_plus: 0.9}, growth: 0.31}"}},
     {"kept", {"body.keep_within_mm=33.3"}},
     {"kept_alone", {"body.keep_within_mm=33.3", "body.beyond=nothing"}},

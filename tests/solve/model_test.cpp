@@ -68,28 +68,9 @@ TEST(Model, ChannelsAreCountedBeforeTheyAreMade) {
   EXPECT_EQ(channel_count(small_scene({"array={sonicsurface: {}}"}).array), 256);
 }
 
-TEST(Model, TheJudgeKeepsTheWholeBodyUpToANumberOfFaces) {
-  const auto judged = [](const std::string& edge, const std::string& whole, const char* kept = "11") {
-    return small_model({"body.capsule.length_mm=40", std::string("body.keep_within_mm=") + kept, "body.beyond=nothing",
-                        "judge={scheme: burton_miller, edge_mm: " + edge + ", whole: " + whole + "}"});
-  };
-  const Model small = judged("1.5", "auto");
-  EXPECT_TRUE(judged_whole(small));
-  const JudgeMesh whole = build_judge_mesh(small);
-  EXPECT_EQ(whole.mesh.vertices(), build_judge_mesh(judged("1.5", "true")).mesh.vertices());
-  const JudgeMesh part = build_judge_mesh(judged("1.5", "false"));
-  EXPECT_LT(part.mesh.face_count(), 0.9 * static_cast<double>(whole.mesh.face_count()));
-  EXPECT_NEAR(small.fixed->whole_faces / static_cast<double>(whole.mesh.face_count()), 1.0, 0.15);
-  EXPECT_FALSE(judged_whole(judged("0.3", "auto")));
-  EXPECT_TRUE(judged_whole(judged("0.3", "true")));
-  EXPECT_FALSE(judged_whole(judged("1.5", "false")));
-  EXPECT_EQ(judged("1.5", "auto", "60").fixed->whole_faces, 0);  // nothing is left out
-  EXPECT_FALSE(judged_whole(small_model({"body.keep_within_mm=11", "body.beyond=nothing"})));
-}
-
 TEST(Model, TheJudgeHasTheWholeBodyWhateverItIs) {
   const double skin = small_model({"body.capsule.length_mm=40"}).body.mesh.total_area();
-  for (const char* judge : {"auto", "same", "{split: 1}", "{edge_mm: 2}", "{edge_mm: 2, whole: false}"}) {
+  for (const char* judge : {"auto", "same", "{split: 1}", "{edge_mm: 2}"}) {
     SCOPED_TRACE(judge);
     const Model model =
         small_model({"body.capsule.length_mm=40", "body.keep_within_mm=11", std::string("judge=") + judge});

@@ -118,16 +118,6 @@ TEST(ModelRemarks, AHandWithoutAnArmIsNoted) {
               ElementsAre(StartsWith("part_only: ")));
 }
 
-TEST(ModelRemarks, AKeyOutOfUseIsNamed) {
-  const std::vector<std::string> part = {"body.keep_within_mm=11", "body.beyond=nothing"};
-  for (const char* whole : {"true", "false", "auto"}) {
-    std::vector<std::string> changes = part;
-    changes.push_back(std::string("judge={edge_mm: 2, whole: ") + whole + "}");
-    EXPECT_THAT(warnings_of(changes), ElementsAre(StartsWith("judge_whole: ")));
-    EXPECT_THAT(notes_of(changes), SizeIs(std::string(whole) == "false" ? 1 : 0));
-  }
-}
-
 TEST(ModelRemarks, ABodyBetweenTheArrayAndTheSkinBeyondIsNamed) {
   const auto warned = [](double height) {
     return warnings_of(

@@ -83,7 +83,7 @@ TEST_F(DamagedMotionFile, FilesThatAreNoMotionsAreInputErrors) {
     root.set_attribute("format_version", kMotionFormatVersion + 1);
   }
   write_archive(path_, file);
-  EXPECT_THAT(message_of<InputError>(read), HasSubstr("newer"));
+  EXPECT_THAT(message_of<InputError>(read), HasSubstr(": a newer touchfield reads it"));
 }
 
 TEST_F(DamagedMotionFile, IsRefusedOrItsErrorsAre) {
@@ -96,8 +96,6 @@ TEST_F(DamagedMotionFile, IsRefusedOrItsErrorsAre) {
 
 /// What a forged method says of two frames and two scores of one channel.
 struct Forged {
-  int version = 1;
-  std::string scene{};
   hdf5::Shape phases = {2, 1};
   hdf5::Shape cost = {2, 1};
   std::array<std::int64_t, 2> frame = {0, 1};
@@ -111,7 +109,7 @@ void forge(const std::string& path, const Forged& forged) {
   const hdf5::MemoryFile file(path);
   {
     const hdf5::Group root = file.root();
-    forge_beginning(root, kMotionArchive.name(), forged.version, forged.scene, forged.version >= 3);
+    forge_beginning(root, kMotionArchive.name(), kMotionFormatVersion);
     root.set_attribute("seconds", 1.0);
     const std::array<double, 9> numbers = {0, 0, 0, 1, 0, 0, 0, 1, 0};
     const hdf5::Group method = root.create("methods").create("focus");
@@ -137,23 +135,6 @@ void forge(const std::string& path, const Forged& forged) {
     root.create("provenance");
   }
   write_archive(path, file);
-}
-
-// In version 1 the two words for a hand's side meant each other's hand.
-TEST_F(DamagedMotionFile, HandsKeepTheSideThatTheyHad) {
-  forge(path_, {.scene = "body:\n  hand:\n    side: right\n"});
-  EXPECT_EQ(read_motion_file(path_).scene, "body:\n  hand:\n    side: left\n");
-  forge(path_, {.version = kMotionFormatVersion, .scene = "body:\n  hand:\n    side: right\n"});
-  EXPECT_EQ(read_motion_file(path_).scene, "body:\n  hand:\n    side: right\n");
-}
-
-TEST_F(DamagedMotionFile, AnOlderFileIsOfThePartThatItKept) {
-  forge(path_, {.version = 2, .scene = "body:\n  keep_within_mm: 50\n"});
-  EXPECT_EQ(read_motion_file(path_).scene, "body:\n  keep_within_mm: 50\n  beyond: nothing\n");
-  EXPECT_EQ(read_motion_file(path_).solved_skin, SkinExtent::kPart);
-  forge(path_, {.version = 3, .scene = "body:\n  keep_within_mm: 50\n"});
-  EXPECT_EQ(read_motion_file(path_).scene, "body:\n  keep_within_mm: 50\n");
-  EXPECT_EQ(read_motion_file(path_).judged_skin, SkinExtent::kPart);
 }
 
 TEST_F(DamagedMotionFile, SizesThatContradictEachOtherAreErrors) {

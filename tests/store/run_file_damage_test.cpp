@@ -2,9 +2,6 @@
 
 #include <functional>
 #include <string>
-#include <tuple>
-
-#include <fmt/format.h>
 
 #include "sim/store/checksum.h"
 #include "sim/store/hdf5_content.h"
@@ -39,7 +36,7 @@ TEST_F(DamagedRunFile, FilesThatAreNoRunsAreInputErrors) {
     root.set_attribute("format", "touchfield-run");
     root.set_attribute("format_version", kRunFormatVersion + 1);
   });
-  EXPECT_THAT(message_of<InputError>(read), HasSubstr("newer"));
+  EXPECT_THAT(message_of<InputError>(read), HasSubstr(": a newer touchfield reads it"));
 }
 
 TEST_F(DamagedRunFile, IsRefusedOrItsErrorsAre) {
@@ -72,7 +69,7 @@ TEST_F(DamagedRunFile, SizesThatContradictEachOtherAreErrors) {
     {
       const hdf5::Group root = file.root();
       root.set_attribute("format", "touchfield-run");
-      root.set_attribute("format_version", 1);
+      root.set_attribute("format_version", kRunFormatVersion);
       root.set_attribute("name", "forged");
       root.set_attribute("complete", 1);
       root.write_text("scene", "");
@@ -107,12 +104,11 @@ TEST_F(DamagedRunFile, SizesThatContradictEachOtherAreErrors) {
 }
 
 /// A run of one face and one channel, filled in further by hand.
-RunData read_forged(const std::string& path, int version, const std::function<void(const hdf5::Group&)>& fill,
-                    const std::string& scene = "") {
+RunData read_forged(const std::string& path, const std::function<void(const hdf5::Group&)>& fill) {
   const hdf5::MemoryFile file(path);
   {
     const hdf5::Group root = file.root();
-    forge_beginning(root, "touchfield-run", version, scene, version >= 4);
+    forge_beginning(root, "touchfield-run", kRunFormatVersion);
     fill(root);
   }
   const std::string bytes = file.bytes();
@@ -120,86 +116,9 @@ RunData read_forged(const std::string& path, int version, const std::function<vo
   return read_run_file(path);
 }
 
-// Version 1 knew one judge, the solving model, and kept no solves.
-TEST_F(DamagedRunFile, AFileOfTheFirstVersionIsRead) {
-  const RunData run = read_forged(path_, 1, [](const hdf5::Group& root) {
-    const std::array<double, 1> one = {0.5};
-    const std::array<Complex, 1> pressure = {Complex(1, 2)};
-    const hdf5::Group method = root.create("methods").create("focus");
-    method.set_attribute("method", "focus");
-    method.set_attribute("scheme", "paper");
-    method.set_attribute("status", "direct");
-    method.set_attribute("steps", 0);
-    method.write("phase", one.data(), {1}, "rad");
-    method.write("amplitude", one.data(), {1}, "1");
-    method.write("pressure", pressure.data(), {1}, "Pa");
-    const hdf5::Group judge = root.create("judge");
-    judge.set_attribute("judge", "same");
-    judge.link("mesh", "/mesh");
-    judge.create("methods").create("focus").link("pressure", "/methods/focus/pressure");
-  });
-  EXPECT_EQ(run.judge, "same");
-  EXPECT_FALSE(run.judge_model);
-  EXPECT_TRUE(run.solves.empty());
-  EXPECT_TRUE(std::isnan(run.alarm));
-  ASSERT_EQ(run.methods.size(), 1U);
-  EXPECT_EQ(run.methods[0].judge_pressure.size(), 0);
-}
-
-// Until version 2 the two words for a hand's side meant each other's hand; nothing else of a scene changes.
-TEST_F(DamagedRunFile, HandsKeepTheSideThatTheyHad) {
-  const auto read = [&](int version, const std::string& scene) {
-    return read_forged(
-               path_, version, [](const hdf5::Group&) {}, scene)
-        .scene;
-  };
-  const auto two_hands = [](const char* one, const char* other) {
-    return fmt::format("name: side\nbodies:\n  - hand:\n      side: {}\n    name: left\n  - hand:\n      side: {}\n",
-                       one, other) +
-           "field:\n  - name: side\n";
-  };
-  const std::string scene = two_hands("right", "left");
-  EXPECT_EQ(read(1, scene), two_hands("left", "right"));
-  EXPECT_EQ(read(2, scene), two_hands("left", "right"));
-  EXPECT_EQ(read(kRunFormatVersion, scene), scene);
-  const std::string seen = "motion:\n  sensor:\n    hand:\n      side: right\n";
-  EXPECT_THAT(read(2, seen), HasSubstr("      side: left\n"));
-  // Written again it is a file of today.
-  RunData run = full_run();
-  run.scene = read(2, scene);
-  write_run_file(directory_.file("again.h5"), run);
-  EXPECT_EQ(read_run_file(directory_.file("again.h5")).scene, run.scene);
-}
-
-// Until version 3 skin beyond keep_within was not there, and a note told of it where there was a judge.
-TEST_F(DamagedRunFile, AnOlderFileIsOfThePartThatItKept) {
-  using ThreeTexts = std::tuple<std::string, std::string, std::string>;
-  const auto read = [&](int version, const std::string& scene, const std::string& judge, const std::string& note) {
-    const auto fill = [&](const hdf5::Group& root) {
-      if (judge != "none") {
-        const hdf5::Group group = root.create("judge");
-        group.set_attribute("judge", judge);
-        group.create("methods");
-      }
-      root.write_texts("notes", {"near_field: a truncated: b", note});
-    };
-    const RunData run = read_forged(path_, version, fill, scene);
-    return ThreeTexts(to_string(run.solved_skin), to_string(run.judged_skin), run.scene);
-  };
-  const std::string kept = "bodies:\n  - name: a\n    keep_within_mm: 50\n  - name: b\n";
-  const std::string nothing = "bodies:\n  - name: a\n    keep_within_mm: 50\n    beyond: nothing\n  - name: b\n";
-  for (const int version : {1, 3}) {
-    EXPECT_EQ(read(version, kept, "same", "truncated: c"), ThreeTexts("part", "part", nothing));
-    EXPECT_EQ(read(version, kept, "same", "coarse: c"), ThreeTexts("part", "whole", nothing));
-    EXPECT_EQ(read(version, kept, "none", "coarse: c"), ThreeTexts("part", "part", nothing));
-    EXPECT_EQ(read(version, "name: c\n", "none", "coarse: c"), ThreeTexts("whole", "whole", "name: c\n"));
-  }
-  EXPECT_EQ(read(4, kept, "same", "truncated: c"), ThreeTexts("whole", "part", kept));
-}
-
 TEST_F(DamagedRunFile, JudgesAndSolvesThatMakeNoSenseAreErrors) {
   const auto message = [&](const std::function<void(const hdf5::Group&)>& fill) {
-    return message_of<InputError>([&] { read_forged(path_, kRunFormatVersion, fill); });
+    return message_of<InputError>([&] { read_forged(path_, fill); });
   };
   EXPECT_THAT(message([](const hdf5::Group& root) { root.create("judge").set_attribute("judge", "nobody"); }),
               HasSubstr("unknown judge 'nobody'"));
@@ -227,7 +146,7 @@ TEST_F(DamagedRunFile, JudgesAndSolvesThatMakeNoSenseAreErrors) {
       group.write("seconds", &number, {1}, "s");
     };
   };
-  EXPECT_EQ(read_forged(path_, kRunFormatVersion, solves(7, 1, 1)).solves[0].steps, 7);
+  EXPECT_EQ(read_forged(path_, solves(7, 1, 1)).solves[0].steps, 7);
   EXPECT_THAT(message(solves(1LL << 40, 1, 1)), HasSubstr("steps[0] = 1099511627776 is out of range"));
   EXPECT_THAT(message(solves(7, 2, 1)), HasSubstr("converged[0] = 2 is out of range"));
   EXPECT_THAT(message(solves(7, 1, 2)), HasSubstr("stage has 2 texts, must have 1"));
@@ -239,7 +158,7 @@ TEST_F(DamagedRunFile, ATransferMatrixThatMakesNoSenseIsAnError) {
   const std::array<std::int64_t, 1> face = {0};
   const auto forge = [&](bool with_target, const hdf5::Shape& shape) {
     return message_of<InputError>([&] {
-      read_forged(path_, 2, [&](const hdf5::Group& root) {
+      read_forged(path_, [&](const hdf5::Group& root) {
         if (with_target) {
           const hdf5::Group target = root.create("target");
           target.write("face", face.data(), {1}, "1");

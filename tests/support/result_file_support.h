@@ -22,17 +22,14 @@ class ResultFile : public ::testing::Test {
 };
 
 /// What a forged file begins with: one face, one channel.
-inline void forge_beginning(const hdf5::Group& root, const std::string& format, int version, const std::string& scene,
-                            bool has_extents) {
+inline void forge_beginning(const hdf5::Group& root, const std::string& format, int version) {
   root.set_attribute("format", format);
   root.set_attribute("format_version", version);
   root.set_attribute("name", "forged");
   root.set_attribute("complete", 1);
-  root.write_text("scene", scene);
-  if (has_extents) {
-    root.set_attribute("solved_skin", "whole");
-    root.set_attribute("judged_skin", "part");
-  }
+  root.write_text("scene", "");
+  root.set_attribute("solved_skin", "whole");
+  root.set_attribute("judged_skin", "part");
   const std::array<double, 9> corners = {0, 0, 0, 1, 0, 0, 0, 1, 0};
   const std::array<int, 3> triangle = {0, 1, 2};
   const hdf5::Group mesh = root.create("mesh");

@@ -115,7 +115,7 @@ class NotingLink final : public ArrayLink {
   explicit NotingLink(Pace& pace) : pace_(pace) {}
   std::string describe() const override { return "noting link"; }
   const ArrayLayout& layout() const override { return layout_; }
-  LinkAbilities abilities() const override { return {{256, 256}, 1000, {}, false}; }
+  LinkAbilities abilities() const override { return {{256, 256}, 1000, {}}; }
   void open() override {}
   void set_modulation(const Modulation&) override {}
   void send(const DriveFrame& frame) override {
