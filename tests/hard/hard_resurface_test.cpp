@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <numeric>
 #include <random>
 #include <string>
 #include <utility>
@@ -16,6 +17,7 @@
 #include "sim/body/hand.h"
 #include "sim/body/shapes.h"
 #include "sim/core/units.h"
+#include "sim/mesh/remesh/surface_remesh.h"
 #include "sim/mesh/repair/resurface.h"
 #include "sim/mesh/repair/surface_report.h"
 #include "tests/hard/hard_support.h"
@@ -198,6 +200,67 @@ TEST_P(HardResurface, RandomSoups) {
   }
   std::printf("%u of %u soups were refused\n", refused, count);
   EXPECT_LE(refused, count / 20);
+}
+
+Eigen::Matrix3d any_rotation(std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  Eigen::Quaterniond rotation;
+  for (double& x : rotation.coeffs()) {
+    x = normal(random);
+  }
+  return rotation.normalized().toRotationMatrix();
+}
+
+/// Eight ellipsoids that cut each other.
+FileSurface cluster(std::mt19937& random) {
+  std::uniform_real_distribution<double> uniform(0, 1);
+  FileSurface all;
+  for (int i = 0; i < 8; ++i) {
+    Eigen::Vector3d half;
+    for (double& x : half) {
+      x = 0.3 + uniform(random);
+    }
+    const Eigen::Matrix3d shape = any_rotation(random) * half.asDiagonal();
+    const Vector3 towards = any_rotation(random).col(0);
+    const Vector3 at = 20e-3 * uniform(random) * towards;
+    all = together(all, file_of(transformed(icosphere(15e-3, 8), shape, at)));
+  }
+  return all;
+}
+
+/// The first 20 are hands, the others clusters.
+FileSurface whole_body(unsigned number) {
+  constexpr unsigned kTurns = 4;
+  std::mt19937 random(number);
+  const std::vector<std::string> poses = hand_poses();
+  if (number >= kTurns * poses.size()) {
+    return cluster(random);
+  }
+  const TriangleMesh skin = hand({.pose = poses[number / kTurns], .edge = 2e-3}).mesh;
+  return file_of(transformed(skin, any_rotation(random), Vector3::Zero()));
+}
+
+TEST_P(HardResurface, SkinsRemeshAtAnyEdge) {
+  const std::vector<unsigned> few = {19, 24, 26, 28};
+  std::vector<unsigned> all(30);
+  std::iota(all.begin(), all.end(), 0U);
+  unsigned good = 0;
+  const std::vector<unsigned> numbers = sized(few, all);
+  for (const unsigned number : numbers) {
+    const TriangleMesh skin = resurfaced(whole_body(number), 1.0, 1.5e-3, "body.stl", "--resurface").mesh;
+    bool sound = true;
+    for (const double edge : {2e-3, 3e-3, 3.5e-3}) {
+      SCOPED_TRACE(fmt::format("body {} at {} mm", number, 1e3 * edge));
+      const TriangleMesh mesh = remeshed_surface(skin, EdgeSizing(edge));
+      const SkinReport report = inspect_skin(mesh.vertices(), mesh.triangles());
+      EXPECT_THAT(report.faults, IsEmpty());
+      EXPECT_GT(report.mesh.smallest_angle, 0.5 / 180.0 * std::numbers::pi);
+      EXPECT_NEAR(mesh.signed_volume(), skin.signed_volume(), 0.01 * skin.signed_volume());
+      sound = sound && !HasFailure();
+    }
+    good += sound ? 1 : 0;
+  }
+  std::printf("%u of %zu skins remesh at 2, 3 and 3.5 mm\n", good, numbers.size());
 }
 
 INSTANTIATE_TEST_SUITE_P(Small, HardResurface, testing::Values(Size::kSmall), testing::PrintToStringParamName());

@@ -19,6 +19,10 @@ using Index = Eigen::Index;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
+bool any_holds(const std::vector<Ball>& balls, const Vector3& x) {
+  return std::ranges::any_of(balls, [&](const Ball& ball) { return ball.holds(x); });
+}
+
 /// How much of a face counts among those within `radius`: its area, but of large and long faces only what reaches in.
 double area_within(const TriangleMesh& mesh, Index face, double radius) {
   const double height = 2.0 * mesh.areas()(face) / longest_edge(mesh, face);
@@ -48,7 +52,8 @@ double cosine_across(const TriangleMesh& mesh, const FaceTree& tree, const Vecto
 /// The sharp edges as a graph over the vertices, in which paths are followed.
 class SharpEdges {
  public:
-  SharpEdges(const TriangleMesh& mesh, double angle, const Eigen::VectorXd& edge_length)
+  SharpEdges(const TriangleMesh& mesh, double angle, const Eigen::VectorXd& edge_length,
+             const std::vector<Ball>& smooth)
       : mesh_(mesh), edge_length_(edge_length), neighbours_(at(static_cast<int>(mesh.vertex_count()))) {
     const EdgeTable edges = edge_table(mesh.triangles());
     const Index count = edges.ends.cols();
@@ -71,9 +76,9 @@ class SharpEdges {
           const int a = edges.ends(0, e);
           const int b = edges.ends(1, e);
           const double radius = 0.25 * (edge_length(a) + edge_length(b));
+          const Vector3 middle = 0.5 * (mesh.vertices().col(a) + mesh.vertices().col(b));
           sharp[static_cast<std::size_t>(e)] =
-              cosine_across(mesh, tree, 0.5 * (mesh.vertices().col(a) + mesh.vertices().col(b)), radius, sides,
-                            found) <= most_cosine;
+              !any_holds(smooth, middle) && cosine_across(mesh, tree, middle, radius, sides, found) <= most_cosine;
         }
       }
     }
@@ -249,16 +254,18 @@ class SharpEdges {
 }  // namespace
 
 std::vector<Crease> find_creases(const TriangleMesh& mesh, double angle,
-                                 const std::function<Eigen::VectorXd(const Points&)>& edge_length) {
+                                 const std::function<Eigen::VectorXd(const Points&)>& edge_length,
+                                 const std::vector<Ball>& smooth) {
   const Eigen::VectorXd lengths = edge_length(mesh.vertices());
-  SharpEdges edges(mesh, angle, lengths);
+  SharpEdges edges(mesh, angle, lengths, smooth);
   edges.drop_short_ends();
   std::vector<char> corner = edges.forks_and_ends();
   edges.add_turns(angle, corner);
   return edges.paths(corner);
 }
 
-std::vector<int> find_tips(const TriangleMesh& mesh, const std::function<Eigen::VectorXd(const Points&)>& edge_length) {
+std::vector<int> find_tips(const TriangleMesh& mesh, const std::function<Eigen::VectorXd(const Points&)>& edge_length,
+                           const std::vector<Ball>& smooth) {
   constexpr double kLeftOut = 0.249 * 2.0 * std::numbers::pi;  // a quarter, but for rounding
   constexpr double kLongest = 0.8;
   Eigen::VectorXd angles = Eigen::VectorXd::Zero(mesh.vertex_count());
@@ -269,7 +276,7 @@ std::vector<int> find_tips(const TriangleMesh& mesh, const std::function<Eigen::
   }
   std::vector<int> pointed;
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
-    if (angles(v) > 0 && 2.0 * std::numbers::pi - angles(v) >= kLeftOut) {
+    if (angles(v) > 0 && 2.0 * std::numbers::pi - angles(v) >= kLeftOut && !any_holds(smooth, mesh.vertices().col(v))) {
       pointed.push_back(static_cast<int>(v));
     }
   }

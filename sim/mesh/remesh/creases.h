@@ -7,6 +7,14 @@
 
 namespace touchfield {
 
+/// A ball [m].
+struct Ball {
+  Vector3 centre;
+  double radius;
+
+  bool holds(const Vector3& x) const { return (x - centre).norm() < radius; }
+};
+
 /// A path along edges of a mesh, by its vertices, at least 2. The ends are the corners where it meets others, turns
 /// sharply or stops; in a ring they are one vertex.
 struct Crease {
@@ -25,13 +33,18 @@ struct Crease {
 /// mesh          closed, oriented
 /// angle         [rad], 0 to pi
 /// edge_length   h [m] at points
+/// smooth        where no edge counts as sharp
 std::vector<Crease> find_creases(const TriangleMesh& mesh, double angle,
-                                 const std::function<Eigen::VectorXd(const Points&)>& edge_length);
+                                 const std::function<Eigen::VectorXd(const Points&)>& edge_length,
+                                 const std::vector<Ball>& smooth = {});
 
 /// Where a surface comes to a point. The angles of the faces at such a vertex leave out at least a quarter of a full
 /// turn, as at the corner of a cube. The skin within h/2 must be as pointed. Its mean normal, weighted by area, is then
 /// shorter than 0.8. At a cone's tip this length is the sine of half the opening angle.
-std::vector<int> find_tips(const TriangleMesh& mesh, const std::function<Eigen::VectorXd(const Points&)>& edge_length);
+///
+/// smooth   where no vertex counts as a tip
+std::vector<int> find_tips(const TriangleMesh& mesh, const std::function<Eigen::VectorXd(const Points&)>& edge_length,
+                           const std::vector<Ball>& smooth = {});
 
 /// A polyline by the length along it.
 class Polyline {

@@ -10,7 +10,8 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include "sim/core/errors.h"
+#include "sim/core/place_text.h"
+#include "sim/core/units.h"
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/remesh/edit_mesh.h"
 #include "sim/mesh/remesh/flat_faces.h"
@@ -85,12 +86,14 @@ class Remesher {
     for (const int v : numbers) {
       held.push_back(bound_to(v) != kFree);
     }
-    try {
-      return {TriangleMesh(gathered(numbers), std::move(triangles)), std::move(held)};
-    } catch (const InputError& error) {
-      throw NumericalError(
-          fmt::format("remesh: the requested edges are too long for parts of the body ({})", error.what()));
+    Points points = gathered(numbers);
+    for (const auto& face : triangles.colwise()) {
+      if (is_flat(points, face)) {
+        throw RemeshError("a face without area is left", points.col(face(0)),
+                          wanted(numbers[static_cast<std::size_t>(face(0))]));
+      }
     }
+    return {TriangleMesh(std::move(points), std::move(triangles)), std::move(held)};
   }
 
  private:
@@ -186,7 +189,7 @@ class Remesher {
       while (mesh_.alive(side) && length_over_wanted(side) > kLongest) {
         // Along a crease that folds back on itself, round a sheet without thickness, halves are as long as the whole.
         if (--left < 0) {
-          throw NumericalError("remesh: parts of the body are far thinner than the requested edges");
+          throw RemeshError("splitting has no end", point(mesh_.from(side)), wanted(mesh_.from(side)));
         }
         split(longest_about(side));
       }
@@ -424,6 +427,12 @@ class Remesher {
 };
 
 }  // namespace
+
+RemeshError::RemeshError(const std::string& what, const Vector3& at, double edge)
+    : NumericalError(fmt::format("remesh: edges of {:.3g} mm are too long for the body at {}: {}; use edges of at most "
+                                 "{:.2g} mm there",
+                                 edge / kMillimetre, place_text(at, 2), what, 0.5 * edge / kMillimetre)),
+      at_(at) {}
 
 CreasedMesh remeshed(const Points& vertices, const Triangles& triangles, const CreasedTarget& target, int rounds) {
   Remesher remesher(vertices, triangles, target);

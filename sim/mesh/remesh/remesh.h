@@ -1,8 +1,10 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <vector>
 
+#include "sim/core/errors.h"
 #include "sim/mesh/remesh/creases.h"
 #include "sim/mesh/triangle_mesh.h"
 
@@ -16,6 +18,18 @@ struct RemeshTarget {
   std::function<void(Points&)> project;
 };
 
+/// The wanted edges are too long for the shape about a place.
+class RemeshError : public NumericalError {
+ public:
+  /// edge   wanted there [m]
+  RemeshError(const std::string& what, const Vector3& at, double edge);
+
+  const Vector3& at() const { return at_; }
+
+ private:
+  Vector3 at_;  // [m]
+};
+
 /// A closed manifold with nearly equilateral faces of the wanted size. A round splits edges above 4/3 of the wanted
 /// length and collapses those below 4/5. It then flips edges towards valence 6, smooths within the surface and projects
 /// onto it.
@@ -24,7 +38,7 @@ struct RemeshTarget {
 /// rounds                8 settle; >= 1
 /// returns   the mesh; the mean of (area / wanted area) over its faces is 1 within 2 %
 /// throws    InputError if an edge does not have two faces that run opposite ways
-///           NumericalError if a face without area is left, or splitting long edges has no end: parts lie on each other
+///           RemeshError if a face without area is left, or splitting long edges has no end: parts lie on each other
 /// source    Botsch and Kobbelt, A remeshing approach to multiresolution modeling, SGP 2004
 TriangleMesh remeshed(const Points& vertices, const Triangles& triangles, const RemeshTarget& target, int rounds);
 

@@ -1,7 +1,11 @@
 #include "sim/mesh/remesh/surface_remesh.h"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -10,6 +14,7 @@
 #include "sim/core/errors.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
+#include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/remesh/creases.h"
 #include "sim/mesh/remesh/mean_height.h"
 #include "sim/mesh/remesh/mesh_quality.h"
@@ -66,20 +71,26 @@ void require_possible(const TriangleMesh& original, const EdgeSizing& sizing, do
   }
 }
 
-void require_same_volume(const TriangleMesh& original, const TriangleMesh& result) {
+void require_same_volume(const TriangleMesh& original, const TriangleMesh& result, const EdgeSizing& sizing) {
   constexpr double kMostChange = 0.1;
   const double change = result.signed_volume() / original.signed_volume() - 1.0;
   if (!(std::abs(change) <= kMostChange)) {
-    throw NumericalError(
-        fmt::format("remesh: the volume changed by {:.1f} %: the requested edges are too long for parts of the body",
-                    100.0 * change));
+    const FaceTree tree(result);
+    Eigen::VectorXd distances(original.face_count());
+#pragma omp parallel for schedule(dynamic, 256)
+    for (Eigen::Index f = 0; f < original.face_count(); ++f) {
+      distances(f) = tree.nearest(original.centroids().col(f)).distance;
+    }
+    Eigen::Index farthest = 0;
+    distances.maxCoeff(&farthest);
+    const Vector3 at = original.centroids().col(farthest);
+    throw RemeshError(fmt::format("the volume changes by {:.1f} %", 100.0 * change), at, sizing.at(at));
   }
 }
 
-}  // namespace
-
-TriangleMesh remeshed_surface(const TriangleMesh& original, const EdgeSizing& sizing, double crease_angle) {
-  require_possible(original, sizing, crease_angle);
+/// Without creases and tips in some places.
+TriangleMesh remeshed_once(const TriangleMesh& original, const EdgeSizing& sizing, double crease_angle,
+                           const std::vector<Ball>& smooth) {
   constexpr int kRounds = 10;
   constexpr double kThinnest = 0.03;  // of the wanted edge
   constexpr double kMostLift = 0.1;   // of the wanted edge
@@ -91,7 +102,7 @@ TriangleMesh remeshed_surface(const TriangleMesh& original, const EdgeSizing& si
                              [&](Points& moved, const Points& before, const Points& normals) {
                                project(tree, sizing, moved, before, normals);
                              },
-                             find_creases(start, crease_angle, wanted), find_tips(start, wanted)};
+                             find_creases(start, crease_angle, wanted, smooth), find_tips(start, wanted, smooth)};
   const auto [mesh, held] = remeshed(start.vertices(), start.triangles(), target, kRounds);
   Eigen::VectorXd most = kMostLift * sizing.at(mesh.vertices());
   for (std::size_t v = 0; v < held.size(); ++v) {
@@ -99,9 +110,70 @@ TriangleMesh remeshed_surface(const TriangleMesh& original, const EdgeSizing& si
       most(static_cast<Eigen::Index>(v)) = 0;
     }
   }
-  TriangleMesh result = with_mean_height_zero(mesh, heights_above(tree, sizing, mesh), most);
-  require_same_volume(original, result);
-  return result;
+  return with_mean_height_zero(mesh, heights_above(tree, sizing, mesh), most);
+}
+
+/// Where faces of the result are next to flat, or cut each other although none of the original do.
+std::vector<Vector3> faults(const TriangleMesh& result, const TriangleMesh& original) {
+  constexpr double kLeastAngle = 0.5 / 180.0 * std::numbers::pi;
+  std::vector<Vector3> places;
+  const Eigen::VectorXd angles = smallest_angles(result);
+  for (Eigen::Index f = 0; f < result.face_count(); ++f) {
+    if (angles(f) < kLeastAngle) {
+      places.emplace_back(result.centroids().col(f));
+    }
+  }
+  const auto pairs = self_intersections(result);
+  if (!pairs.empty() && self_intersections(original, 1).empty()) {
+    for (const auto& [face, other] : pairs) {
+      places.emplace_back(result.centroids().col(face));
+    }
+  }
+  return places;
+}
+
+}  // namespace
+
+TriangleMesh remeshed_surface(const TriangleMesh& original, const EdgeSizing& sizing, double crease_angle) {
+  require_possible(original, sizing, crease_angle);
+  constexpr int kMostAttempts = 4;
+  constexpr double kReach = 2.0;  // wanted edges
+  std::vector<Ball> smooth;
+  EdgeSizing used = sizing;
+  std::optional<RemeshError> first_error;
+  for (int attempt = 1;; ++attempt) {
+    std::optional<TriangleMesh> result;
+    std::vector<Vector3> places;
+    try {
+      result = remeshed_once(original, used, crease_angle, smooth);
+      places = faults(*result, original);
+    } catch (const RemeshError& error) {
+      first_error = first_error.value_or(error);
+      places.push_back(error.at());
+    }
+    const bool last = attempt == kMostAttempts;
+    if (result && (last || places.empty())) {
+      require_same_volume(original, *result, sizing);
+      return *std::move(result);
+    }
+    if (last) {
+      throw RemeshError(*first_error);
+    }
+    // A crease too small for the edges holds vertices that should go. Where there is none, shorter edges help.
+    std::vector<SizingZone> zones = used.zones();
+    const auto before = std::ssize(smooth);
+    for (const Vector3& at : places) {
+      if (std::any_of(smooth.begin() + before, smooth.end(), [&](const Ball& ball) { return ball.holds(at); })) {
+        continue;
+      }
+      const double edge = sizing.at(at);
+      smooth.push_back({at, kReach * attempt * edge});
+      if (attempt > 1) {
+        zones.push_back({at, std::pow(0.5, attempt - 1) * edge, edge});
+      }
+    }
+    used = EdgeSizing(sizing.far(), std::move(zones), sizing.growth());
+  }
 }
 
 }  // namespace touchfield

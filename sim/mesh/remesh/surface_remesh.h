@@ -22,13 +22,13 @@ constexpr double kCreaseAngle = 50.0 / 180.0 * std::numbers::pi;  // [rad]
 ///                vertices stand off the original by the mean distance that their faces cut below it (0.1 edges at
 ///                most), so that area and volume are the original's to second order in edge over radius of curvature;
 ///                flat sides stay exactly flat. Angles are above 15 degrees but between creases that are nearer than
-///                half an edge to each other, or meet at less
-/// limits         a part thinner than its edges loses its shape, and skins nearer than a tenth of an edge may meet: see
-///                thickness and gap in mesh_risks.h, and self_intersections.h
+///                half an edge to each other, or meet at less. Where faces next to flat are left, or faces cut each
+///                other, it is meshed again: first without creases about the place, then with shorter edges there
+/// limits         a part thinner than its edges loses its shape: see thickness in mesh_risks.h
 /// throws         InputError if the original is not closed, manifold and oriented, the angle is out of range, or the
 ///                sizing asks for more than 5 million faces
-///                NumericalError if the volume changes by more than a tenth: the edges are too long for the shape, or
-///                the body is a sheet without thickness to them
+///                RemeshError, with the place and an edge to use, if a face without area is left or the volume changes
+///                by more than a tenth: the edges are too long for the shape, or the body is a sheet without thickness
 TriangleMesh remeshed_surface(const TriangleMesh& original, const EdgeSizing& sizing,
                               double crease_angle = kCreaseAngle);
 
