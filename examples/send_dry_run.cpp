@@ -1,7 +1,7 @@
 // From a scene file to the frame that an array would get: the scene is solved, the run kept, and its last method's
 // phases go through every check of `touchfield send` (level, time, layout, rounding) to the link `dry-run`, which
 // writes them to a file. No device is touched. Another address, as docs/hardware.md lists them, is checked in the same
-// way; to emit sound takes plan.emit and a watchdog, see hardware/emission/emission.h.
+// way; to emit sound takes plan.emit and a guard, see hardware/emission/emission.h.
 //
 //   send_dry_run scenes/quick.yaml run.h5 phases.txt
 #include <cstdio>

@@ -24,6 +24,7 @@ struct LinkAbilities {
   double most_frames_per_second = 0;  // that the link carries, > 0
   ModulationAbility modulation;
   StoredAbility stored{};
+  double switches_off_after = 0;  // of silence [s]; 0: never
 };
 
 /// A real array, or what stands for one. Made by make_link, or for another process by GuardedLink.

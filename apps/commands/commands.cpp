@@ -62,7 +62,7 @@ void add_commands(CLI::App& app, Invocation& invocation) {
     CLI::App* added = all()[before];
     added->group(command.group)->footer(std::string("Examples:\n  ") + command.examples);
   }
-  add_link_processes(app, invocation);
+  add_link_guard(app, invocation);
 }
 
 }  // namespace touchfield

@@ -21,7 +21,7 @@ void add_doctor_command(CLI::App& app, Invocation& invocation);
 void add_hand_command(CLI::App& app, Invocation& invocation);
 void add_info_command(CLI::App& app, Invocation& invocation);
 void add_init_command(CLI::App& app, Invocation& invocation);
-void add_link_processes(CLI::App& app, Invocation& invocation);  // hidden: a link's guard and its watchdog
+void add_link_guard(CLI::App& app, Invocation& invocation);  // hidden: a link's guard
 void add_live_command(CLI::App& app, Invocation& invocation);
 void add_mesh_command(CLI::App& app, Invocation& invocation);
 void add_pattern_command(CLI::App& app, Invocation& invocation);

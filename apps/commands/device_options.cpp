@@ -71,7 +71,7 @@ EmissionPlan plan_of(const DeviceOptions& options) {
   }
   plan.request = options.request;
   plan.emit = options.emit;
-  plan.watchdog = watchdog_command();
+  plan.guard = guard_command();
   return plan;
 }
 

@@ -21,12 +21,11 @@ void add_device(CLI::App* command, DeviceOptions& options);
 /// --emit, the level, the caps and the modulation; not the time nor the rate.
 void add_emission(CLI::App* command, DeviceOptions& options);
 
-/// The plan that the options make: the device with its samples read, the request, and the watchdog that this program
-/// is.
+/// The plan that the options make: the device with its samples read, the request, and the guard that this program is.
 EmissionPlan plan_of(const DeviceOptions& options);
 
-/// How this program is started as the watchdog of a link's guard.
-std::vector<std::string> watchdog_command();
+/// How this program is started as the guard of a link.
+std::vector<std::string> guard_command();
 
 /// Prints the report, unless --quiet, as a person reads it, after `heading`, or as --json; says on standard error by
 /// what signal an emission was stopped.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <utility>
 
@@ -219,8 +220,14 @@ EmissionReport emit(const EmissionPlan& plan) {
     link.quiet();
   };
   if (plan.emit && !report.dry) {
-    GuardedLink link(plan.watchdog, {plan.device.link, plan.array, report.frames, false},
-                     {report.level, report.seconds});
+    if (abilities.switches_off_after == 0) {
+      std::fputs(fmt::format("touchfield: note: {} has no timer: if this program and its guard fail at once, it keeps "
+                             "its last frame until its supply is switched off\n",
+                             report.device)
+                     .c_str(),
+                 stderr);
+    }
+    GuardedLink link(plan.guard, {plan.device.link, plan.array, report.frames, false}, {report.level, report.seconds});
     report.emitted = true;
     play_guarded(plan, playing, modulation, link, *signals, report);
   } else if (plan.stream || report.dry) {

@@ -81,10 +81,10 @@ struct EmissionPlan {
   /// Is played instead of `drives`, if given, of which it is then only found whether the device can do them. Without
   /// `emit` it is played all the same, to no device.
   std::function<FrameStream(const Rounding& rounded)> stream;
-  StopSignals* signals = nullptr;     // of a caller who has threads, and of every stream; else they are made here
-  FrameObserver observer;             // told of each frame that was sent
-  std::vector<std::string> watchdog;  // program and arguments that GuardedLink starts
-  std::vector<std::string> read;      // files that the caller reads: a dry run writes to none of them
+  StopSignals* signals = nullptr;  // of a caller who has threads, and of every stream; else they are made here
+  FrameObserver observer;          // told of each frame that was sent
+  std::vector<std::string> guard;  // program and arguments that GuardedLink starts
+  std::vector<std::string> read;   // files that the caller reads: a dry run writes to none of them
 };
 
 /// What was found and done.

@@ -35,10 +35,6 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GuardLimits, level, seconds)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DriveFrame, phase, intensity)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(StoredFrames, first, frames)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(StoredPlay, count, rate)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(StoredAbility, most_frames, clock, fewest_periods, most_periods)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DriveSteps, phase_levels, intensity_levels)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ModulationAbility, rate, most_samples, own_frequencies)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LinkAbilities, steps, most_frames_per_second, modulation, stored)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SineModulation, frequency, depth)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SampledModulation, samples, rate)
 
@@ -76,7 +72,6 @@ void from_json(const Json& message, ArrayLayout& layout) {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LinkSettings, address, array, frames, replace)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GuardStart, limits, settings)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GuardedDevice, description, abilities, layout, guard)
 
 template <class Value>
 GuardBytes packed(const Value& value) {
@@ -101,9 +96,7 @@ TOUCHFIELD_GUARD_VALUE(StoredFrames)
 TOUCHFIELD_GUARD_VALUE(StoredPlay)
 TOUCHFIELD_GUARD_VALUE(Gaps)
 TOUCHFIELD_GUARD_VALUE(Modulation)
-TOUCHFIELD_GUARD_VALUE(LinkSettings)
 TOUCHFIELD_GUARD_VALUE(GuardStart)
-TOUCHFIELD_GUARD_VALUE(GuardedDevice)
 #undef TOUCHFIELD_GUARD_VALUE
 
 }  // namespace touchfield

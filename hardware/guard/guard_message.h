@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -8,36 +9,31 @@
 #include "hardware/array_link.h"
 #include "hardware/attention.h"
 #include "hardware/links/make_link.h"
+#include "sim/core/child_process.h"
 
 namespace touchfield {
 
-/// What a link's owner asks its guard for, and what goes with it -> with the answer. Every request is answered.
+/// What a program asks its guard for, and what goes with it. Every request is answered.
 enum class GuardRequest : std::uint8_t {
-  kStart,       // GuardStart -> GuardedDevice
+  kStart,       // GuardStart
   kOpen,        //
   kModulation,  // Modulation
   kSend,        // DriveFrame
   kStore,       // StoredFrames
   kPlayStored,  // StoredPlay
-  kCheck,       //
+  kCheck,       // also the program's sign of life
   kQuiet,       //
-  kClose,       // and end -> Gaps, of the guard while the device could emit
+  kClose,       // and end; the answer has the Gaps of the guard while the device could emit
 };
 
-/// The answer; with anything but kDone goes a text.
+/// The answer; with an error goes a text.
 enum class GuardReply : std::uint8_t {
   kDone,
   kInputError,
   kDeviceError,
   kError,
   kStopped,  // the guard quieted the device of its own accord and ends; may come unasked
-};
-
-/// What a guard tells its watchdog.
-enum class GuardNote : std::uint8_t {
-  kDevice,  // LinkSettings
-  kOn,      // from now on the device may emit
-  kOff,     // it is quiet, or given up
+  kAlive,    // the answer takes longer
 };
 
 /// What a guard lets through.
@@ -49,13 +45,6 @@ struct GuardLimits {
 struct GuardStart {
   GuardLimits limits;
   LinkSettings settings;
-};
-
-struct GuardedDevice {
-  std::string description;
-  LinkAbilities abilities;
-  ArrayLayout layout;
-  int guard = 0;  // its process
 };
 
 struct StoredFrames {
@@ -70,13 +59,12 @@ struct StoredPlay {
 
 using GuardBytes = std::vector<std::uint8_t>;
 
-/// What these processes, all of one program, say to each other.
 struct GuardMessage {
   template <class What>
   explicit GuardMessage(What message, GuardBytes bytes = {})
       : what(static_cast<std::uint8_t>(message)), with(std::move(bytes)) {}
 
-  std::uint8_t what;  // a GuardRequest, GuardReply or GuardNote
+  std::uint8_t what;  // a GuardRequest or GuardReply
   GuardBytes with;    // packed
 };
 
@@ -86,5 +74,26 @@ GuardBytes packed(const Value& value);
 /// throws   IoError on bytes that are no such value
 template <class Value>
 Value unpacked(const GuardBytes& bytes);
+
+/// One end of the socket between a program and its guard: whole messages, each with its length before it.
+class GuardChannel {
+ public:
+  explicit GuardChannel(Descriptor descriptor = Descriptor()) : descriptor_(std::move(descriptor)) {}
+
+  int descriptor() const { return descriptor_.number(); }
+  /// seconds    for the other end to take it
+  /// returns    false if it did not, or is gone
+  bool send(const GuardMessage& message, double seconds);
+  /// Waits for a message, or the end of the other one, for at most kPatienceStep.
+  bool waits() const;
+  /// returns   nothing if the other end is gone, or sends no whole message: who does that is as good as gone
+  std::optional<GuardMessage> receive();
+  void close() { descriptor_.close(); }
+
+ private:
+  bool receive_bytes(std::uint8_t* data, std::size_t size);
+
+  Descriptor descriptor_;
+};
 
 }  // namespace touchfield

@@ -7,14 +7,13 @@
 #include <memory>
 #include <poll.h>
 #include <string>
-#include <unistd.h>
+#include <sys/prctl.h>
+#include <sys/stat.h>
 
 #include <fmt/format.h>
 
 #include "hardware/attention.h"
-#include "hardware/guard/guard_channel.h"
-#include "hardware/guard/guard_start.h"
-#include "hardware/guard/vigil.h"
+#include "hardware/guard/guard_message.h"
 #include "hardware/stop_signals.h"
 #include "sim/core/errors.h"
 #include "sim/core/steady_now.h"
@@ -25,22 +24,16 @@ namespace {
 
 constexpr double kLevelSlack = 1e-9;
 constexpr double kForEver = std::numeric_limits<double>::infinity();
+constexpr double kLongestSilence = 0.225;  // of the program [s]: with a look's period, it is found within 250 ms
+constexpr double kReplyPatience = 0.2;     // [s]
 
 class Guard {
  public:
-  explicit Guard(int descriptor)
-      : program_(Descriptor(descriptor)),
-        watchdog_(Descriptor(descriptor + 1)),
-        program_vigil_(program_.maker(), steady_now()),
-        watchdog_vigil_(watchdog_.maker(), steady_now()) {}
-
-  int run() {
-    double next_look = steady_now();
+  void run() {
     while (!ended_) {
-      pollfd watched[3] = {
-          {signals_.descriptor(), POLLIN, 0}, {watchdog_.descriptor(), POLLIN, 0}, {program_.descriptor(), POLLIN, 0}};
-      const double wait = std::max(0.0, std::min(deadline_, next_look) - steady_now());
-      const int ready = ::poll(watched, 3, static_cast<int>(std::ceil(wait * 1e3)));
+      pollfd watched[2] = {{signals_.descriptor(), POLLIN, 0}, {program_.descriptor(), POLLIN, 0}};
+      const double wait = std::clamp(deadline_ - steady_now(), 0.0, kPatienceStep);
+      const int ready = ::poll(watched, 2, static_cast<int>(std::ceil(wait * 1e3)));
       if (overslept(wait)) {
         stop("it " + attention_.fault());
       } else if (ready > 0 && watched[0].revents != 0 && signals_.wait(0)) {
@@ -48,59 +41,24 @@ class Guard {
       } else if (steady_now() >= deadline_) {
         stop("the permitted time of emission is over");
       } else if (ready > 0 && watched[1].revents != 0) {
-        hear_watchdog();
-      } else if (ready > 0 && watched[2].revents != 0) {
         serve();
-      }
-      if (!ended_ && steady_now() >= next_look) {
-        next_look = steady_now() + kLookPeriod;
-        look();
+        silence_ = Patience(kLongestSilence, steady_now());
+      } else if (on_ && silence_.over(steady_now())) {
+        stop("the program that drove the array said nothing for 250 ms");
       }
     }
-    watchdog_vigil_.resume();  // it ends with its guard, also if it was stopped
     if (link_) {
       link_->close();
     }
-    return exit_code_;
   }
 
  private:
   // Whether the array was on and nobody looked.
   bool overslept(double planned) { return on_ && attention_.look(steady_now(), planned); }
 
-  void hear_watchdog() {
-    if (!received(watchdog_)) {
-      stop("its watchdog is gone");
-      return;
-    }
-    watchdog_vigil_.heard(steady_now());
-  }
-
-  // Nothing also if what comes is no message: who sends that is as good as gone.
-  static std::optional<GuardMessage> received(GuardChannel& channel) {
-    try {
-      return channel.receive(kMessagePatience);
-    } catch (const IoError&) {
-      return std::nullopt;
-    }
-  }
-
-  // While it may emit, the program and the watchdog have to run.
-  void look() {
-    watchdog_.beat();
-    if (!on_) {
-      return;
-    }
-    if (const auto fault = program_vigil_.fault(steady_now())) {
-      stop("the program that drove the array " + *fault);
-    } else if (const auto other = watchdog_vigil_.fault(steady_now())) {
-      stop("its watchdog " + *other);
-    }
-  }
-
   // Reads a request and answers it.
   void serve() {
-    const std::optional<GuardMessage> request = received(program_);
+    const std::optional<GuardMessage> request = program_.receive();
     if (!request) {
       stop("the program that drove the array is gone");
       return;
@@ -124,23 +82,20 @@ class Guard {
       stop("it " + attention_.fault());
       return;
     }
-    if (reply == GuardReply::kDeviceError || reply == GuardReply::kError) {
-      refusal += after_loss();
+    if ((reply == GuardReply::kDeviceError || reply == GuardReply::kError) && open_) {
+      refusal += "; " + release();
     }
-    if (!program_.send(GuardMessage(reply, reply == GuardReply::kDone ? std::move(with) : packed(refusal))) &&
-        !ended_) {
+    if (!tell(reply, reply == GuardReply::kDone ? std::move(with) : packed(refusal)) && !ended_) {
       stop("the program that drove the array is gone");
     }
-    program_vigil_.heard(steady_now());
   }
 
   GuardBytes answer(GuardRequest request, const GuardBytes& with) {
     if (request == GuardRequest::kStart) {
       const auto start = unpacked<GuardStart>(with);
       limits_ = start.limits;
-      watchdog_.send(GuardMessage(GuardNote::kDevice, packed(start.settings)));
       link_ = make_link(start.settings);
-      return packed(GuardedDevice{link_->describe(), link_->abilities(), link_->layout(), ::getpid()});
+      return {};
     }
     if (request == GuardRequest::kClose) {
       ended_ = true;
@@ -167,48 +122,45 @@ class Guard {
     if (!open_) {
       throw DeviceError("link guard: the device is not open");
     }
-    return answer_open(request, with);
+    drive(request, with);
+    return {};
   }
 
   // What needs an open device.
-  GuardBytes answer_open(GuardRequest request, const GuardBytes& with) {
+  void drive(GuardRequest request, const GuardBytes& with) {
     switch (request) {
       case GuardRequest::kModulation:
         link_->set_modulation(unpacked<Modulation>(with));
-        return {};
-      case GuardRequest::kSend:
-        send(unpacked<DriveFrame>(with));
-        return {};
+        return;
+      case GuardRequest::kSend: {
+        const auto frame = unpacked<DriveFrame>(with);
+        require_permitted(frame);
+        switch_on();
+        link_->send(frame);
+        return;
+      }
       case GuardRequest::kStore: {
         const auto stored = unpacked<StoredFrames>(with);
-        for (const DriveFrame& frame : stored.frames) {
-          require_permitted(frame);
-        }
+        std::ranges::for_each(stored.frames, [&](const DriveFrame& frame) { require_permitted(frame); });
         link_->store(stored.first, stored.frames);
-        return {};
+        return;
       }
       case GuardRequest::kPlayStored: {
         const auto play = unpacked<StoredPlay>(with);
         switch_on();
         link_->play_stored(play.count, play.rate);
-        return {};
+        return;
       }
       case GuardRequest::kCheck:
         link_->check();
-        return {};
+        return;
       case GuardRequest::kQuiet:
         link_->quiet();
-        note(false);
-        return {};
+        on_ = false;
+        return;
       default:
         throw std::logic_error("link guard: an unknown request");
     }
-  }
-
-  void send(const DriveFrame& frame) {
-    require_permitted(frame);
-    switch_on();
-    link_->send(frame);
   }
 
   void require_permitted(const DriveFrame& frame) const {
@@ -224,44 +176,35 @@ class Guard {
       deadline_ = steady_now() + limits_.seconds + kGuardGrace;
     }
     if (!on_) {
-      note(true);
+      on_ = true;
       attention_.begin(steady_now());
     }
   }
 
-  // Whether the device may emit, told to the watchdog before that begins and after it has ended.
-  void note(bool on) {
-    on_ = on;
-    watchdog_.send(GuardMessage(on ? GuardNote::kOn : GuardNote::kOff));
+  bool tell(GuardReply reply, GuardBytes with = {}) {
+    return program_.send(GuardMessage(reply, std::move(with)), kReplyPatience);
   }
 
   // Quiets, as far as the device still lets it, and asks nothing of it any more. Returns how that went.
   std::string release() {
-    watchdog_.beat();
-    const Quieting done = quieted(*link_);
-    exit_code_ = done.quiet ? exit_code_ : kDeviceFailed;
+    tell(GuardReply::kAlive);
     open_ = false;
-    note(false);
-    return done.text;
+    on_ = false;
+    return quieted(*link_).text;
   }
-
-  // Words to add to an error that an open device may not survive.
-  std::string after_loss() { return open_ ? "; " + release() : ""; }
 
   void stop(const std::string& reason) {
     const std::string text = open_ ? fmt::format("{}; {}", reason, release()) : reason;
     if (was_open_) {
       std::fputs(fmt::format("touchfield: link guard: {}\n", text).c_str(), stderr);
     }
-    program_.send(GuardMessage(GuardReply::kStopped, packed("link guard: " + text)));
+    tell(GuardReply::kStopped, packed("link guard: " + text));
     ended_ = true;
   }
 
   StopSignals signals_;
-  GuardChannel program_;
-  GuardChannel watchdog_;
-  Vigil program_vigil_;
-  Vigil watchdog_vigil_;
+  GuardChannel program_{Descriptor(kGuardDescriptor)};
+  Patience silence_{kLongestSilence, steady_now()};  // with the program
   Attention attention_;
   GuardLimits limits_;
   std::unique_ptr<ArrayLink> link_;
@@ -270,28 +213,27 @@ class Guard {
   bool on_ = false;  // a frame was sent, and the device not quieted since
   bool ended_ = false;
   double deadline_ = kForEver;
-  int exit_code_ = 0;
 };
 
 }  // namespace
 
 Quieting quieted(ArrayLink& link) {
   const double start = steady_now();
-  Quieting done;
   try {
     link.quiet();
-    done.quiet = true;
-    done.text = fmt::format("the array is quiet after {:.0f} ms", (steady_now() - start) * 1e3);
+    return {true, fmt::format("the array is quiet after {:.0f} ms", (steady_now() - start) * 1e3)};
   } catch (const std::exception& error) {
-    done.text = fmt::format("the array could not be quieted: {}{}", error.what(), kMayBeOn);
+    return {false, fmt::format("the array could not be quieted: {}{}", error.what(), kMayBeOn)};
   }
-  return done;
 }
 
-int run_guard(int descriptor) {
-  require_handed_over(2);
-  wake_at_parents_end();
-  return Guard(descriptor).run();
+void run_guard() {
+  struct stat status {};
+  if (::fstat(kGuardDescriptor, &status) != 0 || !S_ISSOCK(status.st_mode)) {
+    throw InputError("link guard: touchfield starts it when it drives an array; it is not for use by hand");
+  }
+  ::prctl(PR_SET_PDEATHSIG, SIGCONT);  // a stopped guard whose program ends continues, and sees that
+  Guard().run();
 }
 
 }  // namespace touchfield

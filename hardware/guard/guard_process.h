@@ -6,6 +6,9 @@
 
 namespace touchfield {
 
+/// The descriptor that a guard finds its end of the program's socket at.
+inline constexpr int kGuardDescriptor = 3;
+
 /// The guard: owns a device on behalf of the program at the other end of a socket, and outlives it.
 ///
 /// It stops the device: it sends a quiet frame, commits and closes, each within kLinkPatience. The reasons are:
@@ -14,21 +17,15 @@ namespace touchfield {
 ///   - any of StopSignals::all() comes
 ///   - the device fails
 ///   - kGuardGrace has passed since the end of the time that the program may emit
-///   - the program or the guard's own watchdog is gone
-///   - one of these two is stopped, or silent for 250 ms, while the device may emit
+///   - the program is gone, or it was silent for 250 ms while the device may emit (stopped, frozen, stuck)
 ///   - the guard itself did not look for longer than kLongestGap while the device may emit
 ///
 /// The program that asked gets the error of a device that fails. Every other stop that the guard was not told to make
 /// is reported on standard error. The guard refuses frames above the level it was given. SIGKILL and SIGSTOP of the
-/// guard itself are its watchdog's business, see run_watchdog.
+/// guard itself are the program's business, see GuardedLink.
 ///
-/// descriptor   its end of the program's socket; the next one is that of the watchdog's
-/// returns      the exit code of the process: 0, or kDeviceFailed if the device could not be quieted
-/// throws       InputError if the descriptors are not sockets; IoError if it cannot watch the others
-int run_guard(int descriptor);
-
-/// Exit code of a guard or a watchdog whose device may still be on.
-inline constexpr int kDeviceFailed = 4;
+/// throws   InputError if no program has handed it a socket
+void run_guard();
 
 /// How much later than its owner the guard ends an emission that took its time [s].
 inline constexpr double kGuardGrace = 0.25;

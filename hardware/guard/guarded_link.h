@@ -1,38 +1,40 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <sys/types.h>
 #include <vector>
 
 #include "hardware/array_link.h"
-#include "hardware/attention.h"
-#include "hardware/guard/guard_channel.h"
-#include "hardware/guard/vigil.h"
+#include "hardware/guard/guard_message.h"
 #include "hardware/links/make_link.h"
 
 namespace touchfield {
 
-/// Time for an answer of a guard [s]. The link itself gives up after kLinkPatience. A guard that was away for longer
-/// than kLongestGap quiets the device when it is back. Time in which this process is stopped or frozen does not count.
-inline constexpr double kGuardPatience = 1;
-/// Time for the end of a watchdog that has to quiet the device itself [s].
-inline constexpr double kEndPatience = 2;
+/// Time for an answer of a guard, or its sign of life [s]. The link itself gives up after kLinkPatience. Time in which
+/// this process is stopped or frozen does not count.
+inline constexpr double kGuardPatience = 0.25;
 
-/// A link that lives in a process of its own, the guard, which owns the device. The guard quiets the device when this
-/// process, or the guard itself, is told to stop. It also does so when this process is gone, stopped or silent. The
-/// guard has a watchdog, which is a process too. See run_guard and run_watchdog.
+/// A link that lives in a process of its own, the guard, which owns the device. Guard and program watch each other:
+///
+///   - the guard quiets the device when this process, or the guard itself, is told to stop, and when this process is
+///     gone or silent (run_guard)
+///   - every request is also a look at the guard. If it is gone, stopped or late, it is killed, and this process opens
+///     the device itself and quiets it. The request then throws a DeviceError that says how that went
+///
+/// So the owner has to call check() every 50 ms while the device may emit, as players do.
 class GuardedLink final : public ArrayLink {
  public:
-  /// Starts the watchdog, and with it the guard; touches no device.
-  /// command   program and arguments that call run_watchdog(kGuardDescriptor, ...)
+  /// Starts the guard; touches no device.
+  /// command   program and arguments that call run_guard()
   /// throws    InputError as make_link; IoError if the guard cannot be started
   GuardedLink(const std::vector<std::string>& command, const LinkSettings& settings, const GuardLimits& limits);
   ~GuardedLink() override;
 
-  std::string describe() const override { return device_.description; }
-  const ArrayLayout& layout() const override { return device_.layout; }
-  LinkAbilities abilities() const override { return device_.abilities; }
+  std::string describe() const override { return own_->describe(); }
+  const ArrayLayout& layout() const override { return own_->layout(); }
+  LinkAbilities abilities() const override { return own_->abilities(); }
   void open() override;
   void set_modulation(const Modulation& modulation) override;
   /// throws   InputError also on a frame above the limits
@@ -50,18 +52,17 @@ class GuardedLink final : public ArrayLink {
 
  private:
   GuardBytes ask(GuardRequest request, GuardBytes with = {}, double patience = kGuardPatience);
-  /// Lets guard and watchdog continue if they are stopped: each then sees to the other and to the array.
-  void resume_others() const;
-  /// Waits for the watchdog's end, and takes its exit code; nothing if it does not end, or was ended by a signal.
-  std::optional<int> end_of_watchdog();
-  /// How the watchdog of a guard that is gone has left the array.
-  std::string last_word();
+  GuardBytes result_of(GuardMessage answer, GuardRequest request);
+  /// Ends a guard that does not do its work, and quiets the device in its place.
+  /// fault   "was stopped by a signal"; empty: it is gone
+  [[noreturn]] void lose(std::string fault);
+  /// Waits for the guard's end and returns its status; nothing if it does not end in time.
+  std::optional<int> end_of_guard(double seconds);
 
+  std::unique_ptr<ArrayLink> own_;  // to the device, once it is the guard's no more
   GuardChannel channel_;
-  pid_t watchdog_ = -1;
-  GuardedDevice device_;
-  std::optional<Vigil> guard_;
-  bool answers_ = true;
+  pid_t guard_ = -1;
+  bool on_ = false;  // the device may emit
   bool has_told_ = false;
   Gaps gaps_;
 };

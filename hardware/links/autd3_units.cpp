@@ -58,6 +58,7 @@ LinkAbilities autd3_abilities() {
   can.modulation.most_samples = kMostSamples;
   // No faster than the smoothing of phases.
   can.stored = {autd3_udp::kMostStored, kCarrierClock, kAutd3PhaseSteps, std::numeric_limits<std::uint16_t>::max()};
+  can.switches_off_after = 0.5;
   return can;
 }
 

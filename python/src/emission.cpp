@@ -6,8 +6,6 @@
 #include <fmt/format.h>
 
 #include "hardware/guard/guard_process.h"
-#include "hardware/guard/guard_start.h"
-#include "hardware/guard/watchdog_process.h"
 #include "python/src/arrays.h"
 #include "python/src/job.h"
 #include "python/src/parts.h"
@@ -58,12 +56,12 @@ nb::dict report_dict(const EmissionReport& report) {
   return values;
 }
 
-/// Everything but the device; with `watchdog`, the program and arguments that start one, the emission too, on this
+/// Everything but the device; with `guard`, the program and arguments that start one, the emission too, on this
 /// thread: in a process made for it (touchfield/_emission.py), which takes its signals.
 nb::dict send(const SharedArray& array, nb::handle phases, nb::handle amplitudes, const std::string& to, double rate,
               std::optional<double> seconds, bool repeat, std::optional<double> level, double most_level,
               double most_seconds, std::optional<double> modulation, double depth, bool force,
-              const std::vector<std::string>& watchdog) {
+              const std::vector<std::string>& guard) {
   EmissionPlan plan;
   plan.device.link = to;
   plan.device.replace = force;
@@ -73,11 +71,11 @@ nb::dict send(const SharedArray& array, nb::handle phases, nb::handle amplitudes
   plan.array = layout_of(*array);
   plan.must_match = {*array};
   plan.drives = [drives = drives_of(phases, amplitudes, array->size())](const ArrayLayout&) { return drives; };
-  if (watchdog.empty()) {
+  if (guard.empty()) {
     return report_dict(computed(0, [plan](Progress&) { return emit(plan); }));
   }
   plan.emit = true;
-  plan.watchdog = watchdog;
+  plan.guard = guard;
   EmissionReport report;
   {
     const nb::gil_scoped_release released;
@@ -98,22 +96,20 @@ void add_emission(nb::module_& module) {
       nb::arg("to") = DeviceChoice{}.link, nb::arg("rate") = 10.0, nb::arg("seconds") = nb::none(),
       nb::arg("repeat") = usual.repeat, nb::arg("level") = nb::none(), nb::arg("max_level") = usual.most_level,
       nb::arg("max_seconds") = usual.most_seconds, nb::arg("modulation") = nb::none(),
-      nb::arg("depth") = DeviceChoice{}.depth, nb::arg("force") = false,
-      nb::arg("watchdog") = std::vector<std::string>(),
+      nb::arg("depth") = DeviceChoice{}.depth, nb::arg("force") = false, nb::arg("guard") = std::vector<std::string>(),
       nb::sig("def send(array: Array, phases: numpy.typing.ArrayLike, amplitudes: numpy.typing.ArrayLike, *, to: "
               "str = 'dry-run', rate: float = 10.0, seconds: float | None = None, repeat: bool = False, level: "
               "float | None = None, max_level: float = ..., max_seconds: float = ..., modulation: float | None "
-              "= None, depth: float = ..., force: bool = False, watchdog: list[str] = []) -> "
+              "= None, depth: float = ..., force: bool = False, guard: list[str] = []) -> "
               "dict[str, typing.Any]"),
       "Checks and rounds frames of phases and amplitudes for a device, as `touchfield send`.");
   module.def(
       "serve_link",
-      [](const std::string& part, const std::vector<std::string>& guard) {
+      [] {
         const nb::gil_scoped_release released;
-        return part == "guard" ? run_guard(kGuardDescriptor) : run_watchdog(kGuardDescriptor, guard);
+        run_guard();
       },
-      nb::arg("part"), nb::arg("guard"), nb::sig("def serve_link(part: str, guard: list[str]) -> int"),
-      "The process of a guard, or of the watchdog that starts one: returns its exit code.");
+      nb::sig("def serve_link() -> None"), "The process of a guard.");
 }
 
 }  // namespace touchfield::python

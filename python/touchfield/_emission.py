@@ -21,8 +21,7 @@ def _process(work):
     return [sys.executable, "-c", f"import sys; sys.path = [{folder!r}, *filter(None, sys.path)]; import touchfield._emission; {work}"]
 
 
-_GUARD = _process("sys.exit(touchfield._core.serve_link('guard', []))")
-_WATCHDOG = _process(f"sys.exit(touchfield._core.serve_link('watchdog', {_GUARD!r}))")
+_GUARD = _process("touchfield._core.serve_link()")
 
 
 def _frames(drives):
@@ -147,7 +146,7 @@ def _emit():
     """In the process that emits: this thread takes its signals."""
     array, phases, amplitudes, options = pickle.loads(sys.stdin.buffer.read())
     try:
-        report = _core.send(array, phases, amplitudes, watchdog=_WATCHDOG, **options)
+        report = _core.send(array, phases, amplitudes, guard=_GUARD, **options)
     except _core.Error as error:
         report = error
     sys.stdout.buffer.write(pickle.dumps(report))

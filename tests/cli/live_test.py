@@ -173,14 +173,12 @@ class OnABoard(LiveTest):
         self.assertGreater(len((self.folder / "out/live.csv").read_text().splitlines()), 3)
 
     def test_stopped_for_a_while(self):
-        """All three processes, as in a container that is paused: the loop does not go on by itself."""
+        """Program and guard, as in a container that is paused: the loop does not go on by itself."""
         for k in range(5):
             out = self.folder / f"out{k}"
             process = self.start("-o", out, "--json")
             everyone = [process.pid]
-            for _ in range(2):  # its watchdog, and the guard of that
-                parent = everyone[0]
-                everyone.insert(0, int(pathlib.Path(f"/proc/{parent}/task/{parent}/children").read_text()))
+            everyone.insert(0, int(pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text()))
             for one in everyone:
                 os.kill(one, signal.SIGSTOP)
             time.sleep(1)

@@ -1,4 +1,4 @@
-// A guarded link to a SonicSurface behind a pseudo-terminal, with this program as its guard and its watchdog.
+// A guarded link to a SonicSurface behind a pseudo-terminal, with this program as its guard.
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -13,9 +13,7 @@
 #include <unistd.h>
 
 #include "hardware/guard/guard_process.h"
-#include "hardware/guard/guard_start.h"
 #include "hardware/guard/guarded_link.h"
-#include "hardware/guard/watchdog_process.h"
 #include "hardware/links/sonicsurface_protocol.h"
 #include "tests/support/testing.h"
 
@@ -108,8 +106,8 @@ class Guarded : public testing::Test {
     ASSERT_TRUE(board_.becomes(false)) << "a board that was just powered emits";
     link_.set_modulation(StaticModulation{});
     link_.send(loud_frame());
-    watchdog_ = child_of(::getpid());
-    guard_ = child_of(watchdog_);
+    guard_ = child_of(::getpid());
+    board_.release();
     ASSERT_GT(guard_, 0);
     ASSERT_TRUE(board_.becomes(true));
   }
@@ -125,8 +123,7 @@ class Guarded : public testing::Test {
 
   OpenPipe pipe_;
   Board board_;
-  GuardedLink link_{{"/proc/self/exe", "watchdog"}, {board_.address(), {}, 1, false}, {1, 60}};
-  pid_t watchdog_ = -1;
+  GuardedLink link_{{"/proc/self/exe", "guard"}, {board_.address(), {}, 1, false}, {1, 60}};
   pid_t guard_ = -1;
 };
 
@@ -154,96 +151,67 @@ TEST_F(Guarded, ASilentProgram) {
 TEST_F(Guarded, AStoppedGuard) {
   emit();
   ::kill(guard_, SIGSTOP);
-  EXPECT_THAT(loss(), HasSubstr("stopped by SIGTERM; the array is quiet"));
+  EXPECT_THAT(loss(), HasSubstr("link guard: it was stopped by a signal; the array is quiet"));
   EXPECT_TRUE(board_.becomes(false));
 }
 
 TEST_F(Guarded, AKilledGuard) {
   emit();
-  board_.release();
   ::kill(guard_, SIGKILL);
-  EXPECT_THAT(loss(), HasSubstr("link guard: it is gone; its watchdog has quieted the array"));
+  EXPECT_THAT(loss(), HasSubstr("link guard: it was ended by SIGKILL; the array is quiet"));
   EXPECT_TRUE(board_.becomes(false));
 }
 
-TEST_F(Guarded, AStoppedWatchdog) {
+TEST_F(Guarded, AKilledGuardThatIsClosed) {
   emit();
-  ::kill(watchdog_, SIGSTOP);
-  EXPECT_THAT(loss(), HasSubstr("its watchdog was stopped by a signal; the array is quiet"));
+  ::kill(guard_, SIGKILL);
+  testing::internal::CaptureStderr();
+  link_.close();
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("it was ended by SIGKILL; the array is quiet"));
   EXPECT_TRUE(board_.becomes(false));
 }
 
-TEST_F(Guarded, AKilledWatchdog) {
-  emit();
-  ::kill(watchdog_, SIGKILL);
-  EXPECT_THAT(loss(), HasSubstr("its watchdog is gone; the array is quiet"));
-  EXPECT_TRUE(board_.becomes(false));
-}
-
-// As one that is frozen with its watchdog while its program is not. It may see first that its watchdog still stands.
+// As one that is frozen while its program is not. It continues before the program looks at it again.
 TEST_F(Guarded, AGuardThatWasAwayDoesNotGoOn) {
   emit();
   ::kill(guard_, SIGSTOP);
-  ::kill(watchdog_, SIGSTOP);
   std::this_thread::sleep_for(std::chrono::milliseconds(400));
   ::kill(guard_, SIGCONT);
-  ::kill(watchdog_, SIGCONT);
-  EXPECT_THAT(loss(), MatchesRegex(".*(did not supervise the array for [0-9.]+ s \\(at most 0\\.25 s\\)|"
-                                   "its watchdog was stopped by a signal).*the array is quiet.*"));
+  EXPECT_THAT(loss(), MatchesRegex(".*did not supervise the array for [0-9.]+ s \\(at most 0\\.25 s\\).*the array is "
+                                   "quiet.*"));
   EXPECT_TRUE(board_.becomes(false));
 }
 
-TEST_F(Guarded, AStoppedGuardWithAStoppedWatchdog) {
+TEST_F(Guarded, NothingResumesAfterALoss) {
   emit();
-  ::kill(watchdog_, SIGSTOP);
-  ::kill(guard_, SIGSTOP);
-  EXPECT_THAT(loss(), HasSubstr("the array is quiet"));
-  EXPECT_TRUE(board_.becomes(false));
-}
-
-TEST_F(Guarded, AKilledGuardWithAStoppedWatchdog) {
-  emit();
-  board_.release();
-  ::kill(watchdog_, SIGSTOP);
   ::kill(guard_, SIGKILL);
-  EXPECT_THAT(loss(), HasSubstr("link guard: it is gone; its watchdog has quieted the array"));
-  EXPECT_TRUE(board_.becomes(false));
-}
-
-TEST_F(Guarded, AStoppedGuardWithAKilledWatchdog) {
-  emit();
-  ::kill(guard_, SIGSTOP);
-  ::kill(watchdog_, SIGKILL);
-  EXPECT_THAT(loss(), HasSubstr("its watchdog is gone; the array is quiet"));
+  loss();
+  EXPECT_THROW(link_.send(loud_frame()), DeviceError);
   EXPECT_TRUE(board_.becomes(false));
 }
 
 TEST_F(Guarded, HoldsNoneOfTheProgramsOutput) {
   emit();
   const auto own = std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(pipe_.ends[1]));
-  for (const pid_t process : {guard_, watchdog_}) {
-    const std::string open = "/proc/" + std::to_string(process) + "/fd/";
-    EXPECT_EQ(std::filesystem::read_symlink(open + "0"), "/dev/null");
-    EXPECT_EQ(std::filesystem::read_symlink(open + "1"), "/dev/null");
-    for (const auto& entry : std::filesystem::directory_iterator(open)) {
-      EXPECT_NE(std::filesystem::read_symlink(entry.path()), own) << entry.path();
-    }
+  const std::string open = "/proc/" + std::to_string(guard_) + "/fd/";
+  EXPECT_EQ(std::filesystem::read_symlink(open + "0"), "/dev/null");
+  EXPECT_EQ(std::filesystem::read_symlink(open + "1"), "/dev/null");
+  for (const auto& entry : std::filesystem::directory_iterator(open)) {
+    EXPECT_NE(std::filesystem::read_symlink(entry.path()), own) << entry.path();
   }
 }
 
-TEST(Watchdog, IsNotStartedByHand) {
-  EXPECT_THAT([] { require_handed_over(1000); }, ThrowsMessage<InputError>(HasSubstr("not for use by hand")));
+TEST(GuardProcess, IsNotStartedByHand) {
+  ::close(kGuardDescriptor);
+  EXPECT_THAT([] { run_guard(); }, ThrowsMessage<InputError>(HasSubstr("not for use by hand")));
 }
 
 }  // namespace touchfield::guard_test
 
 int main(int argc, char** argv) {
-  const std::string role = argc == 2 ? argv[1] : "";
-  if (role == "guard") {
-    return touchfield::run_guard(touchfield::kGuardDescriptor);
-  }
-  if (role == "watchdog") {
-    return touchfield::run_watchdog(touchfield::kGuardDescriptor, {"/proc/self/exe", "guard"});
+  if (argc == 2 && std::string(argv[1]) == "guard") {
+    touchfield::run_guard();
+    return 0;
   }
   testing::InitGoogleTest(&argc, argv);
   return RUN_ALL_TESTS();

@@ -138,16 +138,6 @@ TEST(GuardMessage, BringsBackWhatWentIn) {
        std::vector<Modulation>{StaticModulation{}, SineModulation{30, 0.5}, SampledModulation{{7, 8}, 8000}}) {
     EXPECT_EQ(brought_back(modulation), modulation);
   }
-  const GuardedDevice device = brought_back(GuardedDevice{"board", {{32, 2}, 89, {4000, 123, {250, 125}}}, {}});
-  EXPECT_EQ(device.description, "board");
-  EXPECT_EQ(device.abilities.steps.phase_levels, 32);
-  EXPECT_EQ(device.abilities.steps.intensity_levels, 2);
-  EXPECT_EQ(device.abilities.most_frames_per_second, 89);
-  EXPECT_EQ(device.abilities.modulation.rate, 4000);
-  EXPECT_EQ(device.abilities.modulation.most_samples, 123U);
-  EXPECT_THAT(device.abilities.modulation.own_frequencies, ElementsAre(250, 125));
-  EXPECT_EQ(device.layout.positions.cols(), 0);
-  EXPECT_EQ(device.layout.device.size(), 0);
   const LinkSettings settings{"autd3-udp:eth0", autd3_tiles(2, 1, 10.16e-3), 7, true};
   const GuardStart start = brought_back(GuardStart{{0.25, 3}, settings});
   EXPECT_EQ(start.limits.level, 0.25);
@@ -163,10 +153,10 @@ TEST(GuardMessage, BringsBackWhatWentIn) {
 
 // Cut anywhere, or of another kind, it is an error and not a read past the end.
 TEST(GuardMessage, CutShort) {
-  const GuardBytes whole = packed(LinkSettings{"dry-run", grid_layout(2, 2, 0.01), 1, false});
+  const GuardBytes whole = packed(GuardStart{{}, {"dry-run", grid_layout(2, 2, 0.01), 1, false}});
   for (std::size_t length = 0; length < whole.size(); ++length) {
     const GuardBytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length));
-    EXPECT_THROW(unpacked<LinkSettings>(cut), IoError) << length;
+    EXPECT_THROW(unpacked<GuardStart>(cut), IoError) << length;
   }
   EXPECT_THROW(unpacked<DriveFrame>(whole), IoError);
 }

@@ -171,8 +171,7 @@ class QueueOfAGuard : public SerialQueue {
     }
   }
 
-  GuardedLink link_{
-      {"/proc/self/exe", "watchdog"}, {"sonicsurface:" + std::string(name_.data()), {}, 1, false}, {1, 60}};
+  GuardedLink link_{{"/proc/self/exe", "guard"}, {"sonicsurface:" + std::string(name_.data()), {}, 1, false}, {1, 60}};
 };
 
 TEST_F(QueueOfAGuard, ALineThatStandsStillEndsIt) {

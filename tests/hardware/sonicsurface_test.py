@@ -38,6 +38,7 @@ write: [h5]
 FULL = ["--max-level", "1"]  # the board has no other level
 BRIEF = ["--seconds", "0.2"]  # as long as a pattern has to be heard
 QUIET_WITHIN = 0.2  # s
+QUIET_AFTER_STOP = 0.4  # s: of a process that hears no signal
 DEVICE_FAILED = 4
 BAD_INPUT = 2
 
@@ -389,13 +390,8 @@ class Faults(BoardTest):
         self.assertIn("took no more bytes", process.stderr.read())
 
 
-class Stops(BoardTest):
-    """The three processes of an emission, and what becomes of the array when they are told to stop, stopped or killed.
-    Nobody can quiet it if guard and watchdog are both killed, or while all three are stopped."""
-
-    HELD_BACK = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP, signal.SIGTTIN,
-                 signal.SIGTTOU, signal.SIGUSR1, signal.SIGUSR2, signal.SIGALRM, signal.SIGPIPE, signal.SIGXCPU,
-                 signal.SIGABRT, signal.SIGSEGV, signal.SIGRTMIN]
+class Emission(BoardTest):
+    """Program and guard of an emission."""
 
     @staticmethod
     def child_of(process):
@@ -403,15 +399,14 @@ class Stops(BoardTest):
         return int(children[0]) if len(children) == 1 else None
 
     def emission(self, *arguments, **options):
-        """Its board, program, guard and watchdog."""
+        """Its board, program and guard. The board lets the next owner in, as a real port does once its last one closes it."""
         board = self.board(**options)
         process = self.start(board, *(arguments or [self.run_of()]))
-        watchdog = self.child_of(process.pid)
-        guard = self.child_of(watchdog)
+        guard = self.child_of(process.pid)
         self.assertIsNotNone(guard)
-        for other in (watchdog, guard):
-            self.addCleanup(self.kill, other)
-        return board, process, guard, watchdog
+        self.addCleanup(self.kill, guard)
+        fcntl.ioctl(board.slave, termios.TIOCNXCL)
+        return board, process, guard
 
     def kill(self, process):
         if self.runs(process):
@@ -441,16 +436,25 @@ class Stops(BoardTest):
         time.sleep(0.1)
         self.assertTrue(board.firmware.quiet(), "something resumed")
 
+
+class Stops(Emission):
+    """What becomes of the array when program or guard are told to stop, stopped or killed. Nobody can quiet it once both are killed, or
+    while both are stopped."""
+
+    HELD_BACK = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP, signal.SIGTTIN,
+                 signal.SIGTTOU, signal.SIGUSR1, signal.SIGUSR2, signal.SIGALRM, signal.SIGPIPE, signal.SIGXCPU,
+                 signal.SIGABRT, signal.SIGSEGV, signal.SIGRTMIN]
+
     def stopped_by(self, number, streaming=False):
         run = self.run_of()
         runs = [run]
         if streaming:
             runs = [self.with_drives(run, f"p{i}", numpy.full(256, 0.1 * i)) for i in range(8)]
-        board, process, guard, watchdog = self.emission(*runs, "--rate", 80, *(["--repeat"] if streaming else []))
+        board, process, guard = self.emission(*runs, "--rate", 80, *(["--repeat"] if streaming else []))
         self.quiet_after(board, lambda: process.send_signal(number))
         process.wait(5)
-        said = process.stderr.read()  # ends when the others have ended too
-        self.stays_quiet(board, guard, watchdog)
+        said = process.stderr.read()  # ends when the guard has ended too
+        self.stays_quiet(board, guard)
         return process.returncode, said
 
     def test_signals_to_the_program(self):
@@ -474,14 +478,12 @@ class Stops(BoardTest):
                 self.assertIn("the program that drove the array is gone; the array is quiet", said)
 
     def test_the_program_stopped(self):
-        board, process, guard, watchdog = self.emission()
-        self.quiet_after(board, lambda: process.send_signal(signal.SIGSTOP))
+        board, process, guard = self.emission()
+        self.quiet_after(board, lambda: process.send_signal(signal.SIGSTOP), QUIET_AFTER_STOP)
         self.stays_quiet(board, guard)
         process.send_signal(signal.SIGCONT)
         self.assertEqual(process.wait(5), DEVICE_FAILED)
-        self.assertIn("the program that drove the array was stopped by a signal; the array is quiet",
-                      process.stderr.read())
-        self.stays_quiet(board, watchdog)
+        self.assertIn("the program that drove the array said nothing for 250 ms; the array is quiet", process.stderr.read())
 
     def test_keys_of_the_terminal(self):
         for key, number in ((b"\x03", signal.SIGINT), (b"\x1a", signal.SIGTSTP), (b"\x1c", signal.SIGQUIT)):
@@ -506,79 +508,33 @@ class Stops(BoardTest):
                 self.stays_quiet(board)
 
     def test_signals_to_the_guard(self):
-        for number in (signal.SIGINT, signal.SIGTSTP, signal.SIGUSR1, signal.SIGSEGV):
+        for number in (signal.SIGINT, signal.SIGTSTP, signal.SIGUSR1, signal.SIGSEGV, signal.SIGKILL, signal.SIGSTOP):
             with self.subTest(number=number):
-                board, process, guard, watchdog = self.emission()
-                self.quiet_after(board, lambda: os.kill(guard, number))
+                board, process, guard = self.emission()
+                self.quiet_after(board, lambda: os.kill(guard, number), QUIET_AFTER_STOP if number == signal.SIGSTOP else QUIET_WITHIN)
                 self.assertEqual(process.wait(5), DEVICE_FAILED)
-                self.assertIn("; the array is quiet", process.stderr.read())
-                self.stays_quiet(board, guard, watchdog)
+                said = process.stderr.read()
+                self.assertRegex(said, {signal.SIGKILL: "it was ended by SIGKILL", signal.SIGSTOP: "it was stopped by a signal"}.get(
+                    number, f"stopped by {number.name}") + "; the array is quiet")
+                self.assertIn("note: sonicsurface", said)
+                self.stays_quiet(board, guard)
 
-    def test_the_guard_stopped(self):
-        for streaming in (False, True):
-            with self.subTest(streaming=streaming):
-                run = self.run_of()
-                runs = [self.with_drives(run, f"p{i}", numpy.full(256, 0.1 * i)) for i in range(8)]
-                board, process, guard, watchdog = self.emission(
-                    *(runs if streaming else [run]), "--rate", 80, *(["--repeat"] if streaming else []))
-                self.quiet_after(board, lambda: os.kill(guard, signal.SIGSTOP))
-                self.assertEqual(process.wait(5), DEVICE_FAILED)
-                self.assertIn("its guard was stopped by a signal", process.stderr.read())
-                self.stays_quiet(board, guard, watchdog)
-
-    def test_the_guard_killed(self):
-        board, process, guard, watchdog = self.emission()
-        fcntl.ioctl(board.slave, termios.TIOCNXCL)  # as the last one who closes a real port does
-        self.quiet_after(board, lambda: os.kill(guard, signal.SIGKILL))
+    def test_the_guard_stopped_while_frames_stream(self):
+        run = self.run_of()
+        runs = [self.with_drives(run, f"p{i}", numpy.full(256, 0.1 * i)) for i in range(8)]
+        board, process, guard = self.emission(*runs, "--rate", 80, "--repeat")
+        self.quiet_after(board, lambda: os.kill(guard, signal.SIGSTOP), QUIET_AFTER_STOP)
         self.assertEqual(process.wait(5), DEVICE_FAILED)
-        said = process.stderr.read()
-        self.assertIn("its guard was ended by SIGKILL; the array is quiet", said)
-        self.assertIn("it is gone; its watchdog has quieted the array", said)
-        self.stays_quiet(board, watchdog)
+        self.stays_quiet(board, guard)
 
-    def test_signals_to_the_watchdog(self):
-        for number in (signal.SIGTERM, signal.SIGTSTP, signal.SIGSTOP, signal.SIGKILL):
-            with self.subTest(number=number):
-                board, process, guard, watchdog = self.emission()
-                self.quiet_after(board, lambda: os.kill(watchdog, number))
-                self.assertEqual(process.wait(5), DEVICE_FAILED)
-                self.assertIn("the array is quiet", process.stderr.read())
-                self.stays_quiet(board, guard, watchdog)
-
-    def test_signals_to_two_of_them(self):
-        for number in (signal.SIGINT, signal.SIGSTOP, signal.SIGKILL):
-            for which in ("guard", "watchdog"):
-                with self.subTest(number=number, which=which):
-                    board, process, guard, watchdog = self.emission()
-                    fcntl.ioctl(board.slave, termios.TIOCNXCL)
-                    other = guard if which == "guard" else watchdog
-
-                    def both():
-                        os.kill(other, number)
-                        process.send_signal(number)
-
-                    self.quiet_after(board, both)
-                    process.send_signal(signal.SIGCONT)
-                    self.assertIn(process.wait(5), (128 + number, -number, DEVICE_FAILED))
-                    self.stays_quiet(board, guard, watchdog)
-
-    def test_all_stopped_for_a_while(self):
+    def test_both_stopped_for_a_while(self):
         """As in a container that is paused, or a machine that sleeps."""
-        for _ in range(5):
-            board, process, guard, watchdog = self.emission()
-            everyone = (guard, watchdog, process.pid)
-            for one in everyone:
-                os.kill(one, signal.SIGSTOP)
-            time.sleep(0.6)
-            if board.loud():  # else one of them saw that another is stopped before it was so itself
-                break
+        board, process, guard = self.emission()
+        for one in (guard, process.pid):
+            os.kill(one, signal.SIGSTOP)
+        time.sleep(0.6)
         self.assertTrue(board.loud(), "nobody can quiet it")
-
-        def go_on():
-            for one in everyone:
-                os.kill(one, signal.SIGCONT)
-
-        self.quiet_after(board, go_on)
+        self.quiet_after(board, lambda: [os.kill(one, signal.SIGCONT) for one in (guard, process.pid)])
         out, said = process.communicate(timeout=10)
         self.assertEqual(process.returncode, DEVICE_FAILED)
         self.assertRegex(said, r"error: link guard: it did not supervise the array for [0-9.]+ s \(at most 0.25 s\)")
@@ -586,41 +542,12 @@ class Stops(BoardTest):
         gap = re.search(r"gaps +1\ngaps begin at +0.05 s\nlongest gap +([0-9.]+) s\n", out)
         self.assertIsNotNone(gap, out)
         self.assertGreater(float(gap[1]), 0.5)
-        self.stays_quiet(board, guard, watchdog)
+        self.stays_quiet(board, guard)
 
-    def test_who_is_stopped_goes_on_when_another_is_gone(self):
-        stop, kill = signal.SIGSTOP, signal.SIGKILL
-        # With the program alive as well: tests/hardware/guard_test.cpp.
-        for signals in ([("watchdog", kill), ("nobody", 0.02), ("guard", stop)],  # while it quiets the array
-                        [("watchdog", stop), ("guard", kill), ("program", kill)],
-                        [("guard", stop), ("watchdog", kill), ("program", kill)],
-                        [("guard", stop), ("watchdog", stop), ("program", kill)]):
-            with self.subTest(signals=signals):
-                board, process, guard, watchdog = self.emission()
-                fcntl.ioctl(board.slave, termios.TIOCNXCL)
-                who = {"program": process.pid, "guard": guard, "watchdog": watchdog}
-
-                def send_all():
-                    for name, number in signals:
-                        if name in who:
-                            os.kill(who[name], number)
-                        else:
-                            time.sleep(number)
-
-                self.quiet_after(board, send_all, within=0.5)
-                _, said = process.communicate(timeout=10)  # ends when nobody holds its output any more
-                self.assertIn("the array is quiet", said)
-                self.stays_quiet(board, guard, watchdog)
-
-    def test_guard_and_watchdog_killed(self):
-        board, process, guard, watchdog = self.emission()
-        os.kill(watchdog, signal.SIGSTOP)
-        os.kill(guard, signal.SIGKILL)
-        os.kill(watchdog, signal.SIGKILL)
-        self.assertEqual(process.wait(5), DEVICE_FAILED)
-        self.assertIn("may still be on", process.stderr.read())
-        self.run_ok("array", "off", "--to", f"sonicsurface:{board.port}")
-        self.assertTrue(board.wait(lambda b: b.quiet_at is not None))
+    def test_a_stopped_guard_continues_when_the_program_is_gone(self):
+        board, process, guard = self.emission()
+        self.quiet_after(board, lambda: [os.kill(guard, signal.SIGSTOP), process.kill()])
+        self.stays_quiet(board, guard)
 
     def test_a_silent_program(self):
         # It runs, but hangs in the line about its first transducer, which nobody reads.
@@ -642,7 +569,7 @@ class Stops(BoardTest):
         self.addCleanup(process.stderr.close)
         self.addCleanup(process.kill)
         self.assertTrue(board.wait(lambda b: b.loud() and len(b.events) > 2), "it never emitted")
-        self.quiet_after(board, lambda: None, within=0.25 + QUIET_WITHIN)
+        self.quiet_after(board, lambda: None, QUIET_AFTER_STOP)
         os.read(reader, 1 << 20)
         self.assertEqual(process.wait(5), DEVICE_FAILED)
         self.assertIn("said nothing for 250 ms; the array is quiet", process.stderr.read())
