@@ -46,8 +46,8 @@ int compare_command(const CompareCommand& command, const CommonFlags& flags) {
   require(!command.b.empty(), "compare: B is missing: give another run, or --points FILE");
   const std::string path_a = run_file_at(command.a);
   const std::string path_b = run_file_at(command.b);
-  const Run a = read_run_file(path_a);
-  const Run b = read_run_file(path_b);
+  const Run a = read_run_file(path_a, say_warning);
+  const Run b = read_run_file(path_b, say_warning);
   const Value difference = compare_runs(a, b, scene_changes(a.scene, b.scene));
   const Value& largest = difference["largest_result"];
   const bool within = !command.tolerance || largest["relative"].number() <= *command.tolerance;

@@ -137,7 +137,7 @@ int compare_points(const std::string& run_path, const PointsComparison& asked, c
       format_of(picture);
     }
   }
-  const Run run = read_run_file(path);
+  const Run run = read_run_file(path, say_warning);
   require(!run.methods.empty(), "{}: no method has finished", path);
   const std::string method = asked.method.empty() ? run.methods.front().name : asked.method;
   const Fitted fitted = fitted_scan(run, method, asked, path);

@@ -21,10 +21,10 @@ std::string json_of(Json value, const Json& methods) {
 int info_command(const std::string& path, const CommonFlags& flags) {
   const std::string file = result_file_at(path);
   if (archive_format(file) == kMotionArchive.name()) {
-    const Motion motion = read_motion_file(file);
+    const Motion motion = read_motion_file(file, say_warning);
     put(flags.json ? json_of(motion_value(motion), method_values(motion)) : describe_motion(motion));
   } else {
-    const Run run = read_run_file(file);
+    const Run run = read_run_file(file, say_warning);
     put(flags.json ? json_of(run_value(run), method_values(run)) : describe_run(run));
   }
   return 0;

@@ -52,7 +52,7 @@ Scene scene_of(const RunCommand& command) {
     return read_scene(command.scene, command.overrides);
   }
   const std::string file = run_file_at(command.from);
-  return read_scene_text(read_run_file(file).scene, file, "", command.overrides);
+  return read_scene_text(read_run_file(file, say_warning).scene, file, "", command.overrides);
 }
 
 int run_command(const RunCommand& command, const Invocation& invoked) {

@@ -38,6 +38,8 @@ void put(std::string_view text) { print(stdout, visible_text(text)); }
 
 void say(std::string_view text) { print(stderr, visible_text(text)); }
 
+void say_warning(const std::string& text) { say("touchfield: warning: " + text + '\n'); }
+
 void clear_line() { print(stderr, "\r\033[K"); }
 
 int finish_output(int code) {

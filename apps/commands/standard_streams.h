@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 
 namespace touchfield {
@@ -14,6 +15,9 @@ void hold_standard_streams();
 /// take everything is reported by finish_output().
 void put(std::string_view text);
 void say(std::string_view text);
+
+/// Says "touchfield: warning: TEXT".
+void say_warning(const std::string& text);
 
 /// Empties the line that a terminal shows last of standard error.
 void clear_line();

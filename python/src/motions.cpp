@@ -180,7 +180,9 @@ void add_motions(nb::module_& module) {
   module.def(
       "read_motion",
       [](nb::handle path) {
-        return computed(0, [file = path_of(path)](Progress&) { return shared(read_motion_file(file)); });
+        return computed(0, [file = path_of(path)](Progress& progress) {
+          return shared(read_motion_file(file, [&](const std::string& text) { progress.warn(text); }));
+        });
       },
       nb::arg("path"), nb::sig("def read_motion(path: str | os.PathLike) -> Motion"), "Reads a motion.h5.");
 }

@@ -305,7 +305,9 @@ void add_runs(nb::module_& module) {
   module.def(
       "read_run",
       [](nb::handle path) {
-        return computed(0, [file = path_of(path)](Progress&) { return shared(read_run_file(run_file_at(file))); });
+        return computed(0, [file = path_of(path)](Progress& progress) {
+          return shared(read_run_file(run_file_at(file), [&](const std::string& text) { progress.warn(text); }));
+        });
       },
       nb::arg("path"), nb::sig("def read_run(path: str | os.PathLike) -> Run"),
       "Reads a run.h5, or the folder that holds it.");

@@ -56,6 +56,10 @@ def test_saved_and_read_again(run, tmp_path):
         assert read.methods == run.methods and read.scene == run.scene
         assert np.array_equal(read.pressures["surface"], run.pressures["surface"])
         assert np.array_equal(read.fields["side"]["paper"], run.fields["side"]["paper"])
+    whole = (tmp_path / "one.h5").read_bytes()
+    (tmp_path / "edited.h5").write_bytes(whole[: whole.rindex(b"touchfield-crc32")])
+    with pytest.warns(tf.TouchfieldWarning, match="checksum line"):
+        assert tf.read_run(tmp_path / "edited.h5").methods == run.methods
     written = {path.name for path in (tmp_path / "folder").iterdir()}
     assert {"run.h5", "metrics.csv", "surface.vtp", "side.vti", "pressure_surface.png"} <= written
     assert "failed.json" not in written

@@ -14,7 +14,6 @@
 #include "sim/core/file_kind.h"
 #include "sim/core/require.h"
 #include "sim/core/version.h"
-#include "sim/store/checksum.h"
 
 namespace touchfield {
 
@@ -34,25 +33,20 @@ void require_hdf5(const std::string& path) {
   require(begin.starts_with(kSignature), "{}: is not an HDF5 file{}", path, and_what_it_is(begin));
 }
 
-/// Most damage is met here, before HDF5 is asked to make sense of it.
-void require_checksum(const std::string& path) {
-  switch (check_file(path)) {
-    case Checksum::kCorrect:
-      return;
-    case Checksum::kWrong:
-      throw InputError(fmt::format("{}: is damaged: its checksum is wrong", path));
-    case Checksum::kAbsent:
-      throw InputError(
-          fmt::format("{}: is not a complete result of touchfield: the checksum line at its end is missing (cut off, "
-                      "or rewritten by another program)",
-                      path));
-  }
-}
-
-hdf5::Content read_whole(const std::string& path) {
+/// Damage is met here, before HDF5 is asked to make sense of it. A file that is cut has no checksum, and HDF5 refuses it
+/// by its size.
+hdf5::Content opened(const std::string& path, const Warn& warn) {
   require_hdf5(path);
-  require_checksum(path);
-  return hdf5::read_content(path);
+  const Checksum checksum = check_file(path);
+  require(checksum != Checksum::kWrong, "{}: is damaged: its checksum is wrong", path);
+  hdf5::Content root = hdf5::read_content(path);
+  if (checksum == Checksum::kAbsent) {
+    const std::string edited =
+        fmt::format("{}: the checksum line at its end is missing, so another program has changed the file", path);
+    require(warn != nullptr, "{}; info, compare and run --from read it nevertheless", edited);
+    warn(edited + "; damage to it would not be noticed");
+  }
+  return root;
 }
 
 std::string format_of(const hdf5::Content& root) {
@@ -66,8 +60,8 @@ void write_archive(const std::string& path, const hdf5::MemoryFile& file) {
   write_atomically(path, {bytes, checksum_line(bytes)});
 }
 
-hdf5::Content read_archive(const std::string& path, const ArchiveFormat& format) {
-  hdf5::Content root = read_whole(path);
+hdf5::Content read_archive(const std::string& path, const ArchiveFormat& format, const Warn& warn) {
+  hdf5::Content root = opened(path, warn);
   require(format_of(root) == format.name(),
           "{}: is an HDF5 file but not a touchfield {} (its attribute format must be {})", path, format.noun,
           format.name());
@@ -75,7 +69,9 @@ hdf5::Content read_archive(const std::string& path, const ArchiveFormat& format)
   return root;
 }
 
-std::string archive_format(const std::string& path) { return format_of(read_whole(path)); }
+std::string archive_format(const std::string& path) {
+  return format_of(opened(path, [](const std::string&) {}));
+}
 
 void require_undamaged(const std::string& path, const std::function<void()>& check) {
   try {

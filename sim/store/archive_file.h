@@ -3,7 +3,7 @@
 #include <functional>
 #include <string>
 
-#include "sim/store/hdf5_content.h"
+#include "sim/store/checksum.h"
 #include "sim/store/hdf5_file.h"
 
 /// HDF5 files that end with a checksum line: run.h5 and motion.h5.
@@ -24,11 +24,12 @@ void write_archive(const std::string& path, const hdf5::MemoryFile& file);
 
 /// The root of a file of this format.
 ///
-/// throws   InputError if it is missing, no HDF5, cut, changed, of another format or version, or cannot be read;
-///          IoError if no process can be started to read it in
-hdf5::Content read_archive(const std::string& path, const ArchiveFormat& format);
+/// warn     without it a file without its checksum line is refused
+/// throws   InputError if it is missing, is not an HDF5 file, cut, changed, of another format or version, or cannot be
+///          read
+hdf5::Content read_archive(const std::string& path, const ArchiveFormat& format, const Warn& warn = {});
 
-/// The name of a file's format; empty if it has none.
+/// The name of a file's format; empty if it has none. A file without its checksum line has one, too.
 ///
 /// throws   as read_archive where the file cannot be read
 std::string archive_format(const std::string& path);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -14,6 +15,9 @@ enum class Checksum {
   kCorrect,
   kWrong,
 };
+
+/// Hears of a file without its line, which another program has changed.
+using Warn = std::function<void(const std::string&)>;
 
 /// Eight hexadecimal digits: the CRC-32 of every byte.
 std::string checksum(std::string_view bytes);

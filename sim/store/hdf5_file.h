@@ -4,18 +4,49 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
-
-#include "sim/store/hdf5_calls.h"
 
 /// A thin layer over the HDF5 C library: identifiers that close themselves, and errors that name file, place and
 /// HDF5's own reason. Element types T are double, int, std::int64_t, unsigned char and Complex (a compound {r, i}).
-/// Every function throws IoError if the library fails.
 namespace touchfield::hdf5 {
 
 using Shape = std::vector<std::uint64_t>;  // slowest index first, as HDF5 counts
 
-/// A group of a file that is being written. Links keep the order in which they were made.
+/// An HDF5 identifier; closed by its owner.
+class Handle {
+ public:
+  using Close = int (*)(std::int64_t);
+
+  Handle(std::int64_t id, Close close) : id_(id), close_(close) {}
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  Handle& operator=(Handle&&) = delete;
+  ~Handle();
+
+  std::int64_t id() const { return id_; }
+
+ private:
+  std::int64_t id_;
+  Close close_;
+};
+
+/// Keeps HDF5 from printing its errors while it lives.
+class QuietErrors {
+ public:
+  QuietErrors();
+  QuietErrors(const QuietErrors&) = delete;
+  QuietErrors& operator=(const QuietErrors&) = delete;
+  ~QuietErrors();
+
+ private:
+  int (*function_)(std::int64_t, void*) = nullptr;
+  void* data_ = nullptr;
+};
+
+/// A group of a file that is being written. Links keep the order in which they were made. Every function throws IoError
+/// if the library fails.
 class Group {
  public:
   Group(Handle handle, std::string place) : handle_(std::move(handle)), place_(std::move(place)) {}
@@ -43,19 +74,6 @@ class Group {
   std::string place_;
 };
 
-/// Keeps HDF5 from printing its errors while it lives.
-class QuietErrors {
- public:
-  QuietErrors();
-  QuietErrors(const QuietErrors&) = delete;
-  QuietErrors& operator=(const QuietErrors&) = delete;
-  ~QuietErrors();
-
- private:
-  int (*function_)(std::int64_t, void*) = nullptr;
-  void* data_ = nullptr;
-};
-
 /// A file built in memory: a full disk is then met by plain writes, not inside the library.
 class MemoryFile {
  public:
@@ -71,5 +89,50 @@ class MemoryFile {
   std::string path_;
   Handle file_;
 };
+
+struct Values;
+
+/// A group of a file that is being read; the file stays open while it lives. Links within the file lead to what they
+/// name. What would lead out of the file or into other programs is refused. These are external and user-defined links,
+/// external storage, virtual datasets, and filters other than shuffle, deflate and fletcher32.
+/// Every function throws InputError that names file and place. Causes are a thing that is missing or cannot be read, or
+/// has another type or shape than asked for.
+class Content {
+ public:
+  const std::string& place() const { return place_; }  // "run.h5: /methods/surface", for messages
+
+  Content open(const std::string& name) const;
+  bool has(const std::string& name) const;
+  std::vector<std::string> names() const;  // of everything in it, in the order it was made
+
+  bool has_attribute(const std::string& name) const;
+  std::string text_attribute(const std::string& name) const;
+  double number_attribute(const std::string& name) const;
+  int integer_attribute(const std::string& name) const;
+  std::vector<std::string> texts_attribute(const std::string& name) const;
+
+  Shape shape(const std::string& name) const;  // of a dataset
+  /// Reads a dataset that must have this shape.
+  template <class T>
+  void read(const std::string& name, const Shape& shape, T* values) const;
+  std::string read_text(const std::string& name) const;
+  std::vector<std::string> read_texts(const std::string& name) const;
+
+ private:
+  friend Content read_content(const std::string& path);
+
+  Content(std::shared_ptr<const QuietErrors> quiet, Handle group, std::string place)
+      : quiet_(std::move(quiet)), group_(std::move(group)), place_(std::move(place)) {}
+  Handle object(const std::string& name) const;
+  Values dataset(const std::string& name) const;
+
+  std::shared_ptr<const QuietErrors> quiet_;
+  Handle group_;
+  std::string place_;
+};
+
+/// Opens an HDF5 file without a lock and returns its root.
+/// throws   InputError naming the file and the library's reason
+Content read_content(const std::string& path);
 
 }  // namespace touchfield::hdf5

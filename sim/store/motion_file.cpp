@@ -236,8 +236,8 @@ void write_motion_file(const std::string& path, const Motion& motion) {
   write_archive(path, file);
 }
 
-Motion read_motion_file(const std::string& path) {
-  Motion motion = read_motion(GroupReader(read_archive(path, kMotionArchive)));
+Motion read_motion_file(const std::string& path, const Warn& warn) {
+  Motion motion = read_motion(GroupReader(read_archive(path, kMotionArchive, warn)));
   require_undamaged(path, [&] { check_motion(motion); });
   return motion;
 }

@@ -24,9 +24,10 @@ void write_motion_file(const std::string& path, const Motion& motion);
 
 /// Reads a motion back, as much of it as the file holds.
 ///
-/// throws   InputError if the file is missing, no HDF5, no whole motion of touchfield, of a newer format version,
-///          damaged or forged, or cannot be read; IoError if no process can be started to read it in
-Motion read_motion_file(const std::string& path);
+/// warn     as of read_archive
+/// throws   InputError if the file is missing, is not a motion of touchfield, of a newer format version, damaged, or
+///          cannot be read
+Motion read_motion_file(const std::string& path, const Warn& warn = {});
 
 /// throws   InputError naming the first part of the motion whose size does not fit the rest, and any name of a method
 ///          or stage that cannot be stored

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "sim/core/errors.h"
-#include "sim/store/hdf5_content.h"
 #include "sim/store/hdf5_file.h"
 #include "sim/store/run_layout.h"
 

@@ -323,8 +323,8 @@ std::string run_file_at(const std::string& path) {
   return std::filesystem::is_directory(path) ? (std::filesystem::path(path) / "run.h5").string() : path;
 }
 
-Run read_run_file(const std::string& path) {
-  Run run = read_run(GroupReader(read_archive(path, kRunArchive)));
+Run read_run_file(const std::string& path, const Warn& warn) {
+  Run run = read_run(GroupReader(read_archive(path, kRunArchive, warn)));
   require_undamaged(path, [&] { check_run(run); });
   return run;
 }

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "sim/core/json.h"
+#include "sim/store/checksum.h"
 #include "sim/store/run_data.h"
 
 namespace touchfield {
@@ -19,9 +20,10 @@ void write_run_file(const std::string& path, const Run& run);
 
 /// Reads a run back, as much of it as the file holds.
 ///
-/// throws   InputError if the file is missing, no HDF5, no whole touchfield run, of a newer format version, damaged or
-///          forged, or cannot be read; IoError if no process can be started to read it in
-Run read_run_file(const std::string& path);
+/// warn     as of read_archive
+/// throws   InputError if the file is missing, is not a touchfield run, of a newer format version, damaged, or cannot be
+///          read
+Run read_run_file(const std::string& path, const Warn& warn = {});
 
 /// The run.h5 that a user's path names: the file itself, or the directory that holds it.
 std::string run_file_at(const std::string& path);

@@ -225,7 +225,7 @@ solve: {methods: [focus]}
         whole = (self.folder / "small/run.h5").read_bytes()
         (self.folder / "cut.h5").write_bytes(whole[:5000])
         (self.folder / "flipped.h5").write_bytes(whole[:5000] + bytes([whole[5000] ^ 1]) + whole[5001:])
-        for file, says in [("no.h5", "no.h5"), ("text.h5", "is not an HDF5 file"), ("cut.h5", "checksum"),
+        for file, says in [("no.h5", "no.h5"), ("text.h5", "is not an HDF5 file"), ("cut.h5", "is damaged"),
                            ("flipped.h5", "checksum"), ("small/run.h5", "has 16 channels, the array here has 64"),
                            ("small/run.h5, method: focus", "has no method focus")]:
             scene = self.scene(FINGER.replace("iterations: 8", f"iterations: 8\n  start: {{previous: {file}}}")

@@ -5,6 +5,8 @@ import os
 import unittest
 import zlib
 
+import h5py
+
 from support import CommandTest
 
 # A run of a moment: four faces, phases that are given.
@@ -127,7 +129,7 @@ class Files(CommandTest):
         flipped[len(whole) // 2] ^= 0xFF
         (self.folder / "flipped.h5").write_bytes(flipped)
         (self.folder / "cut.h5").write_bytes(whole[:len(whole) // 2])
-        # Its checksum fits: what is wrong is found by HDF5, or by what it gives.
+        # Its checksum fits: what is wrong is found by what it holds.
         forged = whole[:-26].replace(b"touchfield-run", b"touchfield-fun")
         (self.folder / "forged.h5").write_bytes(forged + b"touchfield-crc32 %08x\n" % zlib.crc32(forged))
         self.write("text.h5", "no run")
@@ -141,6 +143,17 @@ class Files(CommandTest):
                 said.add(done.stderr)
             self.assertEqual(len(said), 1, said)
         self.assertFalse((self.folder / "again").exists())
+
+    def test_a_run_that_another_program_has_changed(self):
+        self.assertEqual(self.run_scene().returncode, 0)
+        with h5py.File(self.folder / "out/run.h5", "r+") as run:
+            run.attrs["note"] = "mine"
+        for command in [["info", "out"], ["compare", "out", "out"], ["run", "--from", "out", "-o", "again", "--quiet"]]:
+            done = self.touchfield(*command)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("warning: out/run.h5: the checksum line at its end is missing", done.stderr)
+        self.refused(self.touchfield("send", "out", "--to", "dry-run:frames.bin"), "out/run.h5: the checksum line")
+        self.assertFalse((self.folder / "frames.bin").exists())
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 // write_seeds SOURCES FOLDER: the inputs that the fuzzers start from, a folder a target: those of tests/fuzz/seeds, the
-// scenes and sweeps that ship and those that must be refused, small meshes, runs, motions and recordings as
-// touchfield itself writes them.
+// scenes and sweeps that ship and those that must be refused, small meshes and recordings as touchfield itself
+// writes them.
 
 #include <cstdint>
 #include <cstdio>
@@ -9,12 +9,7 @@
 
 #include "sim/body/shapes.h"
 #include "sim/mesh/io/mesh_io.h"
-#include "sim/store/checksum.h"
-#include "sim/store/motion_file.h"
-#include "sim/store/run_file.h"
 #include "tests/sensing/recording_support.h"
-#include "tests/support/motion_support.h"
-#include "tests/support/output_support.h"
 
 namespace {
 
@@ -61,33 +56,6 @@ void write_recordings(const fs::path& to) {
   support::write_bytes(to / "image", "i" + support::read_bytes(folder.file("left/000000.png")));
 }
 
-void without_checksum(const std::string& path) {
-  std::string bytes = support::read_bytes(path);
-  bytes.resize(bytes.size() - kChecksumLength);
-  support::write_bytes(path, bytes);
-}
-
-void write_motions(const fs::path& to) {
-  fs::create_directories(to);
-  const auto write = [&](const std::string& name, const Motion& motion) {
-    write_motion_file(to / name, motion);
-    without_checksum(to / name);
-  };
-  write("full.h5", support::full_motion());
-  write("long.h5", support::long_motion({"surface"}));
-}
-
-void write_runs(const fs::path& to) {
-  fs::create_directories(to);
-  const auto write = [&](const std::string& name, const Run& run) {
-    write_run_file(to / name, run);
-    without_checksum(to / name);
-  };
-  write("bare.h5", support::bare_run(support::sheet(1, 1, 0.01)));
-  write("full.h5", support::full_run());
-  write("self_judged.h5", support::self_judged_run());
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -103,8 +71,6 @@ int main(int argc, char** argv) {
     copy_scenes(sources / "tests/data/scenes_bad", folder / "scene");
     write_sweeps(sources / "scenes/sweeps", folder / "sweep");
     write_meshes(folder);
-    write_runs(folder / "run_file");
-    write_motions(folder / "motion_file");
     write_recordings(folder / "camera_folder");
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());

@@ -1,5 +1,5 @@
 
-#include "sim/store/hdf5_content.h"
+#include "sim/store/hdf5_file.h"
 #include "sim/store/run_compare.h"
 #include "sim/store/run_file.h"
 #include "tests/support/output_support.h"

@@ -5,7 +5,7 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
-#include "sim/store/hdf5_content.h"
+#include "sim/store/hdf5_file.h"
 #include "tests/support/output_support.h"
 #include "tests/support/result_file_support.h"
 #include "tests/support/same_support.h"

@@ -66,28 +66,5 @@ inline void expect_damage_is_seen(const std::string& path, const std::function<v
   }
 }
 
-/// Damage that somebody has made to pass the checksum ends in an error that names the file, or in something read:
-/// libhdf5 1.10.8 crashes on some of it.
-inline void expect_forgery_is_survived(const std::string& path, const std::function<void()>& read, int trials) {
-  const std::string whole = read_bytes(path);
-  const std::string bytes = whole.substr(0, whole.size() - kChecksumLength);
-  std::mt19937 random(2);
-  int refused = 0;
-  for (int trial = 0; trial < trials; ++trial) {
-    std::string forged = bytes;
-    for (std::size_t change = 1 + random() % 4; change > 0; --change) {
-      forged[random() % forged.size()] = static_cast<char>(random() % 256);
-    }
-    write_bytes(path, forged + checksum_line(forged));
-    try {
-      read();
-    } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr(path)) << "trial " << trial;
-      ++refused;
-    }
-  }
-  EXPECT_GT(refused, 0);
-}
-
 }  // namespace support
 }  // namespace touchfield
