@@ -24,12 +24,6 @@ fs::path without_links(const std::string& path) {
   return whole.has_filename() ? whole : whole.parent_path();
 }
 
-/// Where a file's name stands, itself perhaps a link: that is what is removed.
-fs::path place_of(const std::string& file) {
-  const fs::path path(file);
-  return without_links(path.has_parent_path() ? path.parent_path().string() : ".") / path.filename();
-}
-
 bool lies_in(const fs::path& path, const fs::path& folder) {
   return std::ranges::mismatch(folder, path).in1 == folder.end();
 }
@@ -37,20 +31,11 @@ bool lies_in(const fs::path& path, const fs::path& folder) {
 }  // namespace
 
 void require_apart(const std::string& output, const std::vector<std::string>& read) {
-  if (output.empty()) {
-    return;
-  }
-  const fs::path out = without_links(output);
-  std::set<fs::path> own;
-  for (const std::string& name : own_files(output, {}).value_or(std::vector<std::string>())) {
-    own.insert(out / name);
-  }
   for (const std::string& path : read) {
+    const fs::path out = without_links(output);
+    const fs::path in = without_links(path);
     std::error_code none;
-    const bool is_folder = fs::is_directory(path, none);
-    const fs::path place = is_folder ? without_links(path) : place_of(path);
-    const auto within = [&](const fs::path& other) { return lies_in(other, place); };
-    if (is_folder ? within(out) || std::ranges::any_of(own, within) : own.contains(place)) {
+    if (!output.empty() && (lies_in(in, out) || (fs::is_directory(in, none) && lies_in(out, in)))) {
       throw InputError(fmt::format("-o {}: must be another directory, apart from {}, which is read", output, path));
     }
   }
@@ -82,12 +67,13 @@ ClaimedDirectory::ClaimedDirectory(const std::string& kept) {
   block_interrupts();
   handle_interrupts([open = open_, kept](const char* signal_name) {
     const std::lock_guard lock(open->mutex);
-    if (open->directory) {
-      open->directory->fail(fmt::format("interrupted by {}", signal_name));
+    if (!open->directory) {
+      say(fmt::format("\ntouchfield: interrupted by {} before anything was written\n", signal_name));
+    } else if (open->directory->fail(fmt::format("interrupted by {}", signal_name))) {
       say(fmt::format("\ntouchfield: interrupted by {}; {}\n", signal_name,
                       fmt::format(fmt::runtime(kept), open->directory->file("failed.json"))));
     } else {
-      say(fmt::format("\ntouchfield: interrupted by {} before anything was written\n", signal_name));
+      say(fmt::format("\ntouchfield: interrupted by {} after all was written\n", signal_name));
     }
   });
 }
@@ -95,32 +81,24 @@ ClaimedDirectory::ClaimedDirectory(const std::string& kept) {
 RunDirectory& ClaimedDirectory::claim(const std::string& output, bool force, const std::string& name,
                                       const std::vector<std::string>& files) {
   const std::lock_guard lock(open_->mutex);
-  open_->directory = std::make_shared<RunDirectory>(
-      output.empty() ? RunDirectory::next_free("results/runs", name, files) : RunDirectory::at(output, files, force));
+  open_->directory.emplace(
+      RunDirectory::at(output.empty() ? next_directory("results/runs", name) : output, files, force));
   return *open_->directory;
 }
 
 void ClaimedDirectory::fill(Progress& progress, const std::function<void()>& work) {
+  RunDirectory& directory = *open_->directory;
+  if (!directory.warning().empty()) {
+    progress.warn(directory.warning());
+  }
   try {
     work();
-    release();
   } catch (const std::exception& error) {
-    fail(error.what(), progress);
+    if (directory.fail(error.what())) {
+      progress.note(fmt::format("what is finished is in {}", directory.path()));
+    }
     throw;
   }
-}
-
-void ClaimedDirectory::fail(const std::string& reason, Progress& progress) {
-  try {
-    open_->directory->fail(reason);
-  } catch (const IoError& error) {  // the disk may be full; the first error is the one to report
-    progress.warn(error.what());
-  }
-}
-
-void ClaimedDirectory::release() {
-  const std::lock_guard lock(open_->mutex);
-  open_->directory.reset();
 }
 
 }  // namespace touchfield

@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,8 +17,7 @@ namespace touchfield {
 ///
 /// output   of a command; empty: a new directory, which is always another one
 /// read     files and folders that it reads
-/// throws   InputError if the output is a folder that is read or lies in one, or if a file that is read, or one in such
-///          a folder, is of the run that the output holds: --force would remove it
+/// throws   InputError if one of them lies in the output, or the output in a folder that is read
 void require_apart(const std::string& output, const std::vector<std::string>& read);
 /// The same of what a scene reads.
 void require_apart(const std::string& output, const std::string& scene_file, const Scene& scene);
@@ -38,20 +38,14 @@ class ClaimedDirectory {
   RunDirectory& claim(const std::string& output, bool force, const std::string& name,
                       const std::vector<std::string>& files);
 
-  /// The work of a command in what it claimed: released when it is done; if it throws, recorded as fail() does and
-  /// thrown on.
+  /// The work of a command in what it claimed, publish() included. What it throws is recorded as fail() does, and thrown
+  /// on.
   void fill(Progress& progress, const std::function<void()>& work);
 
  private:
-  /// Records why the work ended early; a warning where that cannot be written.
-  void fail(const std::string& reason, Progress& progress);
-
-  /// Everything is written: an interrupt from here on finds nothing to close.
-  void release();
-
   struct Open {
     std::mutex mutex;
-    std::shared_ptr<RunDirectory> directory;
+    std::optional<RunDirectory> directory;
   };
   std::shared_ptr<Open> open_ = std::make_shared<Open>();
 };

@@ -89,7 +89,7 @@ int fit_command(const FitCommand& command, const Invocation& invoked) {
     progress.log_to(directory.file("fit.log"));
     progress.note(first_log_line(command.folder, threads));
     const FittedFolder fitted = fit_folder(folder, how, directory, progress);
-    directory.settle();
+    directory.publish();
     progress.note(fmt::format("meshes in {}", directory.path()));
     print_value(fit_value(fitted, directory.path()), flags, true);
   });

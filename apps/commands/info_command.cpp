@@ -1,8 +1,13 @@
+#include <filesystem>
 #include <memory>
+
+#include <fmt/format.h>
 
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
+#include "apps/commands/console_progress.h"
 #include "apps/commands/standard_streams.h"
+#include "sim/batch/run_directory.h"
 #include "sim/store/archive_file.h"
 #include "sim/store/motion_file.h"
 #include "sim/store/motion_text.h"
@@ -19,7 +24,11 @@ std::string json_of(Json value, const Json& methods) {
 }
 
 int info_command(const std::string& path, const CommonFlags& flags) {
-  const std::string file = result_file_at(path);
+  std::string file = result_file_at(path);
+  if (const std::string unfinished = unfinished_run(path); !unfinished.empty()) {
+    ConsoleProgress(flags).warn(fmt::format("unfinished: {} holds a run that has not ended", unfinished));
+    file = std::filesystem::exists(file) ? file : result_file_at(unfinished);
+  }
   if (archive_format(file) == kMotionArchive.name()) {
     const Motion motion = read_motion_file(file, say_warning);
     put(flags.json ? json_of(motion_value(motion), method_values(motion)) : describe_motion(motion));

@@ -141,12 +141,8 @@ class Live {
       }
       throw NumericalError(fmt::format("the solver does not respond: no frame for {:g} s", kPatience));
     } catch (const std::exception& error) {
-      try {
-        if (directory_) {
-          directory_->fail(error.what());
-        }
-      } catch (const std::exception& second) {
-        progress_.warn(second.what());  // the first error counts more
+      if (directory_) {
+        directory_->fail(error.what());
       }
       if (ended) {
         throw;
@@ -257,7 +253,7 @@ class Live {
     if (directory_) {
       write_text_file(directory_->file("live.csv"), live_csv(with_target_off(loop), sent_));
       if (!report.failure) {
-        directory_->settle();
+        directory_->publish();
       }
       progress_.note(fmt::format("frames in {}", directory_->file("live.csv")));
     }

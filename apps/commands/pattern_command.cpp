@@ -45,7 +45,7 @@ int pattern_command(const PatternCommand& command, const Invocation& invoked) {
         fmt::format("{}: {} faces, {} channels", scene.name, model.body.mesh.face_count(), model.fixed->array.size()));
     const PatternOptions options{.command_line = invoked.command_line, .threads = threads, .check = command.check};
     const Pattern pattern = run_pattern(model, options, directory, progress, command.pictures);
-    directory.settle();
+    directory.publish();
     progress.note(fmt::format("results in {}", directory.path()));
     Json value = {{"name", pattern.motion.name}, {"directory", directory.path()}};
     value.update(pattern_value(pattern));

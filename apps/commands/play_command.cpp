@@ -64,7 +64,7 @@ int play_command(const PlayCommand& command, const Invocation& invoked) {
       progress.remark(note);
     }
     const Motion motion = play_scene(sensed, options, directory, progress, command.pictures);
-    directory.settle();
+    directory.publish();
     progress.note(fmt::format("results in {}", directory.path()));
     const Json value = {{"name", motion.name},
                         {"directory", directory.path()},

@@ -89,7 +89,7 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
     }
     progress.expect(report.seconds);
     const Run run = run_model(model, {invoked.command_line, threads}, directory, progress, command.pictures);
-    directory.settle();
+    directory.publish();
     progress.note(fmt::format("results in {}", directory.path()));
     for (const std::string& file : files) {
       if (file == "report.html" || file.starts_with("overview.")) {

@@ -53,7 +53,7 @@ int see_command(const SeeCommand& command, const Invocation& invoked) {
     progress.log_to(directory.file("see.log"));
     progress.note(first_log_line(scene.name, threads));
     const std::vector<SightSummary> sights = see_scene(seen, directory, command.pictures, progress);
-    directory.settle();
+    directory.publish();
     progress.note(fmt::format("images in {}", directory.path()));
     print_value(sights_value(seen, sights, directory.path()), flags, true);
   });

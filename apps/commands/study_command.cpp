@@ -91,7 +91,7 @@ int study_command(const StudyCommand& command, const CommonFlags& flags) {
     write_text_file(directory.file("study.txt"), report);
     draw_study(directory.file("study." + to_string(command.pictures)), scene.name + ": error against time", study.rungs,
                picked, command.pictures);
-    directory.settle();
+    directory.publish();
     progress.note(fmt::format("results in {}", directory.path()));
     if (flags.json) {
       const Json json = {{"name", scene.name},

@@ -188,7 +188,7 @@ std::string output_directory(const SweepCommand& command, const SweepInput& inpu
   if (command.options.retry_failed || command.case_number || !input.shard.is_whole()) {
     throw InputError("--retry-failed, --shard and --case need the sweep's directory: -o DIR");
   }
-  return RunDirectory::next_free("results/runs", input.plan.name + "_sweep", {}).path();
+  return next_directory("results/runs", input.plan.name + "_sweep");
 }
 
 SweepInput read_input(const SweepCommand& command) {

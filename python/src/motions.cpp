@@ -37,15 +37,8 @@ SharedMotion play(nb::handle scene, nb::handle out, nb::handle set, const std::o
     if (!folder) {
       return shared(play_motion(sensed, options, progress));
     }
-    RunDirectory directory = RunDirectory::at(*folder, motion_files(sensed), force);
-    try {
-      SharedMotion motion = shared(play_scene(sensed, options, directory, progress));
-      directory.settle();
-      return motion;
-    } catch (const std::exception& error) {
-      directory.fail(error.what());
-      throw;
-    }
+    return filled(RunDirectory::at(*folder, motion_files(sensed), force), progress,
+                  [&](RunDirectory& directory) { return shared(play_scene(sensed, options, directory, progress)); });
   });
 }
 

@@ -19,24 +19,11 @@ namespace touchfield::python {
 
 namespace {
 
-/// What fills a folder of results, of which an error leaves word there.
-template <typename Fill>
-auto filled(RunDirectory directory, Fill fill) {
-  try {
-    auto result = fill(directory);
-    directory.settle();
-    return result;
-  } catch (const std::exception& error) {
-    directory.fail(error.what());
-    throw;
-  }
-}
-
 nb::list see(nb::handle scene, nb::handle out, nb::handle set, bool force, std::optional<int> threads) {
   const auto sights = computed(thread_count(threads), [input = scene_input(scene), overrides = overrides_of(set, {}),
                                                        place = path_of(out), force](Progress& progress) {
     const SeenScene seen = seen_scene(input.read(overrides), &progress);
-    return filled(RunDirectory::at(place, sight_files(seen, PictureFormat::kPng), force),
+    return filled(RunDirectory::at(place, sight_files(seen, PictureFormat::kPng), force), progress,
                   [&](RunDirectory& directory) { return see_scene(seen, directory, PictureFormat::kPng, progress); });
   });
   nb::list rows;
@@ -78,7 +65,7 @@ nb::dict fit(nb::handle folder, nb::handle out, const std::string& pose, const s
   const FittedFolder fitted =
       computed(thread_count(threads), [how, from = path_of(folder), place = path_of(out), force](Progress& progress) {
         const CameraFolder images(from, &progress);
-        return filled(RunDirectory::at(place, fit_files(images), force),
+        return filled(RunDirectory::at(place, fit_files(images), force), progress,
                       [&](RunDirectory& directory) { return fit_folder(images, how, directory, progress); });
       });
   const auto count = static_cast<Eigen::Index>(fitted.frames.size());

@@ -64,14 +64,10 @@ Scene scene_of(const Run& run) { return read_scene_text(run.scene, "run " + run.
 
 void save_folder(Run run, const std::string& path, bool force, Progress& progress) {
   const Scene scene = scene_of(run);
-  RunDirectory directory = RunDirectory::at(path, run_files(scene), force);
-  try {
+  filled(RunDirectory::at(path, run_files(scene), force), progress, [&](RunDirectory& directory) {
     write_results(run, scene.write, directory, progress, picture_format(scene, std::nullopt));
-    directory.settle();
-  } catch (const std::exception& error) {
-    directory.fail(error.what());
-    throw;
-  }
+    return true;
+  });
 }
 
 void save(const SharedRun& run, nb::handle path, bool force) {

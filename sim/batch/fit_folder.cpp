@@ -407,7 +407,7 @@ class FolderFitter {
     own.landmark_off = landmark_off(own.fit.seconds, landmark_points(skin, body_.landmarks, truth_.names));
     steps_.push_back({own.fit.seconds - folder_.seconds(0), file});
     if (steps_.size() == 1) {
-      write_atomically(directory_.file("body.yaml"), {body_yaml(directory_.path(), skin, body_.landmarks)});
+      write_atomically(directory_.file("body.yaml"), {body_yaml(directory_.name(), skin, body_.landmarks)});
     }
   }
 

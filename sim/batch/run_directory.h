@@ -1,18 +1,14 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "sim/core/own_directory.h"
+#include "sim/core/file_lock.h"
 
 namespace touchfield {
-
-/// The names of a directory's files that are a run's or a study's own, its manifest among them; nothing if it holds
-/// neither. A run that is older than manifests owns the names that every run had, and those of `files`.
-std::optional<std::vector<std::string>> own_files(const std::string& directory, const std::vector<std::string>& files);
 
 /// Whether there is something of a name, be it a link that leads nowhere.
 bool there(const std::filesystem::path& file);
@@ -21,57 +17,73 @@ bool there(const std::filesystem::path& file);
 /// throws   InputError if it cannot be made, or a file is in the way
 void make_directory(const std::string& path);
 
-/// The directory that holds a run, and the record of its contents. It is claimed before anything is computed, and until
-/// the end of this object. Its manifest, files.json, names the files that the run writes, in the directory or a folder
-/// of it. No other file is ever replaced or removed, and nothing outside of the directory. Half-written files of a
-/// process that was killed are removed at the next start. Safe to call from several threads: an interrupt is handled
-/// beside the run.
+/// The next free ROOT/NAME-NNNN, made here: two processes that start at once get two numbers.
+/// throws   InputError if it cannot be made, naming the path and the system's reason
+std::string next_directory(const std::string& root, const std::string& name);
+
+/// Where a run that was killed or failed has left what it had finished: NAME.partial, or NAME/run.partial; empty if
+/// there is none.
+std::string unfinished_run(const std::string& directory);
+
+/// The directory NAME that gets a run. The run is written into NAME.partial, of which this process has the lock, and
+/// becomes NAME by one rename. An older run is exchanged for it (renameat2); where a file system cannot exchange, the
+/// older one is NAME.replaced for a moment, and the next start repairs what a kill in between left. A NAME that cannot
+/// be renamed (a mount point, a link, the current directory, one whose parent is read-only) is written in
+/// NAME/run.partial and gets its files one by one, *.h5 last.
+///
+/// files.json lists the files of a run, in the directory or a folder of it. Only these are ever removed, by name.
+/// Safe to call from several threads: an interrupt is handled beside the run.
 class RunDirectory {
  public:
-  /// The next free ROOT/NAME-NNNN, made here. Two runs that start at once get two numbers.
-  /// files    names of all that is going to be written; if empty, there is no manifest
-  /// throws   InputError if it cannot be made or written to, naming the path and the system's reason
-  static RunDirectory next_free(const std::string& root, const std::string& name,
-                                const std::vector<std::string>& files);
-
-  /// An explicit directory, made if it is not there.
-  /// force    remove the files of an older run first; without it a directory that holds a run is refused
-  /// throws   InputError if another process works in it, if it holds a run and force is false, if one of the files is
-  ///          there and no run's, if the folder of one is a link, if it is no directory, or cannot be made or written
-  ///          to
+  /// files    names of all that is going to be written
+  /// force    replace an older run, and results of an unfinished one; without it both are refused
+  /// throws   InputError if another process works in it, if it holds a run and force is false, if it holds a file of
+  ///          others, if it is not a directory, or cannot be made or written to
   static RunDirectory at(const std::string& path, const std::vector<std::string>& files, bool force);
 
-  /// A directory that was made for one run, of which others keep what it holds: without a manifest.
-  static RunDirectory made(const std::string& path, const std::vector<std::string>& files);
+  /// A directory that was made for one run, of which others keep what it holds: written in place, without files.json.
+  static RunDirectory made(const std::string& path);
 
-  RunDirectory(RunDirectory&& other) noexcept;
+  /// Where files are written: NAME.partial, and NAME once they are published.
+  const std::string& path() const { return path_; }
+  std::string file(const std::string& name) const { return path_ + "/" + name; }
+  const std::string& name() const { return name_; }
 
-  const std::string& path() const { return own_.path(); }
-  std::string file(const std::string& name) const { return path() + "/" + name; }
+  /// What the user should know of the directory; empty for nothing.
+  const std::string& warning() const { return warning_; }
 
   /// What the run set out to find, and what is found and written.
   void plan(const std::vector<std::string>& methods);
   void finished(const std::string& method);
 
-  /// Everything is written: the manifest forgets what was not.
-  void settle();
+  /// Everything is written: the run becomes NAME.
+  /// throws   IoError if that fails; the run is then whole in path()
+  void publish();
 
-  /// failed.json: the reason, finished and missing methods. Half-written temporary files are removed.
-  /// Called at most once takes effect.
-  void fail(const std::string& reason);
+  /// failed.json: the reason, finished and missing methods. Called at most once takes effect.
+  /// returns   false if the run has been published: nothing has failed
+  bool fail(const std::string& reason);
 
  private:
-  explicit RunDirectory(std::string path) : own_(std::move(path)) {}
+  RunDirectory() = default;
 
-  void begin(const std::vector<std::string>& files);
-  void remove_leftovers(const std::vector<std::string>& names, bool even_living = false) const;
+  void lock(const std::string& path);
+  void take_place();
+  void empty_place(bool force);
+  bool take_name() const;
+  void move_files();
 
-  OwnDirectory own_;
+  std::string name_;
+  std::string path_;
+  bool in_place_ = false;
+  std::string warning_;
+  std::vector<FileLock> locks_;
   std::vector<std::string> files_;
-  std::mutex mutex_;
+  std::unique_ptr<std::mutex> mutex_ = std::make_unique<std::mutex>();
   std::vector<std::string> planned_;
   std::vector<std::string> finished_;
   bool failed_ = false;
+  bool published_ = false;
 };
 
 }  // namespace touchfield

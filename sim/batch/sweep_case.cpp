@@ -65,8 +65,8 @@ void take_results(const Motion& motion, SweepRecord& record) {
 
 /// Calls work(directory), and closes that with the reason if it fails.
 template <typename Work>
-void in_directory(const std::string& path, const std::vector<std::string>& files, const Work& work) {
-  RunDirectory directory = RunDirectory::made(path, files);
+void in_directory(const std::string& path, const Work& work) {
+  RunDirectory directory = RunDirectory::made(path);
   try {
     work(directory);
   } catch (const std::exception& error) {
@@ -98,7 +98,7 @@ void compute(const CaseJob& job, KeptWork& kept, const Expect& expect, SweepReco
     const CheckReport report = check_model(sensed.solved().first());
     require_memory(report);
     options.threads = expect(cost_of(report, expected_cost(sensed).seconds));
-    in_directory(job.scratch, motion_files(sensed), [&](RunDirectory& directory) {
+    in_directory(job.scratch, [&](RunDirectory& directory) {
       take_results(play_scene(sensed, options, directory, progress), record);
     });
     return;
@@ -107,7 +107,7 @@ void compute(const CaseJob& job, KeptWork& kept, const Expect& expect, SweepReco
   const CheckReport report = check_model(model, job.scenes);
   require_memory(report);
   const int threads = expect(cost_of(report, report.seconds));
-  in_directory(job.scratch, run_files(model.fixed->scene), [&](RunDirectory& directory) {
+  in_directory(job.scratch, [&](RunDirectory& directory) {
     SolveOptions options{job.command_line, threads, &kept.bodies, &kept.models};
     take_results(run_model(model, options, directory, progress), record);
     std::filesystem::remove(directory.file("metrics.csv"));  // the record has them

@@ -16,13 +16,13 @@ FileLock::FileLock(const std::string& path, bool is_folder) {
   struct stat own {};
   struct stat named {};
   do {  // between opening and locking, its name may have gone to another
-    if (is_folder) {
-      ::mkdir(path.c_str(), 0777);  // whether that worked shows when it is opened
-    }
+    const bool made = !is_folder || ::mkdir(path.c_str(), 0777) == 0 || errno == EEXIST;
+    const int why_not = errno;
     const int how = is_folder ? O_RDONLY | O_DIRECTORY : O_RDWR | O_CREAT | O_NONBLOCK;
     file_ = Descriptor(::open(path.c_str(), how | O_CLOEXEC, 0666));
     if (file_.number() < 0 || ::fstat(file_.number(), &own) != 0) {
-      throw IoError(fmt::format("{} cannot be opened: {}", path, std::strerror(errno)));
+      throw IoError(
+          fmt::format("{} cannot be {}: {}", path, made ? "opened" : "made", std::strerror(made ? errno : why_not)));
     }
     if (::flock(file_.number(), LOCK_EX | LOCK_NB) != 0) {
       state_ = errno == EWOULDBLOCK ? State::kElsewhere : State::kUnknown;

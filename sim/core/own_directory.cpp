@@ -3,11 +3,9 @@
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
-#include <fstream>
 #include <string_view>
 #include <sys/file.h>
 #include <sys/stat.h>
-#include <sys/sysmacros.h>
 #include <unistd.h>
 #include <utility>
 
@@ -28,38 +26,13 @@ constexpr int kAsFolder = O_RDONLY | O_DIRECTORY | O_CLOEXEC;
 
 bool is_same(const struct stat& a, const struct stat& b) { return a.st_dev == b.st_dev && a.st_ino == b.st_ino; }
 
-/// Who holds a lock that is refused: " (NUMBER)", or nothing if the kernel names no process of this machine.
-std::string holder(int descriptor) {
-  struct stat about {};
-  if (::fstat(descriptor, &about) != 0) {
-    return "";
-  }
-  const std::string inode = fmt::format("{:02x}:{:02x}:{}", major(about.st_dev), minor(about.st_dev), about.st_ino);
-  std::ifstream locks("/proc/locks");
-  std::string number;
-  std::string kind;
-  std::string strictness;
-  std::string access;
-  std::string process;
-  std::string place;
-  std::string rest;
-  while (locks >> number >> kind >> strictness >> access >> process >> place && std::getline(locks, rest)) {
-    if (kind == "FLOCK" && place == inode) {
-      return " (" + process + ")";
-    }
-  }
-  return "";
-}
-
 void take(int descriptor, const std::string& path, bool shared) {
   if (::flock(descriptor, (shared ? LOCK_SH : LOCK_EX) | LOCK_NB) == 0) {
     return;
   }
   const int reason = errno;
   if (reason == EWOULDBLOCK) {
-    refuse_directory(path,
-                     fmt::format(": another process{} works in it; wait for it, or give another directory with -o",
-                                 holder(descriptor)));
+    refuse_directory(path, ": another process works in it; wait for it, or give another directory with -o");
   }
   refuse_directory(path, fmt::format(" cannot be locked: {}", std::strerror(reason)));
 }

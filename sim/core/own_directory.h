@@ -16,8 +16,7 @@ class OwnDirectory {
   /// lock_file  of this name in the directory, made if need be, and locked as well: network file systems may lock files
   ///            between machines, and directories on each machine alone. Never written to. Empty: none
   /// shared     others that share it may work in it too
-  /// throws     InputError if another process works in it, which is named where the kernel knows it, or if it cannot be
-  ///            opened or locked
+  /// throws     InputError if another process works in it, or if it cannot be opened or locked
   explicit OwnDirectory(std::string path, const std::string& lock_file = {}, bool shared = false);
   OwnDirectory(OwnDirectory&&) noexcept = default;
   OwnDirectory& operator=(OwnDirectory&&) = delete;

@@ -170,7 +170,7 @@ class NoFiles(CommandTest):
         with concurrent.futures.ThreadPoolExecutor(len(commands)) as together:  # each waits for 2 s
             said = list(together.map(lambda command: self.refused(*command), commands))
         for command, text in zip(commands, said):
-            self.assertIn("its file files.json does not belong to a run" if "again" in command else "pipe.csv", text, command)
+            self.assertIn("its files.json does not belong to a run" if "again" in command else "pipe.csv", text, command)
 
     def test_what_a_command_writes_is_read(self):
         program = shlex.quote(PROGRAM)

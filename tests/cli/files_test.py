@@ -1,6 +1,5 @@
 """Files that a command may replace, and messages about a damaged run.h5."""
 
-import json
 import os
 import unittest
 import zlib
@@ -35,56 +34,6 @@ class Files(CommandTest):
         self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
         for phrase in phrases:
             self.assertIn(phrase, done.stderr)
-
-    def names(self):
-        return {path.name for path in (self.folder / "out").iterdir()}
-
-    def test_force_replaces_what_the_manifest_names(self):
-        self.assertEqual(self.run_scene().returncode, 0)
-        own = {"run.h5", "metrics.csv", "run.log", "side.vti", "run.vtm"}
-        self.assertEqual(set(json.loads((self.folder / "out/files.json").read_text())["files"]), own)
-        others = {"my_scan.vti", "pressure_notes.png", "field_notes.png", "target.png", ".a.tmp-b"}
-        for name in others:
-            self.write(f"out/{name}", "mine")
-        leftover = ".run.h5.tmp-0123456789abcdef"
-        self.write(f"out/{leftover}", "of a run that was killed")
-        self.assertEqual(self.run_scene("--force", "--set", "write=[h5]").returncode, 0)
-        self.assertEqual(self.names(), (own - {"side.vti", "run.vtm"}) | others | {"files.json"})
-        for name in others:
-            self.assertEqual((self.folder / "out" / name).read_text(), "mine")
-
-    def test_force_on_a_run_without_manifest(self):
-        self.assertEqual(self.run_scene().returncode, 0)
-        os.remove(self.folder / "out/files.json")
-        self.write("out/my_scan.vti", "mine")
-        self.refused(self.run_scene(), "already holds a run", "--force")
-        self.assertEqual(self.run_scene("--force").returncode, 0)
-        self.assertEqual(self.names(), {"run.h5", "metrics.csv", "run.log", "side.vti", "run.vtm", "files.json",
-                                        "my_scan.vti"})
-
-    def test_a_file_in_the_way_is_kept(self):
-        (self.folder / "out").mkdir()
-        for name in ["side.vti", "metrics.csv", "files.json"]:
-            self.write(f"out/{name}", "mine")
-            self.refused(self.run_scene("--force"), "out", name, "does not belong to a run")
-            self.assertEqual((self.folder / "out" / name).read_text(), "mine")
-            os.remove(self.folder / "out" / name)
-
-    def test_a_manifest_reaches_no_other_folder(self):
-        self.assertEqual(self.run_scene().returncode, 0)
-        self.write("precious.txt", "mine")
-        files = ["../precious.txt", str(self.folder / "precious.txt"), "..", ".", "run.h5", "metrics.csv", "run.log"]
-        self.write("out/files.json", json.dumps({"format": "touchfield-files", "files": [*files, "side.vti", "run.vtm"]}))
-        self.assertEqual(self.run_scene("--force").returncode, 0)
-        self.assertEqual((self.folder / "precious.txt").read_text(), "mine")
-
-    def test_a_link_is_removed_and_not_what_it_leads_to(self):
-        self.assertEqual(self.run_scene().returncode, 0)
-        os.remove(self.folder / "out/run.log")
-        target = self.write("precious.txt", "mine")
-        (self.folder / "out/run.log").symlink_to(target)
-        self.assertEqual(self.run_scene("--force").returncode, 0)
-        self.assertEqual(target.read_text(), "mine")
 
     def test_mesh_files_are_replaced_with_force_only(self):
         for command in [["hand", "-o", "x.stl", "--edge-mm", 8], ["mesh", "skin.obj", "--unit", "mm", "-o", "x.stl"]]:

@@ -189,8 +189,8 @@ class Fit(CommandTest):
                                says="the hand was not found in any of 2 frames; the closest was that at ")
         self.assertRegex(done.stderr, r"camera_1: it sees points [23]\d\d to [23]\d\d mm away .*, in the workspace in 2 of 2")
         self.assertIn("--side, --pose and --length-mm", done.stderr)
-        self.assertTrue((self.folder / "out/failed.json").exists())
-        rows = self.rows("out/fit.csv")
+        self.assertTrue((self.folder / "out.partial/failed.json").exists())
+        rows = self.rows("out.partial/fit.csv")
         self.assertEqual(len(rows), 2)
         for row in rows:
             self.assertEqual((row["lost"], row["file"]), ("1", ""))
@@ -235,9 +235,9 @@ class Fit(CommandTest):
         image.write_bytes(data)
         self.is_refused("fit", "seen", "--pose", "index_up", "-o", "out", "--edge-mm", "6", "--learn-s", "0",
                         says="000002.png: damaged")
-        self.assertEqual(len(self.rows("out/fit.csv")), 2)
-        found = [row["file"] for row in self.rows("out/fit.csv") if row["lost"] == "0"]
-        self.assertEqual([row["file"] for row in self.rows("out/times.csv")], found)
+        self.assertEqual(len(self.rows("out.partial/fit.csv")), 2)
+        found = [row["file"] for row in self.rows("out.partial/fit.csv") if row["lost"] == "0"]
+        self.assertEqual([row["file"] for row in self.rows("out.partial/times.csv")], found)
 
     def test_images_too_large_together(self):
         """Two kilobytes that would take gigabytes."""

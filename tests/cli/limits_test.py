@@ -73,7 +73,7 @@ class Limits(CommandTest):
         done = self.under("-t 4", "run long.yaml -o out", {"OMP_NUM_THREADS": "1"})
         self.assertEqual(done.returncode, 128 + 24, done.stderr)  # SIGXCPU
         self.assertIn("ulimit -t", done.stderr)
-        self.assertIn("ulimit -t", json.loads((self.folder / "out/failed.json").read_text())["reason"])
+        self.assertIn("ulimit -t", json.loads((self.folder / "out.partial/failed.json").read_text())["reason"])
         # A sweep's process computes many cases: what ends it is no result of the one it was at.
         self.write("long_sweep.yaml", "base: long.yaml\ngrid: {array.level: [1, 0.9]}\n")
         done = self.under("-t 4", "sweep long_sweep.yaml -o swept --jobs 1", {"OMP_NUM_THREADS": "1"})

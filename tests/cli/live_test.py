@@ -194,6 +194,7 @@ class OnABoard(LiveTest):
         self.assertGreater(report["longest_gap_s"], 0.9)
         self.assertFalse(report["quiet"])
         self.assertGreater(report["sent"], 0)
+        out = out.with_name(f"{out.name}.partial")
         self.assertGreater(len((out / "live.csv").read_text().splitlines()), 3)
         self.assertIn("did not supervise", json.loads((out / "failed.json").read_text())["reason"])
 
@@ -221,7 +222,7 @@ class OnABoard(LiveTest):
         self.assertEqual(process.returncode, 128 + signal.SIGTERM, said)
         self.assertIn("interrupted before anything was sent", said)
         self.assertEqual(bytes(self.board.heard), b"")
-        self.assertTrue((self.folder / "out/failed.json").exists())
+        self.assertTrue((self.folder / "out.partial/failed.json").exists())
 
 
 if __name__ == "__main__":

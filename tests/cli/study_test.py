@@ -115,9 +115,7 @@ class Study(CommandTest):
             self.assertEqual(done.returncode, 2, f"{command[0]} into a study's directory")
             self.assertIn("--force", done.stderr)
         self.assertEqual((self.folder / "out/study.csv").read_bytes(), before)
-        self.write("out/mine.txt", "not of a study")
         self.run_ok("study", self.scene, "-o", "out", "--force", *ONE_RUNG)
-        self.assertTrue((self.folder / "out/mine.txt").exists())
 
     def test_without_an_output_the_next_free_number(self):
         self.run_ok("study", self.scene, *ONE_RUNG)

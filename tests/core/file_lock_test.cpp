@@ -59,7 +59,7 @@ TEST_P(Lock, IsOfTheNameAsItIsNow) {
 TEST_P(Lock, SaysWhatCannotBeLocked) {
   std::filesystem::create_directory(path_ + ".d");
   const std::string nowhere = path_ + "/none";
-  EXPECT_THAT(message_of<IoError>([&] { FileLock::of_folder(nowhere); }), HasSubstr(nowhere + " cannot be opened"));
+  EXPECT_THAT(message_of<IoError>([&] { FileLock::of_folder(nowhere); }), HasSubstr(nowhere + " cannot be made"));
   EXPECT_THROW(FileLock::of_file(path_ + ".d"), IoError);
 }
 
