@@ -30,13 +30,12 @@ std::string heading(char letter, const std::string& path, const Run& run) {
                      run.complete ? "complete" : "NOT COMPLETE");
 }
 
-std::string tolerance_line(double tolerance, const Value& largest) {
-  const double relative = largest["relative"].number();
-  if (relative <= tolerance) {
+std::string tolerance_line(double tolerance, const Deviation& largest) {
+  if (largest.relative <= tolerance) {
     return fmt::format("{:<9} {:g}: every result is within it\n", "tolerance", tolerance);
   }
-  const std::string far = std::isfinite(relative) ? fmt::format(" differs by {:.2g}", relative) : "";
-  return fmt::format("{:<9} {:g}: EXCEEDED: {}{}\n", "tolerance", tolerance, largest["what"].text(), far);
+  const std::string far = std::isfinite(largest.relative) ? fmt::format(" differs by {:.2g}", largest.relative) : "";
+  return fmt::format("{:<9} {:g}: EXCEEDED: {}{}\n", "tolerance", tolerance, largest.what, far);
 }
 
 int compare_command(const CompareCommand& command, const CommonFlags& flags) {
@@ -48,16 +47,16 @@ int compare_command(const CompareCommand& command, const CommonFlags& flags) {
   const std::string path_b = run_file_at(command.b);
   const Run a = read_run_file(path_a, say_warning);
   const Run b = read_run_file(path_b, say_warning);
-  const Value difference = compare_runs(a, b, scene_changes(a.scene, b.scene));
-  const Value& largest = difference["largest_result"];
-  const bool within = !command.tolerance || largest["relative"].number() <= *command.tolerance;
+  const RunDifference difference = compare_runs(a, b, scene_changes(a.scene, b.scene));
+  const Deviation& largest = difference.largest_result;
+  const bool within = !command.tolerance || largest.relative <= *command.tolerance;
   if (flags.json) {
-    Value json = {{"a", {{"file", path_a}, {"name", a.name}, {"complete", a.complete}}},
-                  {"b", {{"file", path_b}, {"name", b.name}, {"complete", b.complete}}},
-                  {"tolerance", command.tolerance},
-                  {"within_tolerance", command.tolerance ? Value(within) : Value()}};
-    json.add(difference);
-    put(json.json() + "\n");
+    Json json = {{"a", {{"file", path_a}, {"name", a.name}, {"complete", a.complete}}},
+                 {"b", {{"file", path_b}, {"name", b.name}, {"complete", b.complete}}},
+                 {"tolerance", command.tolerance ? Json(*command.tolerance) : Json()},
+                 {"within_tolerance", command.tolerance ? Json(within) : Json()}};
+    json.update(difference_value(difference));
+    put(json_text(json, 2) + "\n");
   } else {
     put(fmt::format("{}{}{}", heading('A', path_a, a), heading('B', path_b, b), describe_difference(difference)));
     if (command.tolerance) {

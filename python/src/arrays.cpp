@@ -160,29 +160,4 @@ nb::object object_of(const Json& value) {
                                      : nb::none();
 }
 
-nb::object object_of(const Value& value) {
-  const auto text_of = [](const std::string& text) {  // of any bytes, as json.loads would have it
-    return nb::steal(PyUnicode_DecodeUTF8(text.data(), static_cast<Py_ssize_t>(text.size()), "surrogateescape"));
-  };
-  if (value.is<Value::Group>()) {
-    nb::dict entries;
-    for (const auto& [name, part] : value.group()) {
-      entries[text_of(name)] = object_of(part);
-    }
-    return entries;
-  }
-  if (value.is<Value::List>()) {
-    nb::list items;
-    for (const Value& item : value.list()) {
-      items.append(object_of(item));
-    }
-    return items;
-  }
-  return value.is<bool>()            ? nb::cast(value.flag())
-         : value.is<std::int64_t>()  ? nb::cast(value.count())
-         : value.is<Value::Number>() ? nb::cast(value.number())
-         : value.is<std::string>()   ? text_of(value.text())
-                                     : nb::none();
-}
-
 }  // namespace touchfield::python

@@ -14,7 +14,6 @@
 
 #include "sim/core/json.h"
 #include "sim/core/types.h"
-#include "sim/store/value_tree.h"
 
 /// Matrices of the library as arrays of NumPy's and back. What is n points as columns here, 3 x n, is n x 3 there: the
 /// same bytes.
@@ -106,7 +105,6 @@ std::vector<Eigen::Index> index_list(nb::handle value, const std::string& what, 
 
 /// An object as a dict, an array as a list; null is None. In a text U+FFFD stands for a byte that is not UTF-8.
 nb::object object_of(const Json& value);
-nb::object object_of(const Value& value);
 
 /// throws   InputError that names the argument unless it has as many values
 void require_count(const std::string& what, Eigen::Index size, Eigen::Index wanted, const std::string& of);

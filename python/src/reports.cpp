@@ -142,9 +142,11 @@ nb::object study(nb::handle scene, nb::handle set, const std::vector<double>& ed
 }
 
 nb::object compare(const SharedRun& a, const SharedRun& b) {
-  Value difference = computed(0, [a, b](Progress&) { return compare_runs(*a, *b, scene_changes(a->scene, b->scene)); });
-  difference.add("text", describe_difference(difference));
-  return object_of(difference);
+  const RunDifference difference =
+      computed(0, [a, b](Progress&) { return compare_runs(*a, *b, scene_changes(a->scene, b->scene)); });
+  Json value = difference_value(difference);
+  value["text"] = describe_difference(difference);
+  return object_of(value);
 }
 
 }  // namespace

@@ -497,7 +497,8 @@ def compare(a, b):
     -------
     dict
         That of `touchfield compare --json`: `verdict` (identical, same_to_rounding, different), `largest`,
-        `largest_result`, `causes`, `scene` (changes by key path), `methods` (a list) and more; and `text` for a person.
+        `largest_result`, `provenance` of both, `scene` (changes by key path), `methods` (a list) and more; and `text` for
+        a person.
 
     Examples
     --------

@@ -1,15 +1,22 @@
 #include "sim/store/run_compare.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <iterator>
-#include <set>
+#include <complex>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <numbers>
 #include <string_view>
+#include <tuple>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
+#include "sim/store/result_text.h"
 #include "sim/store/run_layout.h"
+#include "sim/store/text_table.h"
 
 namespace touchfield {
 
@@ -17,122 +24,100 @@ namespace {
 
 constexpr double kRounding = 1e-6;
 constexpr double kSingleRounding = 1e-4;
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-/// How far apart something is, and what it is.
-struct Deviation {
-  std::string what;  // empty: nothing differs
-  double relative = 0.0;
+bool same_value(double a, double b) {
+  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b) || (std::isnan(a) && std::isnan(b));
+}
+bool same_value(const Complex& a, const Complex& b) {
+  return same_value(a.real(), b.real()) && same_value(a.imag(), b.imag());
+}
 
-  Value value() const { return {{"relative", relative}, {"what", what}}; }
-};
+bool is_finite(double value) { return std::isfinite(value); }
+bool is_finite(const Complex& value) { return std::isfinite(value.real()) && std::isfinite(value.imag()); }
 
-/// What has been looked at so far.
-class Tally {
- public:
-  bool identical = true;
-  Deviation largest;
-  Deviation largest_result;
+/// 0 of nothing is 0: two silent runs are alike.
+double part_of(double part, double whole) { return part == 0.0 ? 0.0 : part / whole; }
 
-  void add(const std::string& what, double relative, bool is_result) {
-    for (Deviation* most : {&largest, is_result ? &largest_result : nullptr}) {
-      if (most != nullptr && relative > most->relative) {
-        *most = {what, relative};
-      }
+Difference incomparable(const std::string& fault) { return {false, kInfinite, fault, kInfinite, 0}; }
+
+/// What can be said of two lists before anything is subtracted: their sizes, which values are the same.
+template <class List>
+Difference paired(const List& a, const List& b) {
+  if (a.size() != b.size()) {
+    return incomparable(fmt::format("{} and {} values", a.size(), b.size()));
+  }
+  Difference pairing;
+  std::size_t lost = 0;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(a.size()); ++i) {
+    if (!same_value(a.data()[i], b.data()[i])) {
+      pairing.identical = false;
+      lost += is_finite(a.data()[i]) && is_finite(b.data()[i]) ? 0 : 1;
     }
   }
-  /// A group of difference.h.
-  Value model(const std::string& what, Value difference) {
-    identical = identical && difference["identical"].flag();
-    add(what, difference["relative"].number(), false);
-    return difference;
-  }
-  Value result(const std::string& what, Value difference, std::string_view measure = "relative") {
-    identical = identical && difference["identical"].flag();
-    add(what, difference[measure].number(), true);
-    return difference;
-  }
-  /// What a part of the runs comes to.
-  void take(const Tally& part) {
-    identical = identical && part.identical;
-    add(part.largest.what, part.largest.relative, false);
-    add(part.largest_result.what, part.largest_result.relative, true);
-  }
-  /// Texts that make two models incomparable where they differ.
-  Value texts(const std::string& what, Value changes) {
-    identical = identical && changes.empty();
-    add(what, changes.empty() ? 0.0 : kInfinite, false);
-    return changes;
-  }
-};
+  return lost == 0 ? pairing
+                   : incomparable(fmt::format("{} of {} values are not finite in one of them", lost, a.size()));
+}
 
-template <class List, class Name>
-Value unshared(const List& in_a, const List& in_b, const Name& name) {
-  const auto names_of = [&](const List& list) {
-    std::set<std::string> names;
-    std::ranges::transform(list, std::inserter(names, names.end()), name);
-    return names;
+/// The same of the entries of two matrices, column by column.
+template <class Values>
+Difference compare_entries(const Values& a, const Values& b) {
+  return compare_numbers({a.data(), static_cast<std::size_t>(a.size())},
+                         {b.data(), static_cast<std::size_t>(b.size())});
+}
+
+/// What several parts come to.
+Difference worst_of(const std::vector<Difference>& parts) {
+  Difference worst = *std::ranges::max_element(parts, {}, &Difference::relative);
+  worst.identical = std::ranges::all_of(parts, &Difference::identical);
+  return worst;
+}
+
+Difference compare_meshes(const TriangleMesh& a, const TriangleMesh& b) {
+  if (a.face_count() != b.face_count() || a.vertex_count() != b.vertex_count()) {
+    return incomparable(fmt::format("{} and {} faces", grouped(a.face_count()), grouped(b.face_count())));
+  }
+  return a.triangles() == b.triangles() ? compare_entries(a.vertices(), b.vertices()) : incomparable("other triangles");
+}
+
+Difference compare_targets(const std::optional<Target>& a, const std::optional<Target>& b) {
+  const Target of_a = a.value_or(Target());
+  const Target of_b = b.value_or(Target());
+  if (of_a.faces != of_b.faces || of_a.box != of_b.box) {
+    return incomparable(fmt::format("{} and {} faces, not the same", of_a.size(), of_b.size()));
+  }
+  return compare_entries(of_a.amplitudes, of_b.amplitudes);
+}
+
+Difference compare_arrays(const Run& a, const Run& b) {
+  const auto truth = [](const Run& run) { return run.array_truth.value_or(ArrayTruth{run.array.response, 0}); };
+  const auto factors_of = [](const Run& run, const ChannelResponse& response) -> Eigen::VectorXcd {
+    return response.as_designed() ? Eigen::VectorXcd::Ones(run.array.size()) : factors(response);
   };
-  const std::set<std::string> a = names_of(in_a);
-  const std::set<std::string> b = names_of(in_b);
-  std::pair<std::vector<std::string>, std::vector<std::string>> only;
-  std::ranges::set_difference(a, b, std::back_inserter(only.first));
-  std::ranges::set_difference(b, a, std::back_inserter(only.second));
-  return only;
+  if (a.array.size() != b.array.size()) {
+    return incomparable(fmt::format("{} and {} channels", a.array.size(), b.array.size()));
+  }
+  if (a.array.kind != b.array.kind || a.array.directivity.kind() != b.array.directivity.kind() ||
+      a.array.directivity.ka() != b.array.directivity.ka() || a.array.device != b.array.device ||
+      a.array.channel != b.array.channel || truth(a).phase_levels != truth(b).phase_levels) {
+    return incomparable("another kind, directivity, numbering or number of phase levels");
+  }
+  return worst_of({compare_entries(a.array.positions, b.array.positions), compare_entries(a.array.axes, b.array.axes),
+                   compare_entries(a.array.amplitudes, b.array.amplitudes),
+                   compare_complex(factors_of(a, a.array.response), factors_of(b, b.array.response)),
+                   compare_complex(factors_of(a, truth(a).response), factors_of(b, truth(b).response))});
 }
 
-/// The same of results, where it counts.
-template <class List, class Name>
-Value unshared_results(Tally& tally, const char* noun, const List& in_a, const List& in_b, const Name& name) {
-  const Value only = unshared(in_a, in_b, name);
-  for (const auto& [run, side] : {std::pair{'A', "a"}, std::pair{'B', "b"}}) {
-    for (const Value& one : only[side].list()) {
-      tally.identical = false;
-      tally.add(fmt::format("{} {} is in {} alone", noun, one.text(), run), kInfinite, true);
-    }
+Difference compare_judges(const Run& a, const Run& b) {
+  const auto name = [](const Run& run) {
+    return run.judge_model ? fmt::format("{} by {}", run.judge, run.judge_model->scheme) : run.judge;
+  };
+  if (name(a) != name(b)) {
+    return incomparable(fmt::format("{} and {}", name(a), name(b)));
   }
-  return only;
-}
-
-Value compare_provenance(const Provenance& a, const Provenance& b) {
-  Value changes = Value::Group();
-  for (const ProvenanceField& field : provenance_fields()) {
-    const std::string_view name = field.name;
-    if (name != "start" && name != "end") {
-      add_change(changes, field.name, a.*field.value, b.*field.value);
-    }
-  }
-  add_change(changes, "threads", fmt::to_string(a.threads), fmt::to_string(b.threads));
-  return changes;
-}
-
-Value compare_judges(Tally& tally, const Run& a, const Run& b) {
-  const bool comparable = a.judge_model && b.judge_model;
-  Value changes = Value::Group();
-  add_change(changes, "judge", a.judge, b.judge);
-  if (comparable) {
-    add_change(changes, "scheme", a.judge_model->scheme, b.judge_model->scheme);
-  }
-  return {
-      {"changes", tally.texts("the judge", changes)},
-      {"mesh", comparable ? tally.model("the judge's mesh", compare_meshes(a.judge_model->mesh, b.judge_model->mesh))
-                          : Value()},
-      {"target", comparable
-                     ? tally.model("the judge's target", compare_targets(a.judge_model->target, b.judge_model->target))
-                     : Value()}};
-}
-
-/// How a stage's system was solved, where that differs.
-Value compare_solvers(const std::vector<SolveRecord>& a, const std::vector<SolveRecord>& b) {
-  const auto how = [](const SolveRecord& solve) { return fmt::format("{}, {}", solve.solver, solve.precision); };
-  Value changes = Value::Group();
-  std::set<std::string> seen;
-  for (const SolveRecord& solve : a) {
-    const auto other = std::ranges::find(b, solve.stage, &SolveRecord::stage);
-    if (other != b.end() && seen.insert(solve.stage).second) {
-      add_change(changes, solve.stage, how(solve), how(*other));
-    }
-  }
-  return changes;
+  return !a.judge_model ? Difference()
+                        : worst_of({compare_meshes(a.judge_model->mesh, b.judge_model->mesh),
+                                    compare_targets(a.judge_model->target, b.judge_model->target)});
 }
 
 /// The judge's pressure of a method; where the judge is the solving model that may be the method's own.
@@ -144,246 +129,380 @@ Eigen::VectorXd weights_of(const TriangleMesh& mesh, const Eigen::VectorXcd& pre
   return mesh.face_count() == pressure.size() ? mesh.areas() : Eigen::VectorXd();
 }
 
-/// One of the two runs, and what it says of a method.
-struct MethodOf {
-  const Run& run;
-  const MethodResult& method;
-};
+bool is_time(const MetricField& field) { return std::string_view(field.unit) == "s"; }
 
-Value compare_pressures(const MethodOf& a, const MethodOf& b) {
-  return compare_complex(a.method.pressure, b.method.pressure, weights_of(a.run.mesh, a.method.pressure));
-}
+/// Fills the difference of two runs part by part.
+class Comparison {
+ public:
+  Comparison(const Run& a, const Run& b) : a_(a), b_(b) {}
 
-/// Null where neither run has the judge's pressure.
-Value compare_judged(const MethodOf& a, const MethodOf& b) {
-  if (a.method.judge_pressure.size() == 0 && b.method.judge_pressure.size() == 0) {
-    return {};
+  RunDifference compare(const std::vector<SceneKeyChange>& scene) {
+    found_.provenance = {a_.provenance, b_.provenance};
+    found_.scene = scene;
+    found_.judged_skin = {a_.judged_skin, b_.judged_skin};
+    found_.models = {{"mesh", compare_meshes(a_.mesh, b_.mesh)},
+                     {"array", compare_arrays(a_, b_)},
+                     {"target", compare_targets(a_.target, b_.target)},
+                     {"judge", compare_judges(a_, b_)}};
+    if (a_.judged_skin != b_.judged_skin) {
+      count("the skin that is evaluated", incomparable(""), false);
+    }
+    for (const auto& [name, model] : found_.models) {
+      count("the " + name, model, false);
+    }
+    pair_up("method", a_.methods, b_.methods, found_.methods_in_one_alone, std::mem_fn(&MethodResult::name),
+            [&](const MethodResult& a, const MethodResult& b) { found_.methods.push_back(method(a, b)); });
+    pair_up(
+        "field", a_.fields, b_.fields, found_.fields_in_one_alone,
+        [](const FieldResult& field) { return field.grid.name; },
+        [&](const FieldResult& a, const FieldResult& b) { found_.fields.push_back(field(a, b)); });
+    const auto single = [](const SolveRecord& solve) { return solve.precision == "single"; };
+    const bool rough = std::ranges::any_of(a_.solves, single) || std::ranges::any_of(b_.solves, single);
+    found_.rounding = rough ? kSingleRounding : kRounding;
+    return std::move(found_);
   }
-  const Eigen::VectorXcd& judged = judged_pressure(a.method, a.run);
-  const TriangleMesh& mesh = a.run.judge_model ? a.run.judge_model->mesh : a.run.mesh;
-  return compare_complex(judged, judged_pressure(b.method, b.run), weights_of(mesh, judged));
-}
 
-/// A metric of both runs; `relative` is relative_change of the two.
-Value compare_metrics(Tally& tally, const MethodOf& of_a, const MethodOf& of_b, bool times) {
-  Value metrics = Value::Group();
-  for (const MetricField& field : metric_fields()) {
-    if ((std::string_view(field.unit) == "s") == times) {
-      const double a = of_a.method.metrics.*field.value;
-      const double b = of_b.method.metrics.*field.value;
-      Value pair = std::pair(field.share ? Value::share(a) : Value(a), field.share ? Value::share(b) : Value(b));
-      if (!times) {
-        pair.add("relative", relative_change(a, b));
-        tally.identical = tally.identical && same_value(a, b);
-        tally.add(fmt::format("{} of {}", field.name, of_a.method.name), relative_change(a, b), true);
+ private:
+  /// returns   whether it is identical
+  bool count(const std::string& what, const Difference& difference, bool is_result = true) {
+    found_.identical = found_.identical && difference.identical;
+    for (Deviation* most : {&found_.largest, is_result ? &found_.largest_result : nullptr}) {
+      if (most != nullptr && difference.relative > most->relative) {
+        *most = {what, difference.relative};
       }
-      metrics.add(field.name, pair);
+    }
+    return difference.identical;
+  }
+
+  /// Compares what both lists have by name, and counts and names the rest.
+  template <class List, class Name, class Compare>
+  void pair_up(const char* noun, const List& in_a, const List& in_b, std::array<std::vector<std::string>, 2>& alone,
+               const Name& name, const Compare& compare) {
+    for (const auto& [one, other, run] : {std::tuple{&in_a, &in_b, 0}, std::tuple{&in_b, &in_a, 1}}) {
+      for (const auto& item : *one) {
+        const auto same = std::ranges::find(*other, name(item), name);
+        if (same == other->end()) {
+          count(fmt::format("{} {} is in {} alone", noun, name(item), "AB"[run]), incomparable(""));
+          alone.at(static_cast<std::size_t>(run)).push_back(name(item));
+        } else if (run == 0) {
+          compare(item, *same);
+        }
+      }
     }
   }
-  return metrics;
-}
 
-Value compare_methods(Tally& tally, const MethodOf& of_a, const MethodOf& of_b) {
-  const PhaseSolution& a = of_a.method.solution;
-  const PhaseSolution& b = of_b.method.solution;
-  const std::string of = " of " + of_a.method.name;
-  Tally own;
-  Value changes = Value::Group();
-  add_change(changes, "method", of_a.method.method, of_b.method.method);
-  add_change(changes, "scheme", of_a.method.scheme, of_b.method.scheme);
-  add_change(changes, "status", to_string(a.status), to_string(b.status));
-  Value cost = compare_numbers(a.cost_history, b.cost_history);
-  cost.add("length", std::pair(a.cost_history.size(), b.cost_history.size()));
-  own.identical = changes.empty() && cost["identical"].flag() && a.iterations == b.iterations;
-  const Value judged = compare_judged(of_a, of_b);
-  const Value parts = {
-      {"changes", changes},
-      {"phases",
-       own.result("phases" + of, compare_phases(a.phases, a.amplitudes, b.phases, b.amplitudes), "largest_rad")},
-      {"amplitudes", own.result("amplitudes" + of, compare_numbers(numbers(a.amplitudes), numbers(b.amplitudes)))},
-      {"pressure", own.result("pressure" + of, compare_pressures(of_a, of_b))},
-      {"judge_pressure", judged.empty() ? judged : own.result("judge's pressure" + of, judged)},
-      {"cost", cost},
-      {"metrics", compare_metrics(own, of_a, of_b, false)},
-      {"seconds", compare_metrics(own, of_a, of_b, true)}};
-  tally.take(own);
-  Value result = {{"name", of_a.method.name}, {"identical", own.identical}};
-  result.add(parts);
-  return result;
-}
-
-std::string grid_fault(const FieldGrid& a, const FieldGrid& b) {
-  if (a.count != b.count) {
-    return fmt::format("{} and {} points", fmt::join(a.count, " x "), fmt::join(b.count, " x "));
-  }
-  return a.origin == b.origin && a.spacing == b.spacing ? "" : "its points are at other places";
-}
-
-Value compare_fields(Tally& tally, const FieldResult& a, const FieldResult& b) {
-  const std::string fault = grid_fault(a.grid, b.grid);
-  Tally own;
-  std::size_t inside = 0;  // points that are inside a body in one run only
-  Value pressures = Value::Group();
-  own.identical = fault.empty();
-  if (!fault.empty()) {
-    own.add(fmt::format("field {}: its grid", a.grid.name), kInfinite, true);
-  } else {
-    for (std::size_t i = 0; i < a.inside.size(); ++i) {
-      inside += a.inside[i] != b.inside[i] ? 1U : 0U;
+  MethodDifference method(const MethodResult& a, const MethodResult& b) {
+    MethodDifference found{.name = a.name, .a = a.metrics, .b = b.metrics};
+    const auto counted = [&](const std::string& what, const Difference& difference) {
+      found.identical = count(what + " of " + a.name, difference) && found.identical;
+      return difference;
+    };
+    found.phases = counted(
+        "phases", compare_phases(a.solution.phases, a.solution.amplitudes, b.solution.phases, b.solution.amplitudes));
+    found.amplitudes = counted("amplitudes", compare_entries(a.solution.amplitudes, b.solution.amplitudes));
+    found.pressure = counted("pressure", compare_complex(a.pressure, b.pressure, weights_of(a_.mesh, a.pressure)));
+    if (a.judge_pressure.size() > 0 || b.judge_pressure.size() > 0) {
+      const Eigen::VectorXcd& judged = judged_pressure(a, a_);
+      const TriangleMesh& mesh = a_.judge_model ? a_.judge_model->mesh : a_.mesh;
+      found.judge_pressure =
+          counted("judge's pressure", compare_complex(judged, judged_pressure(b, b_), weights_of(mesh, judged)));
     }
-    own.identical = inside == 0;
-    own.add(fmt::format("field {}: the points inside bodies", a.grid.name),
-            static_cast<double>(inside) / static_cast<double>(std::max<std::size_t>(a.inside.size(), 1)), true);
+    for (const MetricField& field : metric_fields()) {
+      const double x = a.metrics.*field.value;
+      const double y = b.metrics.*field.value;
+      if (!is_time(field)) {
+        counted(field.name, {.identical = same_value(x, y), .relative = relative_change(x, y)});
+      }
+    }
+    return found;
+  }
+
+  FieldDifference field(const FieldResult& a, const FieldResult& b) {
+    FieldDifference found{.name = a.grid.name};
+    const auto counted = [&](const std::string& what, const Difference& difference) {
+      found.identical = count(fmt::format("field {}{}", a.grid.name, what), difference) && found.identical;
+      return difference;
+    };
+    if (a.grid.count != b.grid.count || a.grid.origin != b.grid.origin || a.grid.spacing != b.grid.spacing) {
+      found.fault = counted(": its points", incomparable("other points")).fault;
+      return found;
+    }
+    if (a.inside != b.inside) {
+      found.fault = counted(": the points inside bodies", incomparable("other points are inside bodies")).fault;
+    }
     for (const auto& [method, pressure] : a.pressure) {
       const auto other = std::ranges::find(b.pressure, method, [](const auto& entry) { return entry.first; });
       if (other != b.pressure.end()) {
-        pressures.add(method, own.result(fmt::format("field {} of {}", a.grid.name, method),
-                                         compare_complex(pressure, other->second, {})));
+        found.pressure.emplace_back(method, counted(" of " + method, compare_complex(pressure, other->second)));
+      }
+    }
+    return found;
+  }
+
+  const Run& a_;
+  const Run& b_;
+  RunDifference found_;
+};
+
+template <class Kind>
+Json of_both(const Kind& a, const Kind& b) {
+  return {{"a", a}, {"b", b}};
+}
+
+Json value_of(const Difference& difference) {
+  return {{"identical", difference.identical},
+          {"relative", difference.relative},
+          {"as_it_is", difference.as_it_is},
+          {"turn_rad", difference.turn},
+          {"fault", difference.fault}};
+}
+
+Json value_of(const Deviation& deviation) { return {{"relative", deviation.relative}, {"what", deviation.what}}; }
+
+Json value_of(const MethodDifference& method) {
+  Json metrics = Json::object();
+  Json seconds = Json::object();
+  for (const MetricField& field : metric_fields()) {
+    const double a = method.a.*field.value;
+    const double b = method.b.*field.value;
+    if (is_time(field)) {
+      seconds[field.name] = of_both(a, b);
+    } else {
+      metrics[field.name] = {{"a", a}, {"b", b}, {"difference", b - a}, {"relative", relative_change(a, b)}};
+    }
+  }
+  return {{"name", method.name},
+          {"identical", method.identical},
+          {"phases",
+           {{"identical", method.phases.identical},
+            {"largest_rad", method.phases.relative},
+            {"turn_rad", method.phases.turn},
+            {"fault", method.phases.fault}}},
+          {"amplitudes", value_of(method.amplitudes)},
+          {"pressure", value_of(method.pressure)},
+          {"judge_pressure", method.judge_pressure ? value_of(*method.judge_pressure) : Json()},
+          {"metrics", metrics},
+          {"seconds", seconds}};
+}
+
+/// Each field of both provenances, one line where they agree.
+Json provenance_lines(const std::array<Provenance, 2>& of) {
+  const Json a = provenance_value(of[0]);
+  const Json b = provenance_value(of[1]);
+  Json lines = Json::object();
+  for (const auto& [name, value] : a.items()) {
+    lines[name] = value == b[name] ? value : Json{"A: " + value_text(value), "B: " + value_text(b[name])};
+  }
+  return lines;
+}
+
+std::string methods_table(const std::vector<MethodDifference>& methods) {
+  Json rows = Json::array();
+  for (const MethodDifference& method : methods) {
+    const Difference judged = method.judge_pressure.value_or(Difference());
+    double metrics = 0;
+    for (const MetricField& field : metric_fields()) {
+      metrics = std::max(metrics, is_time(field) ? 0 : relative_change(method.a.*field.value, method.b.*field.value));
+    }
+    std::string fault;
+    for (const Difference& part : {method.phases, method.amplitudes, method.pressure, judged}) {
+      fault = fault.empty() ? part.fault : fault;
+    }
+    rows.push_back(Json{{"method", method.name},
+                        {"phases_rad", method.phases.relative},
+                        {"amplitudes", method.amplitudes.relative},
+                        {"pressure", method.pressure.relative},
+                        {"as_it_is", method.pressure.as_it_is},
+                        {"judge", method.judge_pressure ? Json(judged.relative) : Json()},
+                        {"metrics", metrics},
+                        {"A_s", method.a.seconds_total},
+                        {"B_s", method.b.seconds_total},
+                        {"fault", fault}});
+  }
+  return rows.empty() ? "" : '\n' + table_text(rows);
+}
+
+/// The metrics that differ by more than rounding, with the sign of the change.
+std::string metrics_table(const RunDifference& difference) {
+  Json rows = Json::array();
+  for (const MethodDifference& method : difference.methods) {
+    for (const MetricField& field : metric_fields()) {
+      const double a = method.a.*field.value;
+      const double b = method.b.*field.value;
+      const auto shown = [&](double value, const char* share) {
+        return field.share ? table_number(100 * value, "{:.4g} ") + share : value_text(value, field.name);
+      };
+      if (!is_time(field) && relative_change(a, b) > difference.rounding) {
+        rows.push_back(Json{{"method", method.name},
+                            {"metric", field.name},
+                            {"A", shown(a, "%")},
+                            {"B", shown(b, "%")},
+                            {"B - A", (b > a ? "+" : "") + shown(b - a, "points")}});
       }
     }
   }
-  tally.take(own);
-  return {{"name", a.grid.name},
-          {"identical", own.identical},
-          {"fault", fault},
-          {"inside_in_one_alone", inside},
-          {"pressure", pressures}};
+  return rows.empty() ? "" : '\n' + table_text(rows, rows.size());
 }
 
-/// What compare makes of every element of both lists that have a name in common.
-template <class List, class Name, class Compare>
-Value in_both(const List& in_a, const List& in_b, const Name& name, const Compare& compare) {
-  Value::List results;
-  for (const auto& one : in_a) {
-    const auto other = std::ranges::find(in_b, name(one), name);
-    if (other != in_b.end()) {
-      results.push_back(compare(one, *other));
+std::string fields_table(const std::vector<FieldDifference>& fields) {
+  Json rows = Json::array();
+  for (const FieldDifference& field : fields) {
+    if (!field.fault.empty()) {
+      rows.push_back(Json{{"field", field.name}, {"fault", field.fault}});
+    }
+    for (const auto& [method, pressure] : field.pressure) {
+      rows.push_back(Json{{"field", field.name},
+                          {"method", method},
+                          {"pressure", pressure.relative},
+                          {"as_it_is", pressure.as_it_is},
+                          {"fault", pressure.fault}});
     }
   }
-  return results;
+  return rows.empty() ? "" : '\n' + table_text(rows, rows.size());
 }
 
-bool solved_in_single(const Run& run) {
-  return std::ranges::any_of(run.solves, [](const SolveRecord& solve) { return solve.precision == "single"; });
-}
-
-/// Keys that name a run and choose its files change no number.
-bool bears_on_results(const TextChange& change) {
-  const std::string_view first = std::string_view(change.what).substr(0, change.what.find_first_of(".["));
-  return first != "name" && first != "write";
-}
-
-std::string scene_cause(const std::vector<TextChange>& scene) {
-  constexpr std::size_t kNamed = 3;
-  std::vector<std::string> keys;
-  for (const TextChange& change : scene) {
-    if (bears_on_results(change)) {
-      keys.push_back(change.what);
-    }
-  }
-  const std::size_t more = keys.size() > kNamed ? keys.size() - kNamed : 0;
-  keys.resize(keys.size() - more);
-  return keys.empty() ? ""
-                      : fmt::format("the scene: {}{}", fmt::join(keys, ", "),
-                                    more == 0 ? "" : fmt::format(" and {} more", more));
-}
-
-/// The changes among those of these names, as one cause; empty if there is none.
-std::string recorded_cause(const Value& changes, const char* noun, std::initializer_list<std::string_view> names) {
-  std::vector<std::string> found;
-  for (const std::string_view name : names) {
-    if (!changes[name].empty()) {
-      found.push_back(value_text(changes[name]));
-    }
-  }
-  return found.empty() ? "" : fmt::format("{}: {}", noun, fmt::join(found, ", "));
-}
-
-/// What a scene reads from files, whose contents no run records, where it may have made the difference.
-std::string file_cause(const Value& difference, const std::string& scene) {
-  const auto names = [&](const char* key) { return scene.find(key) != std::string::npos; };
-  if (!(difference["mesh"]["identical"].flag() && difference["array"]["identical"].flag()) && names(" file: ")) {
-    return "a mesh or a table of positions that the scene names";
-  }
-  return names(" phases_file: ") || names(" previous: ") ? "the phases that the scene reads from a file" : "";
-}
-
-/// difference   all but what it comes to
-std::vector<std::string> likely_causes(const Value& difference, const std::vector<TextChange>& scene, const Run& a,
-                                       const Run& b) {
-  const Value& provenance = difference["provenance"];
-  std::vector<std::string> causes;
-  if (a.complete != b.complete) {
-    causes.push_back(fmt::format("{} is not complete", a.complete ? "B" : "A"));
-  }
-  causes.push_back(scene_cause(scene));
-  causes.push_back(recorded_cause(provenance, "the program", {"version", "revision"}));
-  causes.push_back(recorded_cause(provenance, "the build", {"compiler", "flags"}));
-  causes.push_back(file_cause(difference, a.scene));
-  for (const auto& [stage, change] : difference["solvers"].group()) {
-    causes.push_back(fmt::format("the solver of {}: {}", stage, value_text(change)));
-  }
-  causes.push_back(recorded_cause(provenance, "threads", {"threads"}));
-  causes.push_back(recorded_cause(provenance, "the machine", {"machine", "blas_core", "instruction_level", "card"}));
-  if (a.provenance.revision == b.provenance.revision && a.provenance.revision.ends_with("-dirty")) {
-    causes.push_back(fmt::format("the program: {} may be two programs, because its sources were not committed",
-                                 a.provenance.revision));
-  }
-  std::erase(causes, "");
-  return causes;
+std::string verdict_text(const RunDifference& difference) {
+  const auto& [what, relative] = difference.largest;
+  return difference.identical             ? "identical: models and results are the same, bit for bit"
+         : !std::isfinite(relative)       ? "different: " + what
+         : relative > difference.rounding ? fmt::format("different: up to {:.2g} relative, {}", relative, what)
+         : what.empty()                   ? "the same except for signs of zeros"
+                        : fmt::format("the same to rounding: at most {:.1e} relative, {}", relative, what);
 }
 
 }  // namespace
 
-Value compare_runs(const Run& a, const Run& b, const SceneDifference& scene) {
-  Tally tally;
-  // A warning's name is the word before its first colon; the rest holds figures.
-  const auto remark_name = [](const std::string& remark) { return remark.substr(0, remark.find(':')); };
-  const auto method_name = [](const MethodResult& method) { return method.name; };
-  const auto field_name = [](const FieldResult& field) { return field.grid.name; };
-  const bool same_skin = a.judged_skin == b.judged_skin;
-  tally.identical = same_skin;
-  tally.add("the skin that is evaluated", same_skin ? 0.0 : kInfinite, false);
-  const Value parts = {
-      {"judged_skin", std::pair(to_string(a.judged_skin), to_string(b.judged_skin))},
-      {"provenance", compare_provenance(a.provenance, b.provenance)},
-      {"scene", changes_of(scene.changes)},
-      {"scene_defaults_in_one_alone", std::pair(scene.at_defaults.a, scene.at_defaults.b)},
-      {"mesh", tally.model("the mesh", compare_meshes(a.mesh, b.mesh))},
-      {"array", tally.model("the array", compare_arrays(a.array, b.array, a.array_truth, b.array_truth))},
-      {"target", tally.model("the target", compare_targets(a.target, b.target))},
-      {"judge", compare_judges(tally, a, b)},
-      {"solvers", compare_solvers(a.solves, b.solves)},
-      {"warnings_in_one_alone", unshared(a.warnings, b.warnings, remark_name)},
-      {"notes_in_one_alone", unshared(a.notes, b.notes, remark_name)},
-      {"methods_in_one_alone", unshared_results(tally, "method", a.methods, b.methods, method_name)},
-      {"fields_in_one_alone", unshared_results(tally, "field", a.fields, b.fields, field_name)},
-      {"methods", in_both(a.methods, b.methods, method_name,
-                          [&](const MethodResult& of_a, const MethodResult& of_b) {
-                            return compare_methods(tally, {a, of_a}, {b, of_b});
-                          })},
-      {"fields", in_both(a.fields, b.fields, field_name, [&](const FieldResult& of_a, const FieldResult& of_b) {
-         return compare_fields(tally, of_a, of_b);
-       })}};
-  const double rounding = solved_in_single(a) || solved_in_single(b) ? kSingleRounding : kRounding;
-  const bool rounded = tally.largest.relative <= rounding;
-  std::vector<std::string> causes;
-  if (!tally.identical) {
-    causes = likely_causes(parts, scene.changes, a, b);
-    if (causes.empty() && !rounded) {
-      causes.emplace_back(
-          "nothing that is recorded; two runs of one program and one scene should not differ this much");
+double relative_change(double a, double b) {
+  return same_value(a, b)                       ? 0.0
+         : std::isfinite(a) && std::isfinite(b) ? part_of(std::abs(a - b), std::max(std::abs(a), std::abs(b)))
+                                                : kInfinite;
+}
+
+Difference compare_numbers(std::span<const double> a, std::span<const double> b) {
+  Difference found = paired(a, b);
+  if (!found.identical && found.fault.empty()) {
+    double largest = 0.0;
+    double apart = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      if (is_finite(a[i])) {
+        largest = std::max({largest, std::abs(a[i]), std::abs(b[i])});
+        apart = std::max(apart, std::abs(a[i] - b[i]));
+      }
+    }
+    found.relative = found.as_it_is = part_of(apart, largest);
+  }
+  return found;
+}
+
+Difference compare_complex(const Eigen::VectorXcd& a, const Eigen::VectorXcd& b, const Eigen::VectorXd& weights) {
+  Difference found = paired(a, b);
+  if (found.identical || !found.fault.empty()) {
+    return found;
+  }
+  const Eigen::ArrayXd given = weights.size() == 0 ? Eigen::VectorXd::Ones(a.size()) : weights;
+  const Eigen::ArrayXd w =
+      given * a.unaryExpr([](const Complex& value) { return is_finite(value) ? 1.0 : 0.0; }).array();
+  const auto known = [](const Complex& value) { return is_finite(value) ? value : Complex(0); };
+  const Eigen::ArrayXcd x = a.unaryExpr(known);
+  const Eigen::ArrayXcd y = b.unaryExpr(known);
+  found.turn = std::arg((w * x.conjugate() * y).sum());  // 0 of an overlap of 0
+  const double size = std::max((w * x.abs2()).sum(), (w * y.abs2()).sum());
+  found.relative = std::sqrt(part_of((w * (y * std::polar(1.0, -found.turn) - x).abs2()).sum(), size));
+  found.as_it_is = std::sqrt(part_of((w * (y - x).abs2()).sum(), size));
+  return found;
+}
+
+Difference compare_phases(const Eigen::VectorXd& phases_a, const Eigen::VectorXd& amplitudes_a,
+                          const Eigen::VectorXd& phases_b, const Eigen::VectorXd& amplitudes_b) {
+  Difference found = paired(phases_a, phases_b);
+  if (found.identical || !found.fault.empty()) {
+    return found;
+  }
+  Complex overlap = 0.0;
+  for (Eigen::Index n = 0; n < phases_a.size(); ++n) {
+    const double product = amplitudes_a(n) * amplitudes_b(n);
+    if (is_finite(product) && is_finite(phases_a(n))) {
+      overlap += product * std::polar(1.0, phases_b(n) - phases_a(n));
     }
   }
-  Value difference = {{"verdict", tally.identical ? "identical"
-                                  : rounded       ? "same_to_rounding"
-                                                  : "different"},
-                      {"rounding", rounding},
-                      {"largest", tally.largest.value()},
-                      {"largest_result", tally.largest_result.value()},
-                      {"causes", causes}};
-  difference.add(parts);
-  return difference;
+  found.turn = std::arg(overlap);
+  const auto wrapped = [](double phase) { return std::abs(std::remainder(phase, 2.0 * std::numbers::pi)); };
+  for (Eigen::Index n = 0; n < phases_a.size(); ++n) {
+    const bool silent = amplitudes_a(n) == 0.0 && amplitudes_b(n) == 0.0;
+    if (!silent && is_finite(phases_a(n))) {
+      found.relative = std::max(found.relative, wrapped(phases_b(n) - phases_a(n) - found.turn));
+      found.as_it_is = std::max(found.as_it_is, wrapped(phases_b(n) - phases_a(n)));
+    }
+  }
+  return found;
+}
+
+std::string RunDifference::verdict() const {
+  return identical ? "identical" : largest.relative <= rounding ? "same_to_rounding" : "different";
+}
+
+RunDifference compare_runs(const Run& a, const Run& b, const std::vector<SceneKeyChange>& scene) {
+  return Comparison(a, b).compare(scene);
+}
+
+Json difference_value(const RunDifference& difference) {
+  const auto text_or_null = [](const std::optional<std::string>& text) { return text ? Json(*text) : Json(); };
+  const auto& [a, b] = difference.provenance;
+  const auto& [skin_a, skin_b] = difference.judged_skin;
+  Json value = {{"verdict", difference.verdict()},
+                {"rounding", difference.rounding},
+                {"largest", value_of(difference.largest)},
+                {"largest_result", value_of(difference.largest_result)},
+                {"judged_skin", of_both(to_string(skin_a), to_string(skin_b))},
+                {"provenance", of_both(provenance_value(a), provenance_value(b))},
+                {"scene", Json::object()}};
+  for (const SceneKeyChange& change : difference.scene) {
+    value["scene"][change.path] = of_both(text_or_null(change.a), text_or_null(change.b));
+  }
+  for (const auto& [name, model] : difference.models) {
+    value[name] = value_of(model);
+  }
+  value["methods_in_one_alone"] = of_both(difference.methods_in_one_alone[0], difference.methods_in_one_alone[1]);
+  value["fields_in_one_alone"] = of_both(difference.fields_in_one_alone[0], difference.fields_in_one_alone[1]);
+  value["methods"] = Json::array();
+  for (const MethodDifference& method : difference.methods) {
+    value["methods"].push_back(value_of(method));
+  }
+  value["fields"] = Json::array();
+  for (const FieldDifference& field : difference.fields) {
+    Json pressure = Json::object();
+    for (const auto& [method, apart] : field.pressure) {
+      pressure[method] = value_of(apart);
+    }
+    value["fields"].push_back(
+        Json{{"name", field.name}, {"identical", field.identical}, {"fault", field.fault}, {"pressure", pressure}});
+  }
+  return value;
+}
+
+std::string describe_difference(const RunDifference& difference) {
+  Json lines = provenance_lines(difference.provenance);
+  lines["scene"] = Json::array();
+  for (const SceneKeyChange& change : difference.scene) {
+    lines["scene"].push_back(Json{{"key", change.path}, {"A", change.a.value_or("-")}, {"B", change.b.value_or("-")}});
+  }
+  const auto& [skin_a, skin_b] = difference.judged_skin;
+  const auto told = [](SkinExtent skin) { return skin == SkinExtent::kPart ? "the part near the target" : "all"; };
+  if (skin_a != skin_b) {
+    lines["skin"] = fmt::format("A evaluates {}, B {}: their metrics are not comparable", told(skin_a), told(skin_b));
+  }
+  for (const auto& [name, model] : difference.models) {
+    lines[name] = model.relative == 0    ? "the same"
+                  : !model.fault.empty() ? model.fault
+                                         : fmt::format("differs by {:.2g} relative", model.relative);
+  }
+  const auto alone = [](const std::array<std::vector<std::string>, 2>& names) {
+    return Json{{"in A alone:", names[0]}, {"in B alone:", names[1]}};
+  };
+  lines["methods"] = alone(difference.methods_in_one_alone);
+  lines["fields"] = alone(difference.fields_in_one_alone);
+  return lines_text(lines) + methods_table(difference.methods) + metrics_table(difference) +
+         fields_table(difference.fields) + '\n' + lines_text({{"verdict", verdict_text(difference)}});
 }
 
 }  // namespace touchfield

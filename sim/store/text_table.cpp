@@ -49,6 +49,7 @@ constexpr auto kShown = std::to_array<Shown>({
     {"cm3", "cm3"},
     {"c", "C"},
     {"seconds", "", 1, 3, true},
+    {"epw", "", 1, 3, true},
     {"residual", "", 1, 2, true},
     {"correlation", "", 1, 6, true},
     share_of("error"),
@@ -95,7 +96,8 @@ Label label_of_name(std::string_view name) {
 
 /// What there is nothing to say of.
 bool is_nothing(const Json& value) {
-  return value.empty() || (value.is_string() && value.get_ref<const std::string&>().empty());
+  return value.is_object() ? std::ranges::all_of(value, is_nothing)
+                           : value.empty() || (value.is_string() && value.get_ref<const std::string&>().empty());
 }
 
 bool is_table(const Json& value) { return value.is_array() && !value.empty() && value.front().is_object(); }

@@ -47,12 +47,12 @@ class Compare(CommandTest):
             self.run_ok("run", SOURCE / "scenes/quick.yaml", "-o", out, "--quiet", "--set", "write=[h5]", "--set", "target.pressure_pa=300")
         said = self.compared("a", "b", "--tolerance", "1e-6")
         self.assertRegex(said, r"verdict   (identical: |the same to rounding: )")
-        self.assertRegex(said, "scene +the same")
         self.assertIn("every result is within it", said)
         found = self.as_json("a/run.h5", "b")
         self.assertIn(found["verdict"], ["identical", "same_to_rounding"])
         self.assertEqual(found["scene"], {})
-        self.assertEqual(list(found["provenance"]), ["command_line"])
+        self.assertNotEqual(*(found["provenance"][run]["command_line"] for run in "ab"))
+        self.assertEqual(*(found["provenance"][run]["scene_hash"] for run in "ab"))
         self.assertEqual([method["name"] for method in found["methods"]], ["surface", "paper", "unscattered", "focus"])
         self.assertEqual([field["name"] for field in found["fields"]], ["side"])
         self.assertIsNone(found["within_tolerance"])
@@ -62,26 +62,22 @@ class Compare(CommandTest):
         self.assertIn("verdict   identical", self.compared("a", "a/run.h5", "--tolerance", "0"))
         found = self.as_json("a", "a", "--tolerance", "0")
         self.assertEqual(found["verdict"], "identical")
-        self.assertEqual(found["causes"], [])
         self.assertEqual(found["largest"], {"relative": 0.0, "what": ""})
         self.assertTrue(found["within_tolerance"])
 
-    def test_a_changed_scene_is_named_by_its_key_and_is_the_first_cause(self):
+    def test_a_changed_scene_is_named_by_its_key(self):
         self.run_scene("a")
         self.run_scene("b", "--set", "body.place.at_mm=[0,0,65]", "--set", "solve.iterations=9", "--threads", "1")
         said = self.compared("a", "b")
-        self.assertRegex(said, r"scene +body\.place\.at_mm\[2\]: 60 -> 65\n")
-        self.assertRegex(said, r"solve\.methods\[0\]\.paper\.iterations: 8 -> 9\n")
-        self.assertRegex(said, r"mesh +faces .*, largest distance 5 mm, .*, motion: shift \(0, 0, 5\) mm\n")
-        self.assertRegex(said, "array +the same: 64 channels")
+        self.assertRegex(said, r"body\.place\.at_mm\[2\] +60 +65\n")
+        self.assertRegex(said, r"solve\.methods\[0\]\.paper\.iterations +8 +9\n")
+        self.assertRegex(said, r"mesh +differs by 0\.0\d+ relative\n")
+        self.assertRegex(said, "array +the same\n")
+        self.assertRegex(said, r"threads +A: \d+\n +B: 1\n")
         self.assertIn("verdict   different", said)
-        self.assertIn("cause     the scene: body.place.at_mm[2]", said)
         found = self.as_json("a", "b")
         self.assertEqual(found["scene"]["body.place.at_mm[2]"], {"a": "60", "b": "65"})
-        self.assertAlmostEqual(found["mesh"]["largest_distance_m"], 5e-3, places=12)
-        self.assertLess(found["mesh"]["motion"]["residual_m"], 1e-12)
         paper = found["methods"][0]
-        self.assertEqual(paper["cost"]["length"], {"a": 9, "b": 10})
         # The numbers are those of the files, compared here anew.
         with open_run(self.folder / "a") as a, open_run(self.folder / "b") as b:
             area = a["mesh/area"][:]
@@ -93,14 +89,7 @@ class Compare(CommandTest):
             self.assertAlmostEqual(paper["pressure"]["turn_rad"], numpy.angle(overlap), places=10)
             x, y = (run["methods/paper"].attrs["leakage"] for run in (a, b))
             self.assertAlmostEqual(paper["metrics"]["leakage"]["relative"], abs(x - y) / max(x, y), places=12)
-
-    def test_names_and_files_are_no_cause(self):
-        self.run_scene("a")
-        self.run_scene("b", "--set", "name=other", "--set", "write=[h5, vtp]")
-        found = self.as_json("a", "b")
-        self.assertEqual(sorted(found["scene"]), ["name", "write[1]"])
-        self.assertNotIn("the scene", " ".join(found["causes"]))
-        self.assertIn(found["verdict"], ["identical", "same_to_rounding"])
+            self.assertAlmostEqual(paper["metrics"]["leakage"]["difference"], y - x, places=12)
 
     def test_tolerance_decides_the_exit_code(self):
         self.run_scene("a")
@@ -136,8 +125,7 @@ class Compare(CommandTest):
         self.run_scene("b", "--set", "body.edge_mm=2.2", "--set", "array.grid.count=[6, 8]",
                        "--set", "solve.methods=[focus, unscattered]")
         said = self.compared("a", "b", "--tolerance", "1", code=1)
-        for phrase in ["same triangles no", "channels 64 -> 48 (-25 %)", "in A alone: paper", "in B alone: unscattered",
-                       "phases 64 and 48 values", "solve.methods[0]: "]:
+        for phrase in [" faces\n", "64 and 48 channels", "in A alone: paper", "in B alone: unscattered", "64 and 48 values"]:
             self.assertIn(phrase, said)
         found = self.as_json("a", "b")
         self.assertEqual(found["methods_in_one_alone"], {"a": ["paper"], "b": ["unscattered"]})
@@ -148,10 +136,9 @@ class Compare(CommandTest):
         self.run_scene("a", text=text)
         self.run_scene("b", "--set", "judge.scheme=chief", "--set", "field.0.spacing_mm=3", text=text)
         found = self.as_json("a", "b")
-        self.assertEqual(found["judge"]["changes"], {"scheme": {"a": "burton_miller", "b": "chief"}})
-        self.assertTrue(found["judge"]["mesh"]["identical"])
+        self.assertEqual(found["judge"]["fault"], "edge by burton_miller and edge by chief")
         self.assertGreater(found["methods"][0]["judge_pressure"]["relative"], 1e-6)
-        self.assertIn(" points", found["fields"][0]["fault"])
+        self.assertEqual(found["fields"][0]["fault"], "other points")
 
     def test_what_is_no_run_is_bad_input(self):
         self.run_scene("a")
