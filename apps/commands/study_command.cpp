@@ -1,6 +1,9 @@
+#include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "apps/commands/claimed_directory.h"
 #include "apps/commands/command_line.h"
@@ -10,12 +13,12 @@
 #include "sim/assess/study.h"
 #include "sim/batch/run_directory.h"
 #include "sim/batch/run_model.h"
-#include "sim/core/errors.h"
+#include "sim/core/json_text.h"
 #include "sim/core/units.h"
-#include "sim/pictures/study_picture.h"
+#include "sim/pictures/sweep_picture.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/store/run_file.h"
-#include "sim/store/study_files.h"
+#include "sim/store/text_table.h"
 
 namespace touchfield {
 
@@ -27,43 +30,25 @@ struct StudyCommand {
   std::vector<std::string> overrides;
   bool force = false;
   StudyOptions options;
-  std::optional<double> budget;  // [s]
-  std::optional<double> error;   // [%]
   PictureFormat pictures = PictureFormat::kPng;
 };
 
-/// What to write into a scene to get a rung.
-std::string settings_of(const StudyRung& rung, bool has_edge) {
-  const char* solver = rung.solver == to_string(SolverKind::kLu)      ? "lu"
-                       : rung.solver == to_string(SolverKind::kGmres) ? "gmres"
-                       : rung.solver == to_string(SolverKind::kFft)   ? "fft"
-                                                                      : "matrix_free";
-  return fmt::format("--set solve.scheme={} --set solve.solver={} --set solve.precision={}{}", rung.scheme, solver,
-                     rung.precision == "double" ? "double" : "single",
-                     has_edge ? fmt::format(" --set body.edge_mm={:.4g}", rung.edge_mm) : "");
+/// The rungs as the program prints them, and their plot.
+Json lines_of(const Study& study) {
+  Json lines = Json::array();
+  std::ranges::transform(study.rungs, std::back_inserter(lines), rung_value);
+  return lines;
 }
 
-std::optional<std::size_t> pick(const StudyCommand& command, const std::vector<StudyRung>& rungs) {
-  if (command.budget) {
-    return pick_within_seconds(rungs, *command.budget);
+void draw(const std::string& path, const std::string& name, const Study& study, PictureFormat format) {
+  std::vector<PlotPoint> points;
+  for (const StudyRung& rung : study.rungs) {
+    if (std::isfinite(rung.error_reference)) {
+      points.push_back({rung.scheme, rung.edge_mm, 100.0 * rung.error_reference});
+    }
   }
-  return command.error ? pick_within_error(rungs, *command.error / 100.0) : std::nullopt;
-}
-
-std::string describe_pick(const StudyCommand& command, const std::vector<StudyRung>& rungs,
-                          const std::optional<std::size_t>& picked, bool has_edge) {
-  if (!command.budget && !command.error) {
-    return "";
-  }
-  const std::string rule =
-      command.budget ? fmt::format("at most {} s", *command.budget) : fmt::format("at most {} %", *command.error);
-  if (!picked) {
-    return fmt::format("no way to solve the scene fits {}\n", rule);
-  }
-  const StudyRung& rung = rungs[*picked];
-  return fmt::format("{} with {}: {:.2f} % in {:.2f} s, {:.0f} MiB\n  {}\n",
-                     command.budget ? "most accurate" : "cheapest", rule, 100.0 * rung.error_reference, rung.seconds,
-                     rung.peak_mib, settings_of(rung, has_edge));
+  draw_points(path, {name + ": error against mesh and scheme", "edge length [mm]", "error of the pressure [%]"}, points,
+              format);
 }
 
 int study_command(const StudyCommand& command, const CommonFlags& flags) {
@@ -76,35 +61,24 @@ int study_command(const StudyCommand& command, const CommonFlags& flags) {
   std::vector<Model> models = study_models(scene, command.options);
   RunDirectory& directory =
       claimed.claim(command.output, command.force, scene.name + "_study", study_files(command.pictures));
-  bool fits = true;
   claimed.fill(progress, [&] {
     progress.log_to(directory.file("study.log"));
-    const auto keep = [&](const Study& so_far) { write_study_csv(directory.file("study.csv"), so_far.rungs); };
+    const auto keep = [&](const Study& so_far) {
+      write_text_file(directory.file("study.csv"), csv_text(rung_value({}), lines_of(so_far)));
+    };
     const Study study = run_study(scene, std::move(models), command.options, progress, keep);
-    const auto picked = pick(command, study.rungs);
-    const BodySpec& first = scene.bodies.front();
-    const bool one_edge = scene.bodies.size() == 1 && first.edge && !first.edge->graded();
-    const std::string report =
-        fmt::format("reference: {}, {} faces, edge {:.2f} mm, {:.1f} s\n{}{}", study.reference.scheme,
-                    study.reference.faces, 1e3 * study.reference.edge, study.reference.seconds,
-                    study_table(study.rungs), describe_pick(command, study.rungs, picked, one_edge));
-    write_text_file(directory.file("study.txt"), report);
-    draw_study(directory.file("study." + to_string(command.pictures)), scene.name + ": error against time", study.rungs,
-               picked, command.pictures);
+    draw(directory.file("study." + to_string(command.pictures)), scene.name, study, command.pictures);
     directory.publish();
     progress.note(fmt::format("results in {}", directory.path()));
+    const Json lines = lines_of(study);
     if (flags.json) {
-      const Json json = {{"name", scene.name},
-                         {"directory", directory.path()},
-                         {"rungs", rung_values(study.rungs)},
-                         {"picked", picked ? rung_value(study.rungs[*picked]) : Json()}};
-      put(json_text(json, 2) + '\n');
+      put(json_text(Json{{"name", scene.name}, {"directory", directory.path()}, {"rungs", lines}}, 2) + '\n');
     } else {
-      put(report);
+      put(fmt::format("reference: {}\n{}  pareto: no other is both faster and more accurate\n", study.reference,
+                      table_text(lines, lines.size())));
     }
-    fits = picked || !(command.budget || command.error);
   });
-  return fits ? 0 : 1;
+  return 0;
 }
 
 }  // namespace
@@ -120,11 +94,6 @@ void add_study_command(CLI::App& app, Invocation& invocation) {
       ->type_name(kFolder);
   command->add_flag("--force", study->force, "Replace what the output directory holds");
   add_pictures(command, study->pictures, "Format of the plot; default: png");
-  auto* budget = add_number(command, "--budget", study->budget, schema::above(0),
-                            "Pick the most accurate way that takes at most this many seconds");
-  add_number(command, "--error", study->error, schema::above(0),
-             "Pick the fastest way with an error of at most this many percent")
-      ->excludes(budget);
   add_numbers(command, "--edges-mm", study->options.edges, schema::above(0),
               "Edge lengths [mm]; default: 1.4, 1 and 0.7 times the scene's", kMillimetre)
       ->delimiter(',');

@@ -138,7 +138,9 @@ nb::object study(nb::handle scene, nb::handle set, const std::vector<double>& ed
     const Scene read = input.read(overrides);
     return run_study(read, study_models(read, options), options, progress, [](const Study&) {});
   });
-  return object_of(rung_values(done.rungs));
+  Json rows = Json::array();
+  std::ranges::transform(done.rungs, std::back_inserter(rows), rung_value);
+  return object_of(rows);
 }
 
 nb::object compare(const SharedRun& a, const SharedRun& b) {

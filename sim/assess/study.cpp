@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <map>
-#include <memory>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "sim/assess/accuracy.h"
 #include "sim/assess/cost.h"
@@ -117,17 +116,6 @@ SolverSpec spec_of(const Scene& scene, SolverKind solver, Precision precision) {
   return spec;
 }
 
-/// Whether `auto` would solve one drive with products by a grid.
-bool grid_pays(const Model& model, Scheme scheme) {
-  const TriangleMesh& mesh = model.body.mesh;
-  SolverSpec spec = model.fixed->scene.solve.solver;
-  spec.solver = SolverChoice::kAuto;
-  spec.precision = PrecisionChoice::kAuto;
-  return choose_solver(spec, scheme, mesh.face_count(), available_memory(), 1,
-                       solver_grid(grid_body(mesh), model.fixed->wave, spec).seconds)
-             .options.kind == SolverKind::kFft;
-}
-
 /// Why a rung is not worth starting; empty if it is.
 std::string reason_to_skip(const Model& model, Scheme scheme, const SolverSpec& spec, double limit) {
   const auto faces = static_cast<double>(model.body.mesh.face_count());
@@ -173,144 +161,68 @@ std::vector<double> edges_of(const Scene& scene, const StudyOptions& options) {
   return edges;
 }
 
-class Ladder {
- public:
-  Ladder(const Scene& scene, std::vector<Model> models, const StudyOptions& options, Progress& progress)
-      : scene_(scene), options_(options), progress_(progress), models_(std::move(models)) {
-    const auto start = Clock::now();
-    progress_.begin("reference solution");
-    reference_ = std::make_unique<Reference>(scene_, models_.back(), edges_of(scene_, options_).back(), progress_);
-    progress_.end(seconds_since(start));
-    study_.reference = {to_string(Scheme::kBurtonMillerPolished), reference_->mesh().face_count(),
-                        reference_->mesh().mean_edge(), seconds_since(start)};
-    if (scene_.target && !scene_.target->pressure) {
-      find_pressure();
-    }
+/// A scene that asks for the best pressure gets one for all rungs, found on the coarsest mesh.
+void find_pressure(const Scene& scene, std::vector<Model>& models, Progress& progress) {
+  const Model& model = models.front();
+  std::vector<SolveRecord> records;
+  SkinScattering scattering(model.body.mesh, model.fixed->wave, Scheme::kBurtonMillerPolished, SolverSpec{},
+                            model.fixed->array, records, progress);
+  MethodSolver methods(scattering, model.fixed->array.size(), build_target(model), scene.solve, quiet_skin(model));
+  const double pressure = methods.best_scale(scene.solve.methods.front(), model.body.mesh, model.boxes, progress);
+  for (Model& rung : models) {
+    rung.posture.target->pressure = pressure;
   }
+}
 
-  Study climb(const std::function<void(const Study&)>& on_rung) {
-    const std::vector<double> all_edges = edges_of(scene_, options_);
-    for (std::size_t m = 0; m < models_.size(); ++m) {
-      const Model& model = models_[m];
-      const double edge = from_file(scene_) ? model.body.mesh.mean_edge() : all_edges[m];
-      const Eigen::VectorXcd expected = reference_->focus_at(model.body.mesh);
-      for (const Scheme scheme : listed(options_.schemes, all_schemes())) {
-        Shared shared;
-        for (const SolverKind solver : listed(
-                 options_.solvers, {SolverKind::kLu, SolverKind::kGmres, SolverKind::kMatrixFree, SolverKind::kFft})) {
-          for (const Precision precision : listed(options_.precisions, {Precision::kDouble, Precision::kSingle})) {
-            if (traits(scheme).interior_points && solver != SolverKind::kLu) {
-              continue;
-            }
-            if (solver == SolverKind::kFft && options_.solvers.empty() && !grid_pays(model, scheme)) {
-              continue;
-            }
-            study_.rungs.push_back(rung(model, edge, scheme, spec_of(scene_, solver, precision), expected, shared));
-            mark_pareto(study_.rungs);
-            on_rung(study_);
-          }
-        }
-      }
-    }
-    return study_;
+double indicator(Scheme scheme, const Model& model, Progress& progress) {
+  SolverSpec solver = model.fixed->scene.solve.solver;
+  solver.solver = SolverChoice::kAuto;
+  solver.precision = PrecisionChoice::kAuto;
+  try {
+    return interior_indicator(model, scheme, solver, progress).body.rms;
+  } catch (const InputError& error) {  // no room for sources in a thin body or a coarse mesh
+    progress.warn(error.what());
+    return kNotComputed;
   }
+}
 
- private:
-  template <typename Value>
-  static std::vector<Value> listed(const std::vector<Value>& asked, const std::vector<Value>& all) {
-    return asked.empty() ? all : asked;
+void solve_rung(const Scene& scene, const Model& model, Scheme scheme, const SolverSpec& spec,
+                const Eigen::VectorXcd& expected, Reference& reference, Shared& shared, Progress& progress,
+                StudyRung& rung) {
+  const std::optional<Target> target = scene.target ? std::optional(build_target(model)) : std::nullopt;
+  const Eigen::VectorXd amplitudes = target ? target->amplitudes : Eigen::VectorXd();
+  std::vector<SolveRecord> records;
+  reset_peak_memory();
+  const auto start = Clock::now();
+  SkinScattering scattering(model.body.mesh, model.fixed->wave, scheme, spec, model.fixed->array, records, progress);
+  MethodSolver methods(scattering, model.fixed->array.size(), target, scene.solve, quiet_skin(model));
+  std::optional<PhaseSolution> first;
+  for (const MethodSpec& method : scene.solve.methods) {
+    const PhaseSolution solution = methods.solve(method, amplitudes, progress);
+    scattering.pressure(drive(solution), "study");
+    first = first ? first : std::optional(solution);
   }
-
-  /// A scene that asks for the best pressure gets one for all rungs, found on the coarsest mesh.
-  void find_pressure() {
-    const Model& model = models_.front();
-    std::optional<Target> target = build_target(model);
-    std::vector<SolveRecord> records;
-    SkinScattering scattering(model.body.mesh, model.fixed->wave, Scheme::kBurtonMillerPolished, SolverSpec{},
-                              model.fixed->array, records, progress_);
-    MethodSolver methods(scattering, model.fixed->array.size(), target, scene_.solve, quiet_skin(model));
-    const double pressure = methods.best_scale(scene_.solve.methods.front(), model.body.mesh, model.boxes, progress_);
-    for (Model& rung : models_) {
-      rung.posture.target->pressure = pressure;
-    }
+  rung.seconds = seconds_since(start);
+  rung.peak_mib = peak_memory_mib();
+  const Eigen::VectorXcd focus = scattering.pressure(free_focus(model), "study");
+  rung.error_reference = relative_difference(model.body.mesh.areas(), focus, expected);
+  if (std::ranges::any_of(records, [](const SolveRecord& solve) { return !solve.converged; })) {
+    rung.status = fmt::format("not converged in {} steps", spec.max_steps);
   }
-
-  StudyRung rung(const Model& model, double edge, Scheme scheme, const SolverSpec& spec,
-                 const Eigen::VectorXcd& expected, Shared& shared) {
-    StudyRung rung;
-    rung.scheme = to_string(scheme);
-    rung.edge_mm = edge / kMillimetre;
-    rung.faces = model.body.mesh.face_count();
-    const SolverOptions options = choose_solver(spec, scheme, model.body.mesh.face_count(), 0.0).options;
-    rung.precision = precision_name(options);
-    rung.solver = to_string(options.kind);
-    rung.status = reason_to_skip(model, scheme, spec, options_.rung_seconds);
-    if (!rung.status.empty()) {
-      return rung;
-    }
-    const auto start = Clock::now();
-    progress_.begin(fmt::format("{}, {} faces, {}, {}", rung.scheme, rung.faces, rung.solver, rung.precision));
-    try {
-      climb_rung(model, scheme, spec, expected, shared, rung);
-    } catch (const NumericalError& error) {
-      rung.status = fmt::format("failed: {}", error.what());
-    }
-    progress_.end(seconds_since(start));
-    return rung;
+  if (std::isnan(shared.pattern)) {
+    shared.pattern = reference.pattern_error(*first);
   }
-
-  void climb_rung(const Model& model, Scheme scheme, const SolverSpec& spec, const Eigen::VectorXcd& expected,
-                  Shared& shared, StudyRung& rung) {
-    rung.status = "ok";
-    const std::optional<Target> target = scene_.target ? std::optional(build_target(model)) : std::nullopt;
-    const Eigen::VectorXd amplitudes = target ? target->amplitudes : Eigen::VectorXd();
-    std::vector<SolveRecord> records;
-    reset_peak_memory();
-    const auto start = Clock::now();
-    SkinScattering scattering(model.body.mesh, model.fixed->wave, scheme, spec, model.fixed->array, records, progress_);
-    MethodSolver methods(scattering, model.fixed->array.size(), target, scene_.solve, quiet_skin(model));
-    std::optional<PhaseSolution> first;
-    for (const MethodSpec& method : scene_.solve.methods) {
-      const PhaseSolution solution = methods.solve(method, amplitudes, progress_);
-      scattering.pressure(drive(solution), "study");
-      first = first ? first : std::optional(solution);
-    }
-    rung.seconds = seconds_since(start);
-    rung.peak_mib = peak_memory_mib();
-    const Eigen::VectorXcd focus = scattering.pressure(free_focus(model), "study");
-    rung.error_reference = relative_difference(model.body.mesh.areas(), focus, expected);
-    if (std::any_of(records.begin(), records.end(), [](const SolveRecord& solve) { return !solve.converged; })) {
-      rung.status = fmt::format("not converged in {} steps", spec.max_steps);
-    }
-    if (std::isnan(shared.pattern)) {
-      shared.pattern = reference_->pattern_error(*first);
-    }
-    if (std::isnan(shared.interior)) {
-      shared.interior = indicator(scheme, model);
-    }
-    rung.pattern_error = shared.pattern;
-    rung.error_interior = shared.interior;
+  if (std::isnan(shared.interior)) {
+    shared.interior = indicator(scheme, model, progress);
   }
+  rung.pattern_error = shared.pattern;
+  rung.error_interior = shared.interior;
+}
 
-  double indicator(Scheme scheme, const Model& model) {
-    SolverSpec solver = scene_.solve.solver;
-    solver.solver = SolverChoice::kAuto;
-    solver.precision = PrecisionChoice::kAuto;
-    try {
-      return interior_indicator(model, scheme, solver, progress_).body.rms;
-    } catch (const InputError& error) {  // no room for sources in a thin body or a coarse mesh
-      progress_.warn(error.what());
-      return kNotComputed;
-    }
-  }
-
-  Scene scene_;
-  StudyOptions options_;
-  Progress& progress_;
-  std::vector<Model> models_;
-  std::unique_ptr<Reference> reference_;
-  Study study_;
-};
+template <typename Value>
+std::vector<Value> listed(const std::vector<Value>& asked, const std::vector<Value>& all) {
+  return asked.empty() ? all : asked;
+}
 
 }  // namespace
 
@@ -324,9 +236,87 @@ std::vector<Model> study_models(Scene scene, const StudyOptions& options) {
   return models;
 }
 
+void mark_pareto(std::vector<StudyRung>& rungs) {
+  const auto has_both = [](const StudyRung& rung) {
+    return std::isfinite(rung.seconds) && std::isfinite(rung.error_reference);
+  };
+  for (StudyRung& rung : rungs) {
+    rung.pareto = has_both(rung) && std::ranges::none_of(rungs, [&](const StudyRung& other) {
+                    return has_both(other) && other.seconds <= rung.seconds &&
+                           other.error_reference <= rung.error_reference &&
+                           (other.seconds < rung.seconds || other.error_reference < rung.error_reference);
+                  });
+  }
+}
+
+Json rung_value(const StudyRung& rung) {
+  return {{"scheme", rung.scheme},
+          {"edge_mm", rung.edge_mm},
+          {"faces", rung.faces},
+          {"precision", rung.precision},
+          {"solver", rung.solver},
+          {"seconds", rung.seconds},
+          {"peak_mib", rung.peak_mib},
+          {"error_reference", rung.error_reference},
+          {"error_interior", rung.error_interior},
+          {"pattern_error", rung.pattern_error},
+          {"pareto", rung.pareto},
+          {"status", rung.status}};
+}
+
 Study run_study(const Scene& scene, std::vector<Model> models, const StudyOptions& options, Progress& progress,
                 const std::function<void(const Study&)>& on_rung) {
-  return Ladder(scene, std::move(models), options, progress).climb(on_rung);
+  const std::vector<double> edges = edges_of(scene, options);
+  auto start = Clock::now();
+  progress.begin("reference solution");
+  Reference reference(scene, models.back(), edges.back(), progress);
+  progress.end(seconds_since(start));
+  Study study{
+      fmt::format("{}, {} faces, edge {:.2f} mm, {:.1f} s", to_string(Scheme::kBurtonMillerPolished),
+                  reference.mesh().face_count(), reference.mesh().mean_edge() / kMillimetre, seconds_since(start)),
+      {}};
+  if (scene.target && !scene.target->pressure) {
+    find_pressure(scene, models, progress);
+  }
+  const auto climb = [&](const Model& model, double edge, Scheme scheme, const SolverSpec& spec,
+                         const Eigen::VectorXcd& expected, Shared& shared) {
+    const SolverOptions chosen = choose_solver(spec, scheme, model.body.mesh.face_count(), 0.0).options;
+    StudyRung rung{to_string(scheme), edge / kMillimetre, model.body.mesh.face_count(), precision_name(chosen),
+                   to_string(chosen.kind)};
+    if (const std::string reason = reason_to_skip(model, scheme, spec, options.rung_seconds); !reason.empty()) {
+      rung.status = reason;
+    } else {
+      start = Clock::now();
+      progress.begin(fmt::format("{}, {} faces, {}, {}", rung.scheme, rung.faces, rung.solver, rung.precision));
+      try {
+        solve_rung(scene, model, scheme, spec, expected, reference, shared, progress, rung);
+      } catch (const NumericalError& error) {
+        rung.status = fmt::format("failed: {}", error.what());
+      }
+      progress.end(seconds_since(start));
+    }
+    study.rungs.push_back(std::move(rung));
+    mark_pareto(study.rungs);
+    on_rung(study);
+  };
+  for (std::size_t m = 0; m < models.size(); ++m) {
+    const Model& model = models[m];
+    const double edge = from_file(scene) ? model.body.mesh.mean_edge() : edges[m];
+    const Eigen::VectorXcd expected = reference.focus_at(model.body.mesh);
+    for (const Scheme scheme : listed(options.schemes, all_schemes())) {
+      Shared shared;
+      for (const SolverKind solver :
+           listed(options.solvers, {SolverKind::kLu, SolverKind::kGmres, SolverKind::kMatrixFree, SolverKind::kFft})) {
+        if (traits(scheme).interior_points && solver != SolverKind::kLu) {
+          continue;
+        }
+        for (const Precision precision : listed(options.precisions, {Precision::kDouble, Precision::kSingle})) {
+          climb(model, edge, scheme, spec_of(scene, solver, precision), expected, shared);
+        }
+      }
+    }
+  }
+  return study;
 }
 
 }  // namespace touchfield

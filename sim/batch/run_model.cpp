@@ -99,7 +99,7 @@ std::vector<std::string> run_files(const Scene& scene, std::optional<PictureForm
 }
 
 std::vector<std::string> study_files(PictureFormat format) {
-  return {"study.log", "failed.json", "study.csv", "study.txt", "study." + to_string(format)};
+  return {"study.log", "failed.json", "study.csv", "study." + to_string(format)};
 }
 
 Run run_model(const Model& model, const SolveOptions& options, RunDirectory& directory, Progress& progress,

@@ -92,21 +92,6 @@ std::vector<double> even_ticks(double low, double high, int most) {
   return ticks;
 }
 
-std::vector<LogTick> log_ticks(double low, double high) {
-  std::vector<LogTick> ticks;
-  for (double exponent = std::floor(std::log10(low)); ticks.size() < 2 || ticks.back().value < high; ++exponent) {
-    for (const double share : {1.0, 2.0, 5.0}) {
-      const double value = share * std::pow(10.0, exponent);
-      if (!ticks.empty() && value <= low) {
-        ticks.front() = {value, share == 1.0};
-      } else if (ticks.size() < 2 || ticks.back().value < high) {
-        ticks.push_back({value, share == 1.0});
-      }
-    }
-  }
-  return ticks;
-}
-
 double quantile(std::vector<double> values, double share) {
   std::erase_if(values, [](double value) { return !std::isfinite(value); });
   if (values.empty()) {

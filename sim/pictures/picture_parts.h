@@ -23,15 +23,6 @@ double tick_step(double range, int most);
 /// Multiples of such a step from low to high > low, ascending; 0 among them is not -0.
 std::vector<double> even_ticks(double low, double high, int most);
 
-struct LogTick {
-  double value;
-  bool decade;  // a power of ten, not 2 or 5 times one
-};
-
-/// Ticks of a logarithmic axis at 1, 2 and 5 times the powers of ten, ascending. The first and the last are the ends of
-/// an axis that holds low..high, 0 < low <= high; they differ.
-std::vector<LogTick> log_ticks(double low, double high);
-
 /// The value that a share of the finite ones among `values` does not exceed; 0 if there is none.
 double quantile(std::vector<double> values, double share);
 

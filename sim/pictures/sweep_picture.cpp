@@ -126,16 +126,11 @@ struct Sample {
   int cases;
 };
 
+/// What samples are made of: values by method, series and place.
+using Values = std::map<std::tuple<std::string, std::size_t, double>, std::vector<double>>;
+
 /// One sample for each method, series and place: the mean of the cases that share them.
-std::vector<Sample> samples_of(const std::vector<SweepRow>& rows, const PlotPlan& plan,
-                               const std::vector<std::size_t>& series, double Metrics::*metric) {
-  std::map<std::tuple<std::string, std::size_t, double>, std::vector<double>> values;
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    const SweepRecord::Method* method = rows[row].method;
-    if (method != nullptr && std::isfinite(method->metrics.*metric)) {
-      values[{method->name, series[row], plan.axis->numbers[row]}].push_back(method->metrics.*metric);
-    }
-  }
+std::vector<Sample> means_of(const Values& values) {
   std::vector<Sample> samples;
   for (const auto& [key, of] : values) {
     const auto& [method, number, x] = key;
@@ -144,6 +139,18 @@ std::vector<Sample> samples_of(const std::vector<SweepRow>& rows, const PlotPlan
     samples.push_back({method, number, x, of.size() > 1 ? mean : of[0], low, high, static_cast<int>(of.size())});
   }
   return samples;
+}
+
+std::vector<Sample> samples_of(const std::vector<SweepRow>& rows, const PlotPlan& plan,
+                               const std::vector<std::size_t>& series, double Metrics::*metric) {
+  Values values;
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    const SweepRecord::Method* method = rows[row].method;
+    if (method != nullptr && std::isfinite(method->metrics.*metric)) {
+      values[{method->name, series[row], plan.axis->numbers[row]}].push_back(method->metrics.*metric);
+    }
+  }
+  return means_of(values);
 }
 
 /// Series by their numbers: of each row, and how the legend calls them.
@@ -338,6 +345,26 @@ SweepPlot draw_sweep(const std::string& path, const SweepSummary& summary, const
   draw_caption(canvas, caption_of(summary, plan, samples), "Values are in the units of the scene's keys.");
   write_atomically(path, {canvas.file()});
   return {};
+}
+
+void draw_points(const std::string& path, const PlotTexts& texts, const std::vector<PlotPoint>& points,
+                 PictureFormat format) {
+  Values values;
+  std::vector<std::string> lines;
+  for (const PlotPoint& point : points) {
+    values[{point.line, 0, point.x}].push_back(point.y);
+    if (std::ranges::find(lines, point.line) == lines.end()) {
+      lines.push_back(point.line);
+    }
+  }
+  PlotPlan plan;
+  plan.axis = Parameter{texts.x, {}, {}};
+  Canvas canvas(kPictureWidth, kPictureHeight, format);
+  if (!points.empty()) {
+    draw_lines(canvas, means_of(values), lines, plan, {}, texts.y);
+  }
+  draw_title(canvas, texts.title, points.empty() ? "nothing to show" : "");
+  write_atomically(path, {canvas.file()});
 }
 
 }  // namespace touchfield

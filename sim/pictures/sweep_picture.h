@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "sim/pictures/picture_format.h"
 #include "sim/store/sweep_files.h"
@@ -29,5 +30,24 @@ struct SweepPlot {
 /// throws   InputError on an unknown metric; IoError if it cannot be written
 SweepPlot draw_sweep(const std::string& path, const SweepSummary& summary, const std::string& metric,
                      PictureFormat format);
+
+/// A point of a plot, and the line that it belongs to.
+struct PlotPoint {
+  std::string line;
+  double x;
+  double y;
+};
+
+struct PlotTexts {
+  std::string title;
+  std::string x;
+  std::string y;
+};
+
+/// The same picture of any points, a line for each name. Points of a line at one place are drawn as their mean, with a
+/// bar from the least to the largest.
+/// throws   IoError if it cannot be written
+void draw_points(const std::string& path, const PlotTexts& texts, const std::vector<PlotPoint>& points,
+                 PictureFormat format);
 
 }  // namespace touchfield

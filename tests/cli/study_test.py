@@ -28,14 +28,14 @@ class Study(CommandTest):
 
     def test_ladder_of_two_edges_and_two_schemes(self):
         done = self.run_ok("study", self.scene, "-o", "out", "--edges-mm", "2.6,4", "--schemes",
-                           "paper,burton_miller_polished", "--error", "5")
+                           "paper,burton_miller_polished")
         rungs = self.rungs("out")
         self.assertEqual({(row["scheme"], row["faces"], row["solver"], row["precision"]) for row in rungs},
                          {(scheme, faces, solver, precision) for scheme in ["paper", "burton_miller_polished"]
                           for faces in {row["faces"] for row in rungs}
-                          for solver in ["LU", "GMRES, stored", "GMRES, matrix-free"]
+                          for solver in ["LU", "GMRES, stored", "GMRES, matrix-free", "GMRES, FFT"]
                           for precision in ["double", "single refined"]})
-        self.assertEqual(len(rungs), 24)
+        self.assertEqual(len(rungs), 32)
         edges = sorted({float(row["edge_mm"]) for row in rungs})
         self.assertEqual(len(edges), 2)
         for edge, asked in zip(edges, [2.6, 4]):
@@ -52,15 +52,8 @@ class Study(CommandTest):
             self.assertLess(errors[scheme, edges[0]][0], errors[scheme, edges[1]][0])
         self.assertLess(errors["burton_miller_polished", edges[0]][0], errors["paper", edges[0]][0])
         self.check_pareto(rungs)
-        # The pick: the fastest of those within 5 %.
-        within = [row for row in rungs if float(row["error_reference"]) <= 0.05]
-        best = min(within, key=lambda row: float(row["seconds"]))
-        said = done.stdout.splitlines()
-        self.assertEqual(said[-2].split(":")[0], "cheapest with at most 5 %")
-        self.assertIn(f"{100 * float(best['error_reference']):.2f} % in {float(best['seconds']):.2f} s", said[-2])
-        self.assertIn(f"solve.scheme={best['scheme']}", said[-1])
-        self.assertTrue(said[0].startswith("reference: burton_miller_polished, "))
-        self.assertEqual((self.folder / "out/study.txt").read_text(), done.stdout)
+        self.assertTrue(done.stdout.startswith("reference: burton_miller_polished, "))
+        self.assertGreater((self.folder / "out/study.png").stat().st_size, 1000)
 
     def check_pareto(self, rungs):
         numbers = [(float(row["seconds"]), float(row["error_reference"])) for row in rungs]
@@ -68,22 +61,9 @@ class Study(CommandTest):
             beaten = any(other != mine and other[0] <= mine[0] and other[1] <= mine[1] for other in numbers)
             self.assertEqual(row["pareto"], "0" if beaten else "1")
 
-    def test_within_a_budget(self):
-        ladder = ["--edges-mm", "4,2.6", "--schemes", "burton_miller", "--solvers", "gmres", "--precisions", "single"]
-        printed = json.loads(self.run_ok("study", self.scene, "-o", "out", *ladder, "--budget", "100", "--json").stdout)
-        self.assertEqual([rung["status"] for rung in printed["rungs"]], ["ok", "ok"])
-        self.assertEqual(list(printed["rungs"][0]), COLUMNS)
-        self.assertEqual(printed["picked"], min(printed["rungs"], key=lambda rung: rung["error_reference"]))
-
-    def test_nothing_fits(self):
-        for wish in [["--budget", "1e-9"], ["--error", "1e-9"]]:
-            done = self.touchfield("study", self.scene, "-o", "out" + wish[0], *ONE_RUNG, *wish)
-            self.assertEqual(done.returncode, 1, done.stderr)
-            self.assertIn("no way to solve the scene fits at most 1e-09", done.stdout)
-            self.assertEqual(len(self.rungs("out" + wish[0])), 1)
-        done = self.touchfield("study", self.scene, "-o", "json", *ONE_RUNG, "--error", "1e-9", "--json")
-        self.assertEqual(done.returncode, 1)
-        self.assertIsNone(json.loads(done.stdout)["picked"])
+    def test_for_programs(self):
+        printed = json.loads(self.run_ok("study", self.scene, "-o", "out", *ONE_RUNG, "--json").stdout)
+        self.assertEqual([list(rung) for rung in printed["rungs"]], [COLUMNS])
 
     def test_what_would_take_too_long_is_skipped(self):
         done = self.run_ok("study", self.scene, "-o", "out", *ONE_RUNG, "--rung-seconds", "1e-7")
@@ -94,8 +74,6 @@ class Study(CommandTest):
         self.assertGreater(int(row["faces"]), 0)
         for column in NUMBERS:
             self.assertTrue(math.isnan(float(row[column])), column)
-        done = self.touchfield("study", self.scene, "-o", "none", *ONE_RUNG, "--rung-seconds", "1e-7", "--error", "50")
-        self.assertEqual(done.returncode, 1)
 
     def test_a_rung_that_does_not_converge_says_so(self):
         self.run_ok("study", self.scene, "-o", "out", "--edges-mm", "3.6", "--schemes", "burton_miller", "--solvers",
@@ -133,8 +111,7 @@ class Study(CommandTest):
 
     def test_bad_input_leaves_nothing(self):
         before = self.entries()
-        for arguments in [["--schemes", "nonsense"], ["--edges-mm", "-3"], ["--budget", "1", "--error", "1"],
-                          ["--rung-seconds", "0"], ["--set", "solve.scheme=nonsense"]]:
+        for arguments in [["--schemes", "nonsense"], ["--edges-mm", "-3"], ["--rung-seconds", "0"], ["--set", "solve.scheme=nonsense"]]:
             done = self.touchfield("study", self.scene, "-o", "out", *arguments)
             self.assertEqual(done.returncode, 2, arguments)
             self.assertIn(arguments[0].replace("--set", "solve.scheme"), done.stderr)

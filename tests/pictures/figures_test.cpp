@@ -267,24 +267,6 @@ TEST(PictureParts, TheFirstTickOfABarIsNotMinusZero) {
                                                        DoubleEq(310.0), DoubleEq(320.0), DoubleEq(330.0)));
 }
 
-TEST(PictureParts, LogarithmicTicksHoldTheValues) {
-  const auto values = [](double low, double high) {
-    std::vector<double> found;
-    for (const LogTick& tick : log_ticks(low, high)) {
-      found.push_back(tick.value);
-      EXPECT_EQ(tick.decade, std::abs(std::remainder(std::log10(tick.value), 1.0)) < 1e-9) << tick.value;
-    }
-    return found;
-  };
-  using ::testing::DoubleEq;
-  using ::testing::ElementsAre;
-  EXPECT_THAT(values(0.03, 1.5), ElementsAre(DoubleEq(0.02), DoubleEq(0.05), DoubleEq(0.1), DoubleEq(0.2),
-                                             DoubleEq(0.5), DoubleEq(1.0), DoubleEq(2.0)));
-  EXPECT_THAT(values(2.0, 10.0), ElementsAre(DoubleEq(2.0), DoubleEq(5.0), DoubleEq(10.0)));
-  EXPECT_THAT(values(7.0, 7.5), ElementsAre(DoubleEq(5.0), DoubleEq(10.0)));
-  EXPECT_THAT(values(1000.0, 1000.0), ElementsAre(DoubleEq(1000.0), DoubleEq(2000.0)));
-}
-
 TEST(PictureParts, QuantileIgnoresWhatIsNotFinite) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(quantile({5, nan, 1, 3, HUGE_VAL}, 0.5), 3.0);

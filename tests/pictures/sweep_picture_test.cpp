@@ -57,6 +57,19 @@ TEST(SweepPicture, OneParameterGivesALineAMethod) {
   EXPECT_THAT(read_bytes(directory.file("sweep.pdf")), StartsWith("%PDF-"));
 }
 
+TEST(SweepPicture, PointsGiveALineAName) {
+  const TemporaryDirectory directory;
+  draw_points(directory.file("points.png"), {"a study", "edge [mm]", "error [%]"},
+              {{"chief", 1, 2}, {"chief", 2, 5}, {"paper", 1, 9}, {"paper", 1, 11}}, PictureFormat::kPng);
+  const Picture picture(directory.file("points.png"));
+  EXPECT_EQ(picture.text("Description"), "a study");
+  EXPECT_GT(pixels_of(picture, marker_colour(0)), 300);
+  EXPECT_GT(pixels_of(picture, marker_colour(1)), 200);
+  EXPECT_LT(pixels_of(picture, marker_colour(2)), 5);
+  draw_points(directory.file("none.png"), {"nothing", "", ""}, {}, PictureFormat::kPng);
+  EXPECT_EQ(directory.entries(), 2U);
+}
+
 TEST(SweepPicture, ValuesThatDifferByRoundingAreDrawn) {
   const TemporaryDirectory directory;
   for (const double least : {0x1.73fad0088b45dp-1, 0.5, 0.7}) {
