@@ -8,6 +8,7 @@
 #include "apps/commands/standard_streams.h"
 #include "sim/assess/check.h"
 #include "sim/batch/check_scene.h"
+#include "sim/batch/sweep_case.h"
 #include "sim/batch/sweep_list.h"
 #include "sim/core/require.h"
 #include "sim/motion/play.h"
@@ -29,12 +30,12 @@ struct CheckCommand {
 int check_sweep(const CheckCommand& command, const CommonFlags& flags) {
   const SweepInput input = read_sweep_input(command.scene, command.overrides);
   constexpr std::size_t kMostShown = 20;
-  Json shown = Json::array();
+  const Json shown = list_cases(input, kMostShown);
   double largest = 0;
-  for (const ListedCase& one : list_cases(input, kMostShown)) {
-    require(one.reason.empty(), "{}: case {}: {}", input.plan.name, one.item.number, one.reason);
-    largest = std::max(largest, one.cost.memory_mib);
-    shown.push_back(case_value(one));
+  for (const Json& one : shown) {
+    const auto reason = one.at("reason").get<std::string>();
+    require(reason.empty(), "{}: case {}: {}", input.plan.name, one.at("case").get<int>(), reason);
+    largest = std::max(largest, one.at("memory_mib").get<double>());
   }
   print_value({{"name", input.plan.name},
                {"cases", input.scenes.size()},

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <unistd.h>
@@ -17,8 +16,8 @@
 #include "sim/batch/sweep.h"
 #include "sim/batch/sweep_case.h"
 #include "sim/batch/sweep_list.h"
-#include "sim/core/errors.h"
 #include "sim/core/json_text.h"
+#include "sim/core/require.h"
 #include "sim/core/text_number.h"
 #include "sim/pictures/sweep_picture.h"
 #include "sim/store/text_table.h"
@@ -29,11 +28,9 @@ namespace {
 
 struct SweepCommand {
   std::string sweep;
-  std::string output;                  // empty: results/runs/NAME_sweep-NNNN
-  std::vector<std::string> overrides;  // of every case
-  std::string collect;                 // directory to collect instead; then `sweep` is empty
-  std::string shard = "1/1";
-  std::optional<int> case_number;         // one case alone
+  std::string output;                     // empty: results/runs/NAME_sweep-NNNN
+  std::vector<std::string> overrides;     // of every case
+  std::string cases;                      // N or FIRST-LAST; empty: all
   bool list = false;                      // compute nothing
   std::string metric = "relative_error";  // of the plot
   PictureFormat pictures = PictureFormat::kPng;
@@ -49,17 +46,18 @@ constexpr const char* kWorkerName = "sweep-worker";
 
 using Json = nlohmann::ordered_json;
 
-Shard shard_of(const std::string& text) {
-  const auto slash = text.find('/');
-  const auto number = [&](std::size_t from, std::size_t to) {
-    return number_of<int>(std::string_view(text).substr(from, to - from)).value_or(0);
-  };
-  const Shard shard =
-      slash == std::string::npos ? Shard{0, 0} : Shard{number(0, slash), number(slash + 1, text.size())};
-  if (shard.count < 1 || shard.index < 1 || shard.index > shard.count) {
-    throw InputError(fmt::format("--shard {}: must be i/n with 1 <= i <= n", text));
+std::optional<CaseRange> range_of(const std::string& text) {
+  if (text.empty()) {
+    return std::nullopt;
   }
-  return shard;
+  const auto dash = text.find('-');
+  const auto number = [&](std::size_t from, std::size_t to) {
+    const auto found = number_of<int>(std::string_view(text).substr(from, to - from));
+    require(found.has_value(), "--case {}: must be a number, or FIRST-LAST", text);
+    return *found;
+  };
+  const int first = number(0, dash);
+  return CaseRange{first, dash == std::string::npos ? first : number(dash + 1, text.size())};
 }
 
 template <typename Inputs>
@@ -71,146 +69,88 @@ std::string inputs_text(const Inputs& inputs) {
   return text;
 }
 
-Json record_json(const SweepRecord& record, const SweepProgress& progress) {
-  Json json = json_from_text<Json>(to_json(record, -1));
-  json.erase("crc32");  // of the record alone
-  json["event"] = "case";
-  json["done"] = progress.done;
-  json["failed"] = progress.failed;
-  json["cases"] = progress.cases;
-  json["seconds_left"] = progress.seconds_left;
-  return json;
-}
-
-/// Says how far the sweep is: on a terminal in one line, elsewhere a line a case; or as JSON lines.
-class Reporter {
+/// Says how far the sweep is, and ends it by a signal.
+class SweepConsole : public ConsoleProgress {
  public:
-  explicit Reporter(const CommonFlags& flags)
-      : json_(flags.json), quiet_(flags.quiet || flags.json), terminal_(isatty(fileno(stderr)) == 1) {}
+  explicit SweepConsole(const CommonFlags& flags)
+      : ConsoleProgress(flags), json_(flags.json), terminal_(isatty(fileno(stderr)) == 1) {}
 
-  void note(const std::string& line) const {
-    if (!quiet_) {
-      say(fmt::format("{}\n", line));
+  void advance(double fraction) override {
+    if (const int signal = take_interrupt(); signal != 0) {
+      throw Interrupted{signal};
     }
+    ConsoleProgress::advance(fraction);
   }
 
-  static void warn(const std::string& line) { say(fmt::format("touchfield: warning: {}\n", line)); }
-
-  void on_case(const SweepRecord& record, const SweepProgress& progress) const {
+  void on_case(const SweepRecord& record, const SweepProgress& progress) {
     if (json_) {
-      put(json_text(record_json(record, progress)) + "\n");
+      Json json = json_from_text<Json>(to_json(record, -1));
+      json.erase("crc32");  // of the record alone
+      json.update({{"event", "case"},
+                   {"done", progress.done},
+                   {"failed", progress.failed},
+                   {"cases", progress.cases},
+                   {"seconds_left", progress.seconds_left}});
+      put(json_text(json) + "\n");
       std::fflush(stdout);
     }
-    const bool failed = record.status != "ok";
-    if (quiet_ && !failed) {
-      return;
-    }
-    if (terminal_ && !quiet_) {
-      clear_line();
-    }
-    if (failed) {
-      say(fmt::format("touchfield: case {} ({}) failed: {}\n", record.number, inputs_text(record.inputs),
-                      record.reason));
-    }
-    const std::string count = fmt::format("{} of {} cases{}, {} left", progress.done, progress.cases,
-                                          progress.failed > 0 ? fmt::format(", {} failed", progress.failed) : "",
-                                          progress.seconds_left >= 0 ? span_text(progress.seconds_left) : "?");
-    if (!quiet_ && terminal_) {
-      say(fmt::format("  {}{}", count, progress.done == progress.cases ? "\n" : ""));
-    } else if (!quiet_ && !failed) {
-      say(fmt::format(
-          "  case {} ({}): {:.1f} s{}; {}\n", record.number, inputs_text(record.inputs), record.seconds,
-          record.models > 0 ? fmt::format(", {} of {} models used again", record.models_reused, record.models) : "",
-          count));
+    const std::string name = fmt::format("case {} ({})", record.number, inputs_text(record.inputs));
+    if (record.status != "ok") {
+      warn(fmt::format("{} failed: {}", name, record.reason));
+    } else {
+      const std::string line =
+          fmt::format("  {}: {:.1f} s, {} of {} models used again; {} of {} cases", name, record.seconds,
+                      record.models_reused, record.models, progress.done, progress.cases);
+      terminal_ ? detail(line) : note(line);
     }
   }
 
  private:
   bool json_;
-  bool quiet_;
   bool terminal_;
 };
-
-void draw(const std::string& directory, const SweepSummary& summary, const SweepCommand& command,
-          const Reporter& reporter) {
-  const SweepPlot plot =
-      draw_sweep(fmt::format("{}/sweep_{}.{}", directory, command.metric, to_string(command.pictures)), summary,
-                 command.metric, command.pictures);
-  if (!plot) {
-    reporter.note("no plot: " + plot.why_not);
-  }
-}
 
 /// What the command prints at its end, and its exit code.
 ///
 /// whole   all cases, which have a table
 int report(const SweepSummary& summary, const std::string& directory, const CommonFlags& flags, int computed,
-           bool whole = true) {
+           bool whole) {
   const auto failed = std::ranges::count(summary.records, "failed", &SweepRecord::status);
-  const auto missing = summary.cases - static_cast<int>(summary.records.size());
-  const std::string place = whole ? fmt::format("table in {}/sweep.csv", directory) : "in " + directory;
   if (flags.json) {
-    const Json json = {{"event", "end"},
-                       {"name", summary.name},
-                       {"directory", directory},
-                       {"cases", summary.cases},
-                       {"done", summary.records.size()},
-                       {"computed", computed},
-                       {"failed", failed},
-                       {"missing", missing}};
+    const Json json = {{"event", "end"},         {"name", summary.name},           {"directory", directory},
+                       {"cases", summary.cases}, {"done", summary.records.size()}, {"computed", computed},
+                       {"failed", failed}};
     put(json_text(json) + "\n");
   } else {
     put(sweep_table(summary));
-    put(fmt::format("{} of {} cases done, {} failed{}; {}\n", summary.records.size(), summary.cases, failed,
-                    missing > 0 ? fmt::format(", {} missing", missing) : "", place));
+    put(fmt::format("{} of {} cases done, {} failed; {}\n", summary.records.size(), summary.cases, failed,
+                    whole ? fmt::format("table in {}/sweep.csv", directory) : "in " + directory));
   }
-  return failed > 0 || missing > 0 ? 1 : 0;
-}
-
-int collect(const SweepCommand& command, const CommonFlags& flags) {
-  std::optional<OwnDirectory> own;
-  if (std::error_code error; std::filesystem::is_directory(command.collect, error)) {
-    own.emplace(own_sweep_directory(command.collect));
-  }
-  const SweepCollection found = collect_sweep(command.collect);
-  for (const std::string& gap : found.gaps) {
-    Reporter::warn(gap);
-  }
-  write_sweep_csv(command.collect + "/sweep.csv", found.summary);
-  draw(command.collect, found.summary, command, Reporter(flags));
-  return report(found.summary, command.collect, flags, 0);
+  return failed > 0 ? 1 : 0;
 }
 
 std::string output_directory(const SweepCommand& command, const SweepInput& input) {
   if (!command.output.empty()) {
     return command.output;
   }
-  if (command.options.retry_failed || command.case_number || !input.shard.is_whole()) {
-    throw InputError("--retry-failed, --shard and --case need the sweep's directory: -o DIR");
-  }
+  require(!command.options.only, "--case needs the sweep's directory: -o DIR");
   return next_directory("results/runs", input.plan.name + "_sweep");
-}
-
-SweepInput read_input(const SweepCommand& command) {
-  SweepInput input = read_sweep_input(command.sweep, command.overrides, shard_of(command.shard));
-  if (command.case_number) {
-    input.shard = case_shard(*command.case_number, input.plan.cases.size());
-  }
-  return input;
 }
 
 /// Every case and what it would take.
 int list(const SweepInput& input, const CommonFlags& flags) {
   std::vector<std::vector<std::string>> rows = {{"case", "name", "changes", "seconds", "MiB", "problem"}};
-  for (const ListedCase& listed : list_cases(input)) {
+  for (const Json& one : list_cases(input)) {
     if (flags.json) {
-      put(json_text(case_value(listed)) + "\n");
+      put(json_text(one) + "\n");
       continue;
     }
-    const bool known = listed.reason.empty();
-    rows.push_back({fmt::format("{}", listed.item.number), listed.name, inputs_text(listed.item.changes),
-                    known ? fmt::format("{:.1f}", listed.cost.seconds) : "-",
-                    known ? fmt::format("{:.0f}", listed.cost.memory_mib) : "-", listed.reason});
+    const auto number = [&](const char* name, const char* format) {
+      return table_number(one.at(name).is_null() ? kNotComputed : one.at(name).get<double>(), format);
+    };
+    rows.push_back({one.at("case").dump(), one.at("name").get<std::string>(),
+                    inputs_text(one.at("inputs").get<std::map<std::string, std::string>>()),
+                    number("seconds", "{:.1f}"), number("memory_mib", "{:.0f}"), one.at("reason").get<std::string>()});
   }
   if (!flags.json) {
     put(aligned_table(rows, {1, 2, 5}));
@@ -218,66 +158,47 @@ int list(const SweepInput& input, const CommonFlags& flags) {
   return 0;
 }
 
-int sweep_command(const SweepCommand& command, const Invocation& invoked) {
-  if (command.sweep.empty() && command.collect.empty()) {
-    throw InputError("sweep: SWEEP is missing: a sweep file, or --collect DIR");
-  }
+int sweep_command(SweepCommand command, const Invocation& invoked) {
   const CommonFlags& flags = invoked.flags;
   require_metric(command.metric);
-  if (!command.collect.empty()) {
-    return collect(command, flags);
-  }
+  SweepOptions& options = command.options;
+  options.only = range_of(command.cases);
   if (!command.list) {
     block_interrupts();
   }
-  const int threads = apply_threads(flags);
-  const Reporter reporter(flags);
-  const SweepInput input = read_input(command);
+  options.threads = apply_threads(flags);
+  const SweepInput input = read_sweep_input(command.sweep, command.overrides);
   if (command.list) {
     return list(input, flags);
   }
-  SweepDirectory directory = input.open(output_directory(command, input));
-  SweepOptions options = command.options;
+  const SweepDirectory directory = SweepDirectory::open(output_directory(command, input), input.plan);
+  SweepConsole console(flags);
   options.worker = {"/proc/self/exe", kWorkerName};
-  options.threads = threads;
   options.command_line = invoked.command_line;
-  share_cards(input.scenes, options);
-  options.tick = [] {
-    if (const int signal = take_interrupt(); signal != 0) {
-      throw Interrupted{signal};
-    }
-  };
-  int most = 1;
-  options.expected = [&](const CaseCost& cost, int jobs) {
-    reporter.note(fmt::format("a case: {} faces, {} channels, about {:.0f} MiB and, on its own, {:.0f} s{}", cost.faces,
-                              cost.channels, cost.memory_mib, cost.seconds,
-                              jobs < most ? fmt::format("; there is memory for {} at a time", jobs) : ""));
-  };
-  SweepRunner runner(input, directory, options);
-  most = runner.jobs();
-  for (const auto& [number, damage] : runner.damaged()) {
-    Reporter::warn(fmt::format("case {} is damaged and computed again: {}", number, damage));
-  }
-  reporter.note(fmt::format("{}: {} cases to compute, {} {}; {} at a time with {} thread{} each, in {}",
-                            input.plan.name, runner.left(), runner.groups(), runner.groups() == 1 ? "body" : "bodies",
-                            runner.jobs(), runner.threads_each(), runner.threads_each() > 1 ? "s" : "",
-                            directory.path()));
-  SweepResult result;
+  options.cards = cards_for(input.scenes);
+  options.on_case = [&](const SweepRecord& record, const SweepProgress& now) { console.on_case(record, now); };
+  console.note(fmt::format("{}: {} cases, {} at a time, in {}", input.plan.name, input.plan.cases.size(), options.jobs,
+                           directory.path()));
+  console.begin("sweep");
   try {
-    result = runner.run(
-        [&](const SweepRecord& record, const SweepProgress& progress) { reporter.on_case(record, progress); });
+    const SweepResult result = run_sweep(input, directory, options, console);
+    if (!options.only) {
+      const SweepPlot plot =
+          draw_sweep(directory.file(fmt::format("sweep_{}.{}", command.metric, to_string(command.pictures))),
+                     result.summary, command.metric, command.pictures);
+      if (!plot) {
+        console.note("no plot: " + plot.why_not);
+      }
+    }
+    return report(result.summary, directory.path(), flags, result.computed, !options.only);
   } catch (const Interrupted& interrupted) {
-    const SweepSummary kept = runner.result().summary;
-    say(fmt::format(
-        "\ntouchfield: interrupted by {}; {} of {} cases are done and kept in {}, unfinished cases were "
-        "dropped; the same command with -o {} continues\n",
-        interrupt_text(interrupted.signal), kept.records.size(), kept.cases, directory.path(), directory.path()));
+    say(
+        fmt::format("\ntouchfield: interrupted by {}; {} of {} cases are done and kept in {}, unfinished cases were "
+                    "dropped; the same command with -o {} continues\n",
+                    interrupt_text(interrupted.signal), read_records(directory.path()).whole.size(),
+                    input.plan.cases.size(), directory.path(), directory.path()));
     return 128 + interrupted.signal;
   }
-  if (input.shard.is_whole()) {
-    draw(directory.path(), result.summary, command, reporter);
-  }
-  return report(result.summary, directory.path(), flags, result.computed, input.shard.is_whole());
 }
 
 }  // namespace
@@ -285,7 +206,7 @@ int sweep_command(const SweepCommand& command, const Invocation& invoked) {
 void add_sweep_command(CLI::App& app, Invocation& invocation) {
   const auto sweep = std::make_shared<SweepCommand>();
   CLI::App* command = app.add_subcommand("sweep", "Compute many scenes: a base scene with changes");
-  auto* file = command->add_option("SWEEP", sweep->sweep, "Sweep file (YAML)")->type_name(kYamlFile);
+  command->add_option("SWEEP", sweep->sweep, "Sweep file (YAML)")->type_name(kYamlFile)->required();
   command
       ->add_option("-o,--output", sweep->output,
                    "Output directory; default: results/runs/NAME_sweep-NNNN, the next free number")
@@ -293,22 +214,14 @@ void add_sweep_command(CLI::App& app, Invocation& invocation) {
   add_overrides(command, sweep->overrides);
   add_compute_device(command, sweep->overrides);
   add_whole(command, "--jobs", sweep->options.jobs, schema::between(1, kMostThreads),
-            "Cases at a time; default: one per body, at most one per thread");
+            "Cases at a time, which share the threads");
   add_number(command, "--case-seconds", sweep->options.case_seconds, schema::above(0),
-             "Give up a case that takes longer [s]; default: 600 and 20 times the expected time, or 10 times the "
-             "longest case so far")
+             "Give up a case that takes longer [s]; default: none")
       ->default_str("");
-  auto* shard = command->add_option("--shard", sweep->shard, "Compute part i of n only: i/n")->capture_default_str();
-  add_whole(command, "--case", sweep->case_number, schema::between(1, kMostCases), "Compute this case only")
-      ->excludes(shard);
+  command->add_option("--case", sweep->cases, "Compute these cases only, N or FIRST-LAST, without locks");
   command->add_flag("--list", sweep->list, "List the cases with their expected time and memory, and compute nothing");
-  command->add_flag("--resume")->group("");  // of scripts for version 0.2: a sweep always continues
-  command->add_flag("--retry-failed", sweep->options.retry_failed, "Compute failed cases again");
   command->add_option("--plot", sweep->metric, "Metric of the plot")->capture_default_str();
   add_pictures(command, sweep->pictures, "Format of the plot; default: png");
-  command->add_option("--collect", sweep->collect, "Only write the table of a directory")
-      ->excludes(file)
-      ->type_name(kFolder);
   finish_command(command, invocation, [sweep](const Invocation& invoked) { return sweep_command(*sweep, invoked); });
   add_hidden_command(app, invocation, kWorkerName, [] { return serve_cases(); });
 }

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <variant>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -26,24 +25,30 @@ nb::object check(nb::handle scene, nb::handle set, bool accuracy, std::optional<
   return nb::module_::import_("json").attr("loads")(json_text(checked));
 }
 
+template <class Element>
+std::vector<Element> column(const Json& lines, const std::string& name) {
+  std::vector<Element> values;
+  std::ranges::transform(lines, std::back_inserter(values),
+                         [&](const Json& line) { return line.at(name).get<Element>(); });
+  return values;
+}
+
 nb::dict columns_of(const SweepSummary& summary) {
   const nb::object array = nb::module_::import_("numpy").attr("array");
+  const Json lines = sweep_lines(summary);
+  const std::vector<SweepRow> rows = sweep_rows(summary);
   nb::dict columns;
-  for (SweepColumn& column : sweep_columns(summary)) {
-    if (std::ranges::find(summary.parameters, column.name) != summary.parameters.end()) {
-      if (auto numbers = parameter_numbers(column.name, sweep_rows(summary))) {
-        column.values = std::move(*numbers);
-      }
+  const Json columns_of_lines = sweep_columns(summary);
+  for (const auto& [name, value] : columns_of_lines.items()) {
+    columns[name.c_str()] = value.is_string()
+                                ? array(nb::cast(column<std::string>(lines, name)), nb::arg("dtype") = "str")
+                            : value.is_number_float() ? owned(column<double>(lines, name))
+                                                      : owned(column<std::int64_t>(lines, name));
+  }
+  for (const std::string& path : summary.parameters) {
+    if (auto numbers = parameter_numbers(path, rows)) {
+      columns[column_of(path).c_str()] = owned(std::move(*numbers));
     }
-    columns[column.name.c_str()] = std::visit(
-        [&](auto& values) -> nb::object {
-          if constexpr (std::is_same_v<std::decay_t<decltype(values)>, std::vector<std::string>>) {
-            return array(nb::cast(values), nb::arg("dtype") = "str");
-          } else {
-            return owned(std::move(values));
-          }
-        },
-        column.values);
   }
   return columns;
 }
@@ -65,47 +70,32 @@ std::vector<std::string> worker() {
 }
 
 nb::dict sweep(nb::handle file, nb::handle out, nb::handle set, const std::optional<std::string>& device, int jobs,
-               bool /*resume*/, std::optional<int> threads, std::optional<int> number) {
+               std::optional<int> threads, std::optional<int> number) {
   SweepOptions asked;
   asked.worker = worker();
   asked.jobs = jobs;
   asked.command_line = "touchfield.sweep() of Python";
-  if (jobs < 0) {
-    throw InputError(fmt::format("sweep: jobs = {} must be >= 0", jobs));
+  if (number) {
+    asked.only = CaseRange{*number, *number};
+  }
+  if (jobs < 1) {
+    throw InputError(fmt::format("sweep: jobs = {} must be >= 1", jobs));
   }
   return columns_of(computed(thread_count(threads), [path = path_of(file), place = path_of(out),
-                                                     overrides = overrides_of(set, device), asked,
-                                                     number](Progress& progress) {
+                                                     overrides = overrides_of(set, device), asked](Progress& progress) {
     SweepOptions options = asked;
-    double done = 0;
     options.threads = omp_get_max_threads();
-    options.tick = [&] { progress.advance(done); };
-    SweepInput input = read_sweep_input(path, overrides);
-    if (number) {
-      input.shard = case_shard(*number, input.plan.cases.size());
-    }
-    SweepDirectory directory = input.open(place);
-    share_cards(input.scenes, options);
-    SweepRunner runner(input, directory, options);
-    try {
-      progress.begin("sweep");
-      return runner
-          .run([&](const SweepRecord&, const SweepProgress& now) { done = static_cast<double>(now.done) / now.cases; })
-          .summary;
-    } catch (const Stopped&) {
-      runner.result();
-      throw;
-    }
+    const SweepInput input = read_sweep_input(path, overrides);
+    options.cards = cards_for(input.scenes);
+    progress.begin("sweep");
+    return run_sweep(input, SweepDirectory::open(place, input.plan), options, progress).summary;
   }));
 }
 
 nb::object list_sweep(nb::handle file, nb::handle set) {
-  const Json cases = computed(0, [path = path_of(file), overrides = overrides_of(set, {})](Progress&) {
-    Json list = Json::array();
-    std::ranges::transform(list_cases(read_sweep_input(path, overrides)), std::back_inserter(list), case_value);
-    return list;
-  });
-  return object_of(cases);
+  return object_of(computed(0, [path = path_of(file), overrides = overrides_of(set, {})](Progress&) {
+    return list_cases(read_sweep_input(path, overrides));
+  }));
 }
 
 int sweep_cases(nb::handle file, nb::handle set) {
@@ -115,7 +105,7 @@ int sweep_cases(nb::handle file, nb::handle set) {
 }
 
 nb::dict read_sweep_columns(nb::handle folder) {
-  return columns_of(computed(0, [path = path_of(folder)](Progress&) { return collect_sweep(path).summary; }));
+  return columns_of(computed(0, [path = path_of(folder)](Progress&) { return read_sweep_summary(path); }));
 }
 
 }  // namespace
@@ -128,11 +118,11 @@ void add_batch(nb::module_& module) {
              "Describes what a scene builds and costs, as `touchfield check --json`; accuracy: includes the "
              "discretisation error.");
   module.def("sweep", &sweep, nb::arg("file"), nb::arg("out"), nb::arg("set") = nb::none(),
-             nb::arg("device") = nb::none(), nb::arg("jobs") = 0, nb::arg("resume") = false,
-             nb::arg("threads") = nb::none(), nb::arg("case") = nb::none(),
+             nb::arg("device") = nb::none(), nb::arg("jobs") = 1, nb::arg("threads") = nb::none(),
+             nb::arg("case") = nb::none(),
              nb::sig("def sweep(file: str | os.PathLike, out: str | os.PathLike, set: dict[str, typing.Any] | None = "
-                     "None, device: str | None = None, jobs: int = 0, resume: bool = False, threads: int | None = "
-                     "None, case: int | None = None) -> dict[str, numpy.typing.NDArray[typing.Any]]"),
+                     "None, device: str | None = None, jobs: int = 1, threads: int | None = None, case: int | None = "
+                     "None) -> dict[str, numpy.typing.NDArray[typing.Any]]"),
              "Computes the cases of a sweep, or one of them, into a folder, as `touchfield sweep`, in separate "
              "processes. Returns the columns of its table.");
   module.def("list_sweep", &list_sweep, nb::arg("file"), nb::arg("set") = nb::none(),

@@ -89,10 +89,10 @@ class _Files:
 
 def _case(file, out, set, device, case, threads):
     """A case in a worker of an executor; its rows are not needed there."""
-    _core.sweep(file, out, set, device, 1, True, threads, case)
+    _core.sweep(file, out, set, device, 1, threads, case)
 
 
-def sweep(file, out, set=None, device=None, jobs=0, resume=False, threads=None, *, executor=None, progress=None):
+def sweep(file, out, set=None, device=None, jobs=1, threads=None, *, executor=None, progress=None):
     """Computes the cases of a sweep into a folder, as `touchfield sweep`, in separate processes.
 
     Parameters
@@ -105,9 +105,7 @@ def sweep(file, out, set=None, device=None, jobs=0, resume=False, threads=None, 
         Changes of every case by key path.
     device : {"auto", "cpu", "cuda", "cuda:N"}, optional
     jobs : int
-        Cases at a time; 0: chosen. Not with an executor.
-    resume : bool
-        Without effect: a sweep that the folder holds is continued.
+        Cases at a time. Not with an executor.
     threads : int, optional
         Of all jobs together; with an executor of each case.
     executor : concurrent.futures.Executor, optional
@@ -134,7 +132,7 @@ def sweep(file, out, set=None, device=None, jobs=0, resume=False, threads=None, 
     """
     with _Files(file) as path, reporting(progress) as reports:
         if executor is None:
-            return Sweep(_core.sweep(path, out, changes(set), device, jobs, resume, threads))
+            return Sweep(_core.sweep(path, out, changes(set), device, jobs, threads))
         cases = _core.sweep_cases(path, changes(set))
         path, out = os.path.abspath(os.fspath(path)), os.path.abspath(os.fspath(out))
         futures = [executor.submit(_case, path, out, changes(set), device, number, threads) for number in range(1, cases + 1)]

@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cmath>
+#include <chrono>
 #include <csignal>
-#include <deque>
+#include <filesystem>
+#include <map>
 #include <memory>
 #include <poll.h>
-#include <span>
-#include <string>
 #include <utility>
 
 #include <fmt/format.h>
@@ -29,7 +28,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds kTick{500};  // the limit of time is looked at so often
+constexpr std::chrono::milliseconds kTick{500};  // other processes' cases and the limit of time are looked at so often
 
 /// What a case changes, as its record keeps it.
 std::vector<std::pair<std::string, std::string>> inputs_of(const SweepCase& item) {
@@ -40,353 +39,322 @@ std::vector<std::pair<std::string, std::string>> inputs_of(const SweepCase& item
   return inputs;
 }
 
+class SweepRun {
+ public:
+  SweepRun(const SweepInput& input, const SweepDirectory& directory, const SweepOptions& options, Progress& progress);
+
+  void compute();
+  SweepResult result() const { return {table(), computed_}; }
+  /// Drops the cases under way.
+  void stop();
+  /// The table of what there is, which it writes unless some cases alone are asked for.
+  SweepSummary table() const;
+  std::string kept_text() const;
+
+ private:
+  enum class State { kOpen, kHere, kDone };
+
+  struct Case {
+    const SweepCase* item;
+    const Scene* scene;
+    int group;
+    State state = State::kOpen;
+  };
+
+  struct Worker {
+    std::unique_ptr<WorkerProcess> process;
+    std::size_t next = 0;  // where it looks for its next case
+    Case* at = nullptr;    // the one it is at
+    std::optional<FileLock> lock{};
+    std::string scratch{};
+    double spent = 0.0;  // on it, while this process ran too [s]
+  };
+
+  void take_record(Case& one, SweepRecord record);
+  bool take(Case& one, std::optional<FileLock>& lock);
+  void dispatch(Worker& worker);
+  void receive(Worker& worker);
+  void finish(Worker& worker);
+  void fail(Worker& worker, const std::string& reason);
+  void limit_time(Worker& worker, Clock::duration passed);
+  void wait();
+  bool is_complete() const { return records_.size() == cases_.size(); }
+
+  const SweepInput& input_;
+  const SweepDirectory& directory_;
+  const SweepOptions& options_;
+  Progress& progress_;
+  std::vector<Case> cases_;     // that are asked for, those of a body together
+  std::map<int, int> sharing_;  // cases of each group, of the whole plan
+  std::map<int, SweepRecord> records_;
+  std::vector<Worker> workers_;
+  std::size_t done_before_ = 0;
+  int computed_ = 0;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point next_table_ = start_;
+};
+
+SweepRun::SweepRun(const SweepInput& input, const SweepDirectory& directory, const SweepOptions& options,
+                   Progress& progress)
+    : input_(input), directory_(directory), options_(options), progress_(progress) {
+  const CaseRecords found = read_records(directory.path());
+  if (!options.only) {
+    directory.clear_leftovers(found.whole);
+  }
+  const std::vector<int> groups = body_groups(input.scenes);
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    const int number = input.plan.cases[i].number;
+    ++sharing_[groups[i]];
+    if (options.only && (number < options.only->first || number > options.only->last)) {
+      continue;
+    }
+    Case& one = cases_.emplace_back(Case{&input.plan.cases[i], &input.scenes[i], groups[i]});
+    if (const auto there = found.whole.find(number);
+        there != found.whole.end() && (!options.only || there->second.status == "ok")) {
+      take_record(one, there->second);
+    }
+    if (const auto there = found.damaged.find(number); there != found.damaged.end()) {
+      progress.warn(fmt::format("case {} is damaged and computed again: {}", number, there->second));
+    }
+  }
+  done_before_ = records_.size();
+  std::ranges::stable_sort(cases_, {}, &Case::group);
+  const auto jobs = static_cast<std::size_t>(std::max(1, options.jobs));
+  for (std::size_t i = 0; i < jobs; ++i) {
+    workers_.push_back({nullptr, i * cases_.size() / jobs});
+  }
+}
+
+void SweepRun::take_record(Case& one, SweepRecord record) {
+  one.state = State::kDone;
+  records_.insert_or_assign(one.item->number, std::move(record));
+}
+
+/// Makes a case one of this process. False if another has it, or has finished it.
+bool SweepRun::take(Case& one, std::optional<FileLock>& lock) {
+  if (!options_.only) {
+    lock = directory_.lock(one.item->number);
+    if (!lock) {
+      return false;
+    }
+    std::optional<SweepRecord> meanwhile;
+    try {
+      meanwhile = directory_.record(one.item->number);
+    } catch (const Error&) {  // NOLINT(bugprone-empty-catch): it is damaged
+    }
+    if (meanwhile) {
+      take_record(one, std::move(*meanwhile));
+      directory_.unlock(one.item->number, lock);
+      return false;
+    }
+  }
+  one.state = State::kHere;
+  return true;
+}
+
+/// Gives an idle worker its next case, if there is one.
+void SweepRun::dispatch(Worker& worker) {
+  for (std::size_t tried = 0; tried < cases_.size() && worker.at == nullptr; ++tried) {
+    Case& one = cases_[worker.next];
+    worker.next = (worker.next + 1) % cases_.size();
+    worker.at = one.state == State::kOpen && take(one, worker.lock) ? &one : nullptr;
+  }
+  if (worker.at == nullptr) {
+    return;
+  }
+  const int number = worker.at->item->number;
+  worker.scratch = directory_.scratch(number, !options_.only);
+  worker.spent = 0.0;
+  CaseJob job{number,
+              resolved_yaml(*worker.at->scene),
+              inputs_of(*worker.at->item),
+              sharing_.at(worker.at->group),
+              options_.command_line,
+              std::max(1, options_.threads / static_cast<int>(workers_.size())),
+              ""};
+  if (!options_.cards.empty()) {
+    job.card = options_.cards[static_cast<std::size_t>(&worker - workers_.data()) % options_.cards.size()];
+  }
+  write_job(job, worker.scratch);
+  if (!worker.process) {
+    worker.process = std::make_unique<WorkerProcess>(options_.worker, directory_.file("sweep.log"));
+  }
+  worker.process->send(worker.scratch);
+}
+
+void SweepRun::receive(Worker& worker) {
+  const WorkerProcess::Answer answer = worker.process->receive();
+  if (answer.line == kCaseDone) {
+    finish(worker);
+  } else if (answer.line) {
+    throw IoError(fmt::format("case {}: {}", worker.at->item->number, *answer.line));
+  } else if (answer.ended) {
+    const std::string how = worker.process->how_it_ended();
+    worker.process.reset();
+    require_io(!how.starts_with(fmt::format("signal {} ", SIGXCPU)),
+               fmt::format(  // of a process that computes many cases
+                   "case {}: its process reached the limit on processor time (ulimit -t)", worker.at->item->number));
+    fail(worker, fmt::format("the process that computed it ended by {}; sweep.log may tell more", how));
+  }
+}
+
+/// Its record stands in its scratch folder.
+void SweepRun::finish(Worker& worker) {
+  Case& one = *worker.at;
+  const int number = one.item->number;
+  directory_.land(number, worker.scratch);
+  std::optional<SweepRecord> record = directory_.record(number);
+  require_io(record.has_value(), fmt::format("case {}: its folder was removed", number));
+  worker.at = nullptr;
+  ++computed_;
+  take_record(one, *record);
+  if (!is_complete() && !options_.only && Clock::now() >= next_table_) {  // while nobody else can think it complete
+    const Clock::time_point begin = Clock::now();
+    table();
+    next_table_ = Clock::now() + std::max<Clock::duration>(std::chrono::minutes(1), 20 * (Clock::now() - begin));
+  }
+  if (worker.lock) {
+    directory_.unlock(number, worker.lock);
+  }
+  if (options_.on_case) {
+    const auto failed = std::ranges::count_if(records_, [](const auto& done) { return done.second.status != "ok"; });
+    const std::chrono::duration<double> passed = Clock::now() - start_;
+    const auto left = static_cast<double>(cases_.size() - records_.size());
+    options_.on_case(*record,
+                     {static_cast<int>(records_.size()), static_cast<int>(failed), static_cast<int>(cases_.size()),
+                      left * passed.count() / static_cast<double>(records_.size() - done_before_)});
+  }
+}
+
+void SweepRun::fail(Worker& worker, const std::string& reason) {
+  SweepRecord record;
+  record.number = worker.at->item->number;
+  record.inputs = inputs_of(*worker.at->item);
+  record.status = "failed";
+  record.reason = reason;
+  record.seconds = worker.spent;
+  record.revision = build_info().revision;
+  write_record(std::move(record), worker.scratch);
+  finish(worker);
+}
+
+/// Counts the time of a case and ends one that takes too long.
+void SweepRun::limit_time(Worker& worker, Clock::duration passed) {
+  worker.spent += std::chrono::duration<double>(passed).count();
+  if (options_.case_seconds > 0.0 && worker.spent > options_.case_seconds) {
+    worker.process.reset();
+    fail(worker, fmt::format("took longer than {:g} s (--case-seconds)", options_.case_seconds));
+  }
+}
+
+void SweepRun::wait() {
+  std::vector<pollfd> waiting;
+  std::vector<Worker*> owners;
+  for (Worker& worker : workers_) {
+    if (worker.at != nullptr) {
+      waiting.push_back({worker.process->socket(), POLLIN, 0});
+      owners.push_back(&worker);
+    }
+  }
+  const Clock::time_point begin = Clock::now();
+  require_io(poll(waiting.data(), waiting.size(), static_cast<int>(kTick.count())) >= 0 || errno == EINTR,
+             "a sweep cannot wait for its workers");
+  // Longer than it was to wait: this process was stopped itself, its workers with it perhaps.
+  const auto passed = std::min<Clock::duration>(Clock::now() - begin, 2 * kTick);
+  for (std::size_t i = 0; i < waiting.size(); ++i) {
+    if (waiting[i].revents != 0) {
+      receive(*owners[i]);
+    } else {
+      limit_time(*owners[i], passed);
+    }
+  }
+}
+
+void SweepRun::compute() {
+  while (!is_complete()) {
+    for (Worker& worker : workers_) {
+      if (worker.at == nullptr) {
+        dispatch(worker);
+      }
+    }
+    if (!is_complete()) {  // others may have finished what was left
+      wait();
+    }
+    progress_.advance(static_cast<double>(records_.size() - done_before_) /
+                      static_cast<double>(cases_.size() - done_before_));
+  }
+  if (!options_.only) {
+    directory_.clear_leftovers(records_);
+  }
+}
+
+void SweepRun::stop() {
+  for (Worker& worker : workers_) {
+    worker.process.reset();
+    if (worker.at != nullptr) {
+      std::error_code error;
+      std::filesystem::remove_all(worker.scratch, error);
+      worker.lock.reset();
+    }
+  }
+}
+
+SweepSummary SweepRun::table() const {
+  SweepSummary summary =
+      summary_of(input_.plan, is_complete() || options_.only ? records_ : read_records(directory_.path()).whole);
+  if (options_.only) {
+    summary.cases = static_cast<int>(cases_.size());
+  } else {
+    write_sweep_csv(directory_.file("sweep.csv"), summary);
+  }
+  return summary;
+}
+
+std::string SweepRun::kept_text() const {
+  return fmt::format("{} of {} cases are kept in {}, the same command continues from there", records_.size(),
+                     cases_.size(), directory_.path());
+}
+
 }  // namespace
 
-SweepInput read_sweep_input(const std::string& path, const std::vector<std::string>& overrides, Shard shard) {
-  SweepInput input{{read_sweep(path, overrides), {}}, {}, shard};
+SweepInput read_sweep_input(const std::string& path, const std::vector<std::string>& overrides) {
+  SweepInput input{{read_sweep(path, overrides), {}}, {}};
   input.scenes = read_cases(input.plan);
   require_named_files(input.scenes);
   input.plan.hash = plan_hash(input.plan, input.scenes);
   return input;
 }
 
-Shard case_shard(int number, std::size_t cases) {
-  require(number >= 1 && static_cast<std::size_t>(number) <= cases, "case {}: the sweep has cases 1 to {}", number,
-          cases);
-  return {number, static_cast<int>(cases)};
+std::vector<std::string> cards_for(const std::vector<Scene>& scenes) {
+  const auto all_ask = [&](const auto& what) {
+    return std::ranges::all_of(scenes, [&](const Scene& scene) { return what(scene.solve.solver.device); });
+  };
+  const bool free = all_ask([](const ComputeDevice& device) { return device.kind == ComputeDevice::Kind::kAuto; }) ||
+                    all_ask([](const ComputeDevice& device) {
+                      return device.kind == ComputeDevice::Kind::kCuda && device.card == 0;
+                    });
+  return free ? separate_cards() : std::vector<std::string>();
 }
 
-void share_cards(const std::vector<Scene>& scenes, SweepOptions& options) {
-  const auto device_of = [](const Scene& scene) { return scene.solve.solver.device; };
-  const bool on_first_card = std::ranges::all_of(scenes, [&](const Scene& scene) {
-    return device_of(scene).kind == ComputeDevice::Kind::kCuda && device_of(scene).card == 0;
-  });
-  const bool leaves_open = std::ranges::all_of(
-      scenes, [&](const Scene& scene) { return device_of(scene).kind == ComputeDevice::Kind::kAuto; });
-  if (on_first_card || leaves_open) {
-    options.cards = separate_cards();
+SweepResult run_sweep(const SweepInput& input, const SweepDirectory& directory, const SweepOptions& options,
+                      Progress& progress) {
+  if (options.only) {
+    require(options.only->first >= 1 && options.only->first <= options.only->last &&
+                static_cast<std::size_t>(options.only->last) <= input.plan.cases.size(),
+            "case {}-{}: the sweep has cases 1 to {}", options.only->first, options.only->last,
+            input.plan.cases.size());
   }
-  if (on_first_card && options.jobs == 0) {  // several processes on one card wait for one another
-    options.jobs = std::max(1, static_cast<int>(options.cards.size()));
-  }
-}
-
-double case_limit(double expected, double longest) { return std::max(600.0 + 20.0 * expected, 10.0 * longest); }
-
-/// Cases that share a body.
-struct SweepRunner::Group {
-  std::deque<std::size_t> left;  // places in the plan
-  int size = 0;                  // of all cases of the plan, so that a resumed sweep chooses its solvers alike
-};
-
-struct SweepRunner::Worker {
-  std::unique_ptr<WorkerProcess> process;
-  Group* group = nullptr;            // of its last case, whose models it keeps
-  std::optional<std::size_t> place;  // of the case it is at
-  std::string scratch;
-  Clock::time_point start;
-  double spent = 0.0;     // on the case, while this process ran too [s]
-  double expected = 0.0;  // as the process has said; 0 before [s]
-};
-
-SweepRunner::SweepRunner(const SweepInput& input, SweepDirectory& directory, SweepOptions options)
-    : input_(input), directory_(directory), options_(std::move(options)), next_table_(Clock::now()) {
-  CaseRecords found = directory.records();
-  records_ = std::move(found.whole);
-  damaged_ = std::move(found.damaged);
-  const auto others = [&](const auto& entry) { return !input.shard.has(entry.first); };
-  std::erase_if(records_, others);
-  std::erase_if(damaged_, others);
-  if (options_.retry_failed) {
-    std::erase_if(records_, [](const auto& entry) { return entry.second.status != "ok"; });
-  }
-  const std::vector<int> numbers = body_groups(input.scenes);
-  groups_.resize(numbers.empty() ? 0 : 1 + static_cast<std::size_t>(*std::ranges::max_element(numbers)));
-  for (std::size_t i = 0; i < input.plan.cases.size(); ++i) {
-    Group& group = groups_[static_cast<std::size_t>(numbers[i])];
-    ++group.size;
-    if (input.shard.has(input.plan.cases[i].number)) {
-      ++cases_;
-      if (!records_.contains(input.plan.cases[i].number)) {
-        group.left.push_back(i);
-      }
-    }
-  }
-  const auto open = std::ranges::count_if(groups_, [](const Group& group) { return !group.left.empty(); });
-  jobs_ = options_.jobs > 0 ? options_.jobs : std::min(options_.threads, static_cast<int>(open));
-  jobs_ = std::clamp(jobs_, 1, std::max(1, left()));
-  workers_.resize(static_cast<std::size_t>(jobs_));
-}
-
-SweepRunner::~SweepRunner() = default;
-
-std::size_t SweepRunner::groups() const { return groups_.size(); }
-
-int SweepRunner::threads_each() const { return std::max(1, options_.threads / jobs_); }
-
-int SweepRunner::left() const {
-  std::size_t count = 0;
-  for (const Group& group : groups_) {
-    count += group.left.size();
-  }
-  return static_cast<int>(count);
-}
-
-/// Its own group while that has cases; else one that no worker holds; else the one with most left.
-SweepRunner::Group* SweepRunner::next_group(const Worker& worker) {
-  if (worker.group != nullptr && !worker.group->left.empty()) {
-    return worker.group;
-  }
-  Group* best = nullptr;
-  bool best_is_held = true;
-  for (Group& group : groups_) {
-    if (group.left.empty()) {
-      continue;
-    }
-    const bool held = std::ranges::any_of(workers_, [&](const Worker& other) { return other.group == &group; });
-    if (best == nullptr || (best_is_held && !held) || (held == best_is_held && group.left.size() > best->left.size())) {
-      best = &group;
-      best_is_held = held;
-    }
-  }
-  return best;
-}
-
-/// Gives an idle worker its next case. Returns false if there is none.
-bool SweepRunner::dispatch(Worker& worker) {
-  Group* group = next_group(worker);
-  if (group == nullptr) {
-    return false;
-  }
-  const std::size_t place = group->left.front();
-  const SweepCase& item = input_.plan.cases[place];
-  CaseJob job;
-  job.number = item.number;
-  job.scratch = directory_.scratch(item.number);
-  job.scene = resolved_yaml(input_.scenes[place]);
-  job.inputs = inputs_of(item);
-  job.scenes = group->size;
-  job.command_line = options_.command_line;
-  job.threads = one_at_first_ ? options_.threads : threads_each();
-  if (!options_.cards.empty()) {
-    job.card = options_.cards[static_cast<std::size_t>(&worker - workers_.data()) % options_.cards.size()];
-  }
-  if (!worker.process) {
-    worker.process = std::make_unique<WorkerProcess>(options_.worker, directory_.file("sweep.log"));
-  }
-  group->left.pop_front();
-  worker.group = group;
-  worker.place = place;
-  worker.scratch = job.scratch;
-  worker.start = Clock::now();
-  worker.spent = 0.0;
-  worker.expected = 0.0;
-  worker.process->send(to_json(job));
-  return true;
-}
-
-void SweepRunner::receive(Worker& worker, const OnCase& on_case) {
-  WorkerProcess::Answer answer = worker.process->receive();
-  for (; answer.line && worker.place; answer = worker.process->receive()) {
-    CaseAnswer said = answer_from_json(*answer.line);
-    if (said.record) {
-      finish(worker, std::move(*said.record), on_case);
-    } else {
-      take_expected(worker, *said.expected);
-    }
-  }
-  if (answer.ended) {
-    const std::string how = worker.process->how_it_ended();
-    worker.process.reset();
-    if (worker.place) {
-      if (how.starts_with(fmt::format("signal {} ", SIGXCPU))) {  // of a process that computes one case after another
-        throw NoRoomError(fmt::format("case {}: its process reached the limit on processor time (ulimit -t)",
-                                      input_.plan.cases[*worker.place].number));
-      }
-      fail(worker, fmt::format("the process that computed it ended by {}; sweep.log may tell more", how), on_case);
-    }
-  }
-}
-
-/// Of the first such case: no more jobs than there is memory for, each with its share of the threads.
-void SweepRunner::take_expected(Worker& worker, const CaseCost& cost) {
-  worker.expected = cost.seconds;
-  if (one_at_first_) {
-    one_at_first_ = false;
-    if (cost.available_mib > 0 && cost.memory_mib > 0) {
-      jobs_ = std::clamp(static_cast<int>(std::min(cost.available_mib / cost.memory_mib, 1e6)), 1, jobs_);
-    }
-    if (options_.expected) {
-      options_.expected(cost, jobs_);
-    }
-  }
-  worker.process->send(std::to_string(threads_each()));
-}
-
-/// Counts the time of a case and ends one that takes too long.
-void SweepRunner::limit_time(Worker& worker, Clock::duration passed, const OnCase& on_case) {
-  worker.spent += std::chrono::duration<double>(passed).count();
-  const double limit = options_.case_seconds > 0.0 ? options_.case_seconds : case_limit(worker.expected, longest_);
-  if (worker.spent > limit) {
-    worker.process.reset();
-    fail(worker,
-         fmt::format("took longer than {} s: its process was stopped or did not respond, or the case is larger than "
-                     "expected; --case-seconds sets the limit",
-                     std::round(10.0 * limit) / 10.0),
-         on_case);
-  }
-}
-
-/// Records the case of a worker whose process is gone.
-void SweepRunner::fail(Worker& worker, std::string reason, const OnCase& on_case) {
-  const SweepCase& item = input_.plan.cases[*worker.place];
-  SweepRecord record;
-  record.number = item.number;
-  record.inputs = inputs_of(item);
-  record.status = "failed";
-  record.reason = std::move(reason);
-  record.seconds = std::chrono::duration<double>(Clock::now() - worker.start).count();
-  record.revision = build_info().revision;
-  worker.group = nullptr;
-  finish(worker, std::move(record), on_case);
-}
-
-void SweepRunner::finish(Worker& worker, SweepRecord record, const OnCase& on_case) {
-  if (record.status == kNoRoom) {
-    throw NoRoomError(fmt::format("case {}: {}", record.number, record.reason));
-  }
-  worker.place.reset();
-  one_at_first_ = false;
-  land(record, worker.scratch);
-  ++computed_;
-  longest_ = record.status == "ok" ? std::max(longest_, record.seconds) : longest_;
-  seconds_sum_ += std::isfinite(record.seconds) ? record.seconds : 0.0;
-  const SweepRecord& kept = records_.insert_or_assign(record.number, std::move(record)).first->second;
-  write_table_now_and_then();
-  if (on_case) {
-    on_case(kept, progress());
-  }
-}
-
-/// A case that cannot be put in its place is recorded as failed instead, unless only room is missing.
-void SweepRunner::land(SweepRecord& record, const std::string& scratch) {
+  SweepRun run(input, directory, options, progress);
   try {
-    directory_.land(record, scratch);
-  } catch (const NoRoomError&) {
-    SweepDirectory::drop(scratch);
-    throw;
-  } catch (const IoError& error) {  // the folder stays for the next start, which tries again
-    record.status = "failed";
-    record.reason = error.what();
-    record.methods.clear();
-    try {
-      directory_.land(record, directory_.scratch(record.number));
-    } catch (const IoError& again) {
-      throw IoError(fmt::format("case {}: {}; finished cases are in {}, the same command continues from there",
-                                record.number, again.what(), directory_.path()));
-    }
-  }
-}
-
-SweepProgress SweepRunner::progress() const {
-  SweepProgress progress;
-  progress.done = static_cast<int>(records_.size());
-  progress.failed =
-      static_cast<int>(std::ranges::count_if(records_, [](const auto& entry) { return entry.second.status != "ok"; }));
-  progress.cases = cases_;
-  if (computed_ > 0) {
-    progress.seconds_left = seconds_sum_ / computed_ * (cases_ - progress.done) / jobs_;
-  }
-  return progress;
-}
-
-/// As often as takes a twentieth of the time: the table of many cases grows long.
-void SweepRunner::write_table_now_and_then() {
-  const Clock::time_point start = Clock::now();
-  if (start < next_table_) {
-    return;
-  }
-  write_table();
-  const Clock::time_point end = Clock::now();
-  next_table_ = end + std::max<Clock::duration>(std::chrono::seconds(10), 20 * (end - start));
-}
-
-SweepSummary SweepRunner::write_table() const {
-  SweepSummary summary = summary_of(input_.plan, cases_, records_);
-  if (input_.shard.is_whole()) {
-    write_sweep_csv(directory_.file("sweep.csv"), summary);
-  }
-  return summary;
-}
-
-SweepResult SweepRunner::result() const { return {write_table(), computed_, jobs_}; }
-
-/// Every worker of as many as there are jobs gets a case if it has none. Returns false if none has any.
-bool SweepRunner::dispatch_all() {
-  bool any = false;
-  for (Worker& worker : std::span(workers_).first(static_cast<std::size_t>(one_at_first_ ? 1 : jobs_))) {
-    any = worker.place || dispatch(worker) || any;
-  }
-  return any;
-}
-
-void SweepRunner::wait_and_receive(const OnCase& on_case) {
-  std::vector<pollfd> waiting;
-  std::vector<Worker*> owners;
-  for (Worker& worker : workers_) {
-    if (worker.place) {
-      const int rest = worker.process->has_rest() ? POLLOUT : 0;
-      waiting.push_back({worker.process->socket(), static_cast<short>(POLLIN | rest), 0});
-      owners.push_back(&worker);
-    }
-  }
-  const Clock::time_point start = Clock::now();
-  if (poll(waiting.data(), waiting.size(), static_cast<int>(kTick.count())) < 0 && errno != EINTR) {
-    throw IoError("a sweep cannot wait for its workers");
-  }
-  // Longer than it was to wait: this process was stopped itself, its workers with it perhaps.
-  const auto passed = std::min<Clock::duration>(Clock::now() - start, 2 * kTick);
-  for (std::size_t i = 0; i < waiting.size(); ++i) {
-    if ((waiting[i].revents & POLLOUT) != 0) {
-      owners[i]->process->send_rest();
-    }
-    if ((waiting[i].revents & ~POLLOUT) != 0) {
-      receive(*owners[i], on_case);
-    }
-  }
-  for (Worker& worker : workers_) {
-    if (worker.place) {
-      limit_time(worker, passed, on_case);
-    }
-  }
-}
-
-SweepResult SweepRunner::run(const OnCase& on_case) {
-  try {
-    while (dispatch_all()) {
-      wait_and_receive(on_case);
-      if (options_.tick) {
-        options_.tick();
-      }
-    }
-    return result();
-  } catch (const NoRoomError& error) {
-    stop_workers();
-    throw IoError(fmt::format("{}; {} of {} cases are kept in {}, the same command continues from there", error.what(),
-                              records_.size(), cases_, directory_.path()));
+    run.compute();
+    return run.result();
+  } catch (const IoError& error) {
+    run.stop();
+    throw IoError(fmt::format("{}; {}", error.what(), run.kept_text()));
   } catch (...) {
-    stop_workers();
+    run.stop();
+    run.table();
     throw;
-  }
-}
-
-/// Drops what they were at.
-void SweepRunner::stop_workers() {
-  for (Worker& worker : workers_) {
-    worker.process.reset();
-    if (worker.place) {
-      SweepDirectory::drop(worker.scratch);
-    }
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <map>
 #include <new>
@@ -18,11 +19,12 @@
 #include "sim/assess/peak_memory.h"
 #include "sim/batch/play_scene.h"
 #include "sim/batch/run_directory.h"
+#include "sim/batch/sweep_directory.h"
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/core/json_text.h"
-#include "sim/core/text_number.h"
 #include "sim/core/version.h"
+#include "sim/core/whole_file.h"
 #include "sim/motion/frame_budget.h"
 #include "sim/motion/sensed_motion.h"
 #include "sim/scene/scene_reader.h"
@@ -33,9 +35,8 @@ namespace touchfield {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-constexpr const char* kExpected = "expected";
+constexpr const char* kJobFile = "/.job.json";
+constexpr std::size_t kMostJobBytes = std::size_t{1} << 28U;
 
 void take_results(const Run& run, SweepRecord& record) {
   record.faces = static_cast<int>(run.mesh.face_count());
@@ -75,68 +76,55 @@ void in_directory(const std::string& path, const Work& work) {
   }
 }
 
-CaseCost cost_of(const CheckReport& report, double seconds) {
-  return {report.faces, report.channels, report.memory_mib, report.available_mib, seconds};
-}
-
 /// What one case of a sweep leaves to the next.
 struct KeptWork {
   KeptBodies bodies;
   KeptModels models{&bodies};
 };
 
-/// Called with what a case is expected to take; returns the number of threads it goes on with.
-using Expect = std::function<int(const CaseCost&)>;
-
-void compute(const CaseJob& job, KeptWork& kept, const Expect& expect, SweepRecord& record) {
+void compute(const CaseJob& job, const std::string& scratch, KeptWork& kept, SweepRecord& record) {
   Progress progress;
   const Scene scene = read_scene_text(job.scene, fmt::format("case {}", job.number), "");
   if (scene.motion) {
     require_motion_memory(scene);
     MotionOptions options{.command_line = job.command_line};
     const SensedMotion sensed = sensed_motion(within_budget(scene, options.notes), &kept.bodies);
-    const CheckReport report = check_model(sensed.solved().first());
-    require_memory(report);
-    options.threads = expect(cost_of(report, expected_cost(sensed).seconds));
-    in_directory(job.scratch, [&](RunDirectory& directory) {
+    require_memory(check_model(sensed.solved().first()));
+    options.threads = job.threads;
+    in_directory(scratch, [&](RunDirectory& directory) {
       take_results(play_scene(sensed, options, directory, progress), record);
     });
     return;
   }
   const Model model = build_model(scene, &kept.bodies);
-  const CheckReport report = check_model(model, job.scenes);
-  require_memory(report);
-  const int threads = expect(cost_of(report, report.seconds));
-  in_directory(job.scratch, [&](RunDirectory& directory) {
-    SolveOptions options{job.command_line, threads, &kept.bodies, &kept.models};
+  require_memory(check_model(model, job.scenes));
+  in_directory(scratch, [&](RunDirectory& directory) {
+    SolveOptions options{job.command_line, job.threads, &kept.bodies, &kept.models};
     take_results(run_model(model, options, directory, progress), record);
     std::filesystem::remove(directory.file("metrics.csv"));  // the record has them
   });
 }
 
-/// Nothing is thrown.
-SweepRecord run_case(const CaseJob& job, KeptWork& kept, const Expect& expect) {
+/// throws   NoRoomError alone
+SweepRecord run_case(const CaseJob& job, const std::string& scratch, KeptWork& kept) {
   SweepRecord record;
   record.number = job.number;
   record.inputs = job.inputs;
   record.revision = build_info().revision;
+  record.status = "failed";
   const auto start = std::chrono::steady_clock::now();
   reset_peak_memory();
   kept.models.take_count();
   kept.models.expect(job.scenes);
   try {
-    compute(job, kept, expect, record);
+    compute(job, scratch, kept, record);
     record.status = "ok";
-  } catch (const NoRoomError& error) {
-    record.status = kNoRoom;
-    record.reason = error.what();
+  } catch (const NoRoomError&) {
+    throw;
   } catch (const std::bad_alloc&) {
     record.reason = out_of_memory() + "; a larger body.edge_mm needs less";
   } catch (const std::exception& error) {
     record.reason = error.what();
-  }
-  if (record.status.empty()) {
-    record.status = "failed";
   }
   const KeptModels::Count count = kept.models.take_count();
   record.models = count.asked;
@@ -188,31 +176,18 @@ std::string sharing_key(const Scene& scene) {
 
 }  // namespace
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CaseJob, number, scratch, scene, inputs, scenes, command_line, threads, card)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CaseCost, faces, channels, memory_mib, available_mib, seconds)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CaseJob, number, scene, inputs, scenes, command_line, threads, card)
 
-std::string to_json(const CaseJob& job) { return json_text(nlohmann::json(job)); }
-
-CaseJob job_from_json(const std::string& text) {
-  try {
-    return json_from_text<nlohmann::json>(text).get<CaseJob>();
-  } catch (const Json::exception& error) {
-    throw IoError(fmt::format("a case's job cannot be read: {}", error.what()));
-  }
+void write_job(const CaseJob& job, const std::string& scratch) {
+  write_atomically(scratch + kJobFile, {json_text(nlohmann::json(job))});
 }
 
-std::string to_json(const CaseCost& cost) { return nlohmann::json{{kExpected, cost}}.dump(); }
-
-CaseAnswer answer_from_json(const std::string& line) {
+CaseJob read_job(const std::string& scratch) {
   try {
-    const auto json = json_from_text<nlohmann::json>(line);
-    if (json.contains(kExpected)) {
-      return {json.at(kExpected).get<CaseCost>(), std::nullopt};
-    }
-  } catch (const Json::exception& error) {
-    throw IoError(fmt::format("the answer of a process that computes cases cannot be read: {}", error.what()));
+    return json_from_text<nlohmann::json>(read_whole_file(scratch + kJobFile, kMostJobBytes)).get<CaseJob>();
+  } catch (const nlohmann::json::exception& error) {
+    throw IoError(fmt::format("{}{}: {}", scratch, kJobFile, error.what()));
   }
-  return {std::nullopt, record_from_json(line, "answer of a process that computes cases")};
 }
 
 int serve_cases() {
@@ -222,27 +197,25 @@ int serve_cases() {
   if (answers == nullptr) {
     throw IoError("the answers cannot be written");
   }
-  const auto answer = [answers](const std::string& line) {
-    fmt::print(answers, "{}", line);
-    std::fflush(answers);
-  };
+  std::ofstream("/proc/self/oom_score_adj") << 500;  // where memory is short, a case goes rather than the sweep
   KeptWork kept;
-  std::string line;
-  while (std::getline(std::cin, line)) {
-    const CaseJob job = job_from_json(line);
-    if (!job.card.empty()) {  // before the first one is looked for; always the same
-      setenv("CUDA_VISIBLE_DEVICES", job.card.c_str(), 1);
+  std::string scratch;
+  while (std::getline(std::cin, scratch)) {
+    std::string answer = kCaseDone;
+    try {
+      const CaseJob job = read_job(scratch);
+      if (!job.card.empty()) {  // before the first one is looked for; always the same
+        setenv("CUDA_VISIBLE_DEVICES", job.card.c_str(), 1);
+      }
+      omp_set_num_threads(job.threads);
+      take_blas_buffers(job.threads);
+      write_record(run_case(job, scratch, kept), scratch);
+    } catch (const Error& error) {
+      answer = error.what();
+      std::ranges::replace(answer, '\n', ' ');
     }
-    omp_set_num_threads(job.threads);
-    take_blas_buffers(job.threads);
-    const auto expect = [&](const CaseCost& cost) {
-      answer(to_json(cost) + "\n");
-      std::getline(std::cin, line);
-      const int threads = number_of<int>(line).value_or(job.threads);
-      omp_set_num_threads(threads);
-      return threads;
-    };
-    answer(to_json(run_case(job, kept, expect), -1));
+    fmt::print(answers, "{}\n", answer);
+    std::fflush(answers);
   }
   std::fclose(answers);
   return 0;

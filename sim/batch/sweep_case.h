@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,45 +12,25 @@ namespace touchfield {
 /// What the process that computes a case is told.
 struct CaseJob {
   int number = 0;
-  std::string scratch;                                      // folder to compute it in
   std::string scene;                                        // its resolved text
   std::vector<std::pair<std::string, std::string>> inputs;  // what it changes, for the record
   int scenes = 1;                                           // how many cases of the sweep share its body
   std::string command_line;
-  int threads = 1;   // until it is told of others
+  int threads = 1;
   std::string card;  // of its process, as CUDA_VISIBLE_DEVICES names it; empty: as it is
 };
 
-/// What a case is expected to take, by check_model.
-struct CaseCost {
-  Eigen::Index faces = 0;
-  Eigen::Index channels = 0;
-  double memory_mib = 0;
-  double available_mib = 0;
-  double seconds = 0;  // on its own
-};
+/// A job as a file of the folder that the case is computed in.
+/// throws   IoError
+void write_job(const CaseJob& job, const std::string& scratch);
+CaseJob read_job(const std::string& scratch);
 
-std::string to_json(const CaseJob& job);  // one line
-/// throws   IoError on a text that is no job
-CaseJob job_from_json(const std::string& text);
+/// What a process answers when the record of a case stands in its folder. Any other answer is why no case can be
+/// computed, such as a full disk: it is no result of this one.
+inline constexpr const char* kCaseDone = "done";
 
-/// Status of an answer on a case that there was no room to write. Such an answer is not a record to be kept: the case
-/// may be computed as soon as there is room.
-inline constexpr const char* kNoRoom = "no room";
-
-/// An answer of the process that computes cases. For each case it first sends the expected cost, a line
-/// {"expected": {...}}. The reply to this is a line with the number of threads to continue with. Then the process sends
-/// the record of the case. A case that fails early has only the record.
-struct CaseAnswer {
-  std::optional<CaseCost> expected;
-  std::optional<SweepRecord> record;
-};
-std::string to_json(const CaseCost& cost);  // that first line, without its end
-/// throws   IoError on a line that is neither
-CaseAnswer answer_from_json(const std::string& line);
-
-/// The loop of a worker process. It reads one job per line from standard input, computes it into its scratch folder,
-/// and answers it. It ends with the input. A case that fails has a record that says why, and a failed.json beside the
+/// The loop of a worker process. It reads the path of one folder per line from standard input, computes the job there,
+/// and answers. It ends with the input. A case that fails has a record that says why, and a failed.json beside the
 /// finished results.
 int serve_cases();
 

@@ -1,21 +1,26 @@
 #include "sim/batch/sweep_directory.h"
 
 #include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cstring>
 #include <fcntl.h>
 #include <filesystem>
 #include <iterator>
+#include <random>
 #include <ranges>
 #include <set>
-#include <span>
+#include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
 #include <utility>
 
+#include <climits>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "sim/batch/run_directory.h"
+#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/core/json_text.h"
 #include "sim/core/require.h"
@@ -35,6 +40,8 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kPlanFormat = "touchfield-sweep-plan";
 constexpr int kPlanVersion = 3;
 constexpr const char* kRecordName = "case.json";
+constexpr const char* kLock = ".lock";
+constexpr const char* kUnlocked = ".unlocked";                   // ends the names of folders of `--case`
 constexpr std::size_t kMostRecordBytes = std::size_t{1} << 28U;  // of a plan or a record
 
 std::string case_name(int number) { return fmt::format("{:05d}", number); }
@@ -98,49 +105,24 @@ std::string difference(const SweepIdentity& kept, const SweepIdentity& asked) {
                                            : "a file that the scenes name, or a default of the program, has changed";
 }
 
-/// Files of a case's folder that are results: without its record and what was left half-written.
-std::vector<SweepRecord::File> files_of(const std::string& folder) {
-  std::vector<SweepRecord::File> files;
-  try {
-    for (const auto& entry : fs::directory_iterator(folder)) {
-      const std::string name = entry.path().filename().string();
-      if (entry.is_regular_file() && !name.starts_with('.') && name != kRecordName) {
-        files.push_back({name, entry.file_size(), file_checksum(entry.path().string())});
-      }
-    }
-  } catch (const fs::filesystem_error& error) {
-    throw IoError(fmt::format("{}: {}", folder, error.code().message()));
-  }
-  std::ranges::sort(files, {}, &SweepRecord::File::name);
-  return files;
-}
-
-/// throws   IoError if a file is not what it was
-void require_unchanged(const std::string& folder, const std::vector<SweepRecord::File>& files) {
-  for (const SweepRecord::File& file : files) {
-    const std::string path = folder + "/" + file.name;
-    std::error_code error;
-    const std::uintmax_t bytes = fs::file_size(path, error);
-    if (error) {
-      throw IoError(fmt::format("{}: {}", path, error.message()));
-    }
-    if (bytes != file.bytes) {
-      throw IoError(fmt::format("{}: has {} bytes, must have {}", path, bytes, file.bytes));
-    }
-    if (file_checksum(path) != file.crc32) {
-      throw IoError(fmt::format("{}: its checksum has changed", path));
-    }
-  }
+SweepRecord read_case_json(const fs::path& folder) {
+  const std::string path = folder / kRecordName;
+  return record_from_json(read_whole_file(path, kMostRecordBytes), path);
 }
 
 /// throws   Error if a case is not what it was when it finished
-SweepRecord read_case_record(const std::string& folder, int number) {
-  const std::string path = fmt::format("{}/{}", folder, kRecordName);
-  SweepRecord record = record_from_json(read_whole_file(path, kMostRecordBytes), path);
-  if (record.number != number) {
-    throw IoError(fmt::format("{}: is the record of case {}", path, record.number));
+SweepRecord read_case(const fs::path& folder, int number) {
+  SweepRecord record = read_case_json(folder);
+  require_io(record.number == number,
+             fmt::format("{}: is the record of case {}", (folder / kRecordName).string(), record.number));
+  for (const SweepRecord::File& file : record.files) {
+    const std::string path = folder / file.name;
+    std::error_code error;
+    const std::uintmax_t bytes = fs::file_size(path, error);
+    require_io(!error, fmt::format("{}: {}", path, error.message()));
+    require_io(bytes == file.bytes, fmt::format("{}: has {} bytes, must have {}", path, bytes, file.bytes));
+    require_io(file_checksum(path) == file.crc32, fmt::format("{}: its checksum has changed", path));
   }
-  require_unchanged(folder, record.files);
   return record;
 }
 
@@ -150,130 +132,173 @@ void flush_folder(const std::string& path) {
   fsync(folder.number());
 }
 
-/// Whether a folder is what scratch() made: .NUMBER.PROCESS.
-bool is_scratch(const std::string& name) {
-  const std::size_t point = name.find('.', 1);
-  return name.starts_with('.') && point != std::string::npos && number_of<int>(name.substr(1, point - 1)) &&
-         number_of<int>(name.substr(point + 1));
-}
+/// The number that a case's folder begins with; nothing if it is none.
+std::optional<int> case_number(std::string_view name) { return number_of<int>(name.substr(0, name.find('.'))); }
 
-bool is_folder(const fs::path& path) {  // no link to one
-  std::error_code error;
-  return fs::is_directory(fs::symlink_status(path, error));
-}
-
-/// Gives a finished case its place. What was there goes, but for files that no case wrote, which move to the new one
-/// unless it has a file of that name.
-void put_in_place(const fs::path& finished, const fs::path& place) {
-  std::set<std::string> own = {kRecordName};
+/// A case that is there gets the files of a new one, and loses those that only it had. It is damaged meanwhile.
+void replace_files(const fs::path& finished, const fs::path& place) {
+  std::set<std::string> older = {"failed.json"};
   try {
-    const std::string path = (place / kRecordName).string();
-    for (const SweepRecord::File& file : record_from_json(read_whole_file(path, kMostRecordBytes), path).files) {
-      own.insert(file.name);
-    }
+    std::ranges::transform(read_case_json(place).files, std::inserter(older, older.end()), &SweepRecord::File::name);
   } catch (const Error&) {  // NOLINT(bugprone-empty-catch): then all that the new one lacks stays
   }
-  std::error_code error;
-  for (const auto& entry : is_folder(place) ? fs::directory_iterator(place, error) : fs::directory_iterator()) {
-    const fs::path name = entry.path().filename();
-    if (!own.contains(name.string()) && !there(finished / name)) {
-      fs::rename(entry.path(), finished / name, error);
-    }
+  fs::remove(place / kRecordName);
+  for (const SweepRecord::File& file : read_case_json(finished).files) {
+    older.erase(file.name);
+    fs::rename(finished / file.name, place / file.name);
   }
-  fs::remove_all(place, error);
-  if (!error) {
-    fs::rename(finished, place, error);
+  for (const std::string& name : older) {
+    fs::remove(place / name);
   }
-  if (error) {
-    throw IoError(fmt::format("{} cannot be put in its place: {}", place.string(), error.message()));
-  }
+  flush_folder(place);
+  fs::rename(finished / kRecordName, place / kRecordName);
+  flush_folder(place);
+  fs::remove_all(finished);
 }
 
 }  // namespace
 
-OwnDirectory own_sweep_directory(const std::string& path, const std::string& lock_file, bool shared) {
-  OwnDirectory own(path, lock_file, shared);
-  own.remove_leftovers("", [](const std::string& name) { return name.starts_with("sweep"); });
-  return own;
+void require_io(bool holds, const std::string& message) {
+  if (!holds) {
+    throw IoError(message);
+  }
 }
 
-SweepDirectory::SweepDirectory(const std::string& path, bool shared)
-    : own_(own_sweep_directory(path, "sweep.lock", shared)) {
-  own_.require_own_folder("cases");
+SweepDirectory::SweepDirectory(std::string path) : path_(std::move(path)) {
   std::error_code error;
-  fs::create_directory(path + "/cases", error);
-  require(!error, "output directory {} cannot be written to: cases: {}", path, error.message());
+  fs::create_directory(file("cases"), error);
+  require(!error, "output directory {} cannot be written to: cases: {}", path_, error.message());
 }
 
-SweepDirectory SweepDirectory::open(const std::string& path, const SweepIdentity& identity, bool shared) {
+SweepDirectory SweepDirectory::open(const std::string& path, const SweepIdentity& identity) {
   make_directory(path);
-  SweepDirectory directory(path, shared);
-  if (fs::exists(path + "/sweep.json")) {
-    const SweepIdentity kept = read_identity(path);
-    if (kept.hash != identity.hash) {
-      throw InputError(fmt::format("output directory {} holds another sweep: {}; give another with -o", path,
-                                   difference(kept, identity)));
-    }
-  } else {
-    const CaseRecords found = read_records(path);
-    require(found.whole.empty() && found.damaged.empty(),
-            "output directory {}: cases without a sweep.json are in the way", path);
+  SweepDirectory directory(path);
+  const bool has_cases = std::ranges::any_of(fs::directory_iterator(directory.file("cases")), [](const auto& entry) {
+    std::error_code error;
+    return case_number(entry.path().filename().string()) && !fs::is_empty(entry.path(), error);
+  });
+  if (!fs::exists(directory.file("sweep.json"))) {  // another process writes it before its first case
+    require(!has_cases, "output directory {}: cases without a sweep.json are in the way", path);
     try {
       write_identity(path, identity);
     } catch (const Error& failure) {
       throw InputError(fmt::format("output directory {} cannot be written to: {}", path, failure.what()));
     }
   }
-  if (!shared) {
-    directory.clear_leftovers();
+  const SweepIdentity kept = read_identity(path);
+  if (kept.hash != identity.hash) {
+    throw InputError(fmt::format("output directory {} holds another sweep: {}; give another with -o", path,
+                                 difference(kept, identity)));
   }
   return directory;
 }
 
-/// What killed owners left: a finished case gets its place, an unfinished one goes.
-void SweepDirectory::clear_leftovers() const {
+std::string SweepDirectory::lock_file(int number) const {
+  return file(fmt::format("cases/.{}{}", case_name(number), kLock));
+}
+
+std::optional<FileLock> SweepDirectory::lock(int number) const {
+  FileLock lock = FileLock::of_file(lock_file(number));
+  require(
+      lock.state() != FileLock::State::kUnknown,
+      "output directory {}: its file system has no locks; give a folder of another one with -o, or give each process "
+      "its own cases with --case FIRST-LAST, which takes no locks",
+      path_);
+  return lock.state() == FileLock::State::kHeld ? std::optional(std::move(lock)) : std::nullopt;
+}
+
+std::optional<SweepRecord> SweepDirectory::record(int number) const {
+  const std::string folder = file("cases/" + case_name(number));
+  std::error_code error;
+  return !fs::is_directory(folder, error) || fs::is_empty(folder, error) ? std::nullopt
+                                                                         : std::optional(read_case(folder, number));
+}
+
+std::string SweepDirectory::scratch(int number, bool locked) const {
+  std::string host(HOST_NAME_MAX + 1, '\0');
+  ::gethostname(host.data(), HOST_NAME_MAX);
+  host.resize(std::strlen(host.c_str()));
+  std::ranges::replace_if(
+      host, [](unsigned char letter) { return std::isalnum(letter) == 0; }, '-');
+  std::random_device random;
+  std::error_code error;
+  std::string path;
+  do {
+    path = file(fmt::format("cases/.{}.{}.{:08x}{:08x}{}", case_name(number), host, random(), random(),
+                            locked ? "" : kUnlocked));
+  } while (!fs::create_directory(path, error) && !error);
+  require_io(!error, fmt::format("{} cannot be made: {}", path, error.message()));
+  return path;
+}
+
+void SweepDirectory::land(int number, const std::string& scratch) const {
+  const fs::path place = file("cases/" + case_name(number));
+  if (::rename(scratch.c_str(), place.c_str()) == 0) {  // an empty folder may be there
+    flush_folder(file("cases"));
+    return;
+  }
+  const int reason = errno;
+  try {
+    const std::optional<SweepRecord> there = record(number);
+    if (there && there->status == "ok") {
+      std::error_code error;
+      fs::remove_all(scratch, error);
+      return;
+    }
+  } catch (const Error&) {  // NOLINT(bugprone-empty-catch): it is damaged
+  }
+  require_io(reason == ENOTEMPTY || reason == EEXIST,
+             fmt::format("{} cannot be put in its place: {}", place.string(), std::strerror(reason)));
+  try {
+    replace_files(scratch, place);
+  } catch (const fs::filesystem_error& error) {
+    throw IoError(fmt::format("{} cannot be put in its place: {}", place.string(), error.code().message()));
+  }
+}
+
+void SweepDirectory::clear_leftovers(const std::map<int, SweepRecord>& known) const {
+  remove_leftovers(Descriptor(::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)),
+                   [](const std::string& name) { return name.starts_with("sweep"); });
   std::error_code error;
   std::vector<fs::path> found;
-  for (const auto& entry : fs::directory_iterator(file("cases"), error)) {
-    if (is_scratch(entry.path().filename().string())) {
-      found.push_back(entry.path());
-    }
-  }
+  std::ranges::transform(fs::directory_iterator(file("cases"), error), std::back_inserter(found),
+                         [](const auto& entry) { return entry.path(); });
   for (const fs::path& folder : found) {
     const std::string name = folder.filename().string();
-    if (is_folder(folder) && there(folder / kRecordName)) {
-      put_in_place(folder, folder.parent_path() / name.substr(1, name.find('.', 1) - 1));
+    const auto number = name.starts_with('.') ? case_number(std::string_view(name).substr(1)) : std::nullopt;
+    if (!number) {
+      continue;
     }
-    fs::remove_all(folder, error);
-  }
-}
-
-CaseRecords SweepDirectory::records() const { return read_records(path()); }
-
-std::string SweepDirectory::scratch(int number) const {
-  for (int mark = getpid();; ++mark) {  // a process of another machine may have this number
-    std::string path = file(fmt::format("cases/.{}.{}", case_name(number), mark));
-    std::error_code error;
-    if (fs::create_directory(path, error)) {
-      return path;
-    }
-    if (error) {
-      throw IoError(fmt::format("{} cannot be made: {}", path, error.message()));
+    const auto there = known.find(*number);
+    const bool done = there != known.end() && there->second.status == "ok";
+    if (done || (!name.ends_with(kLock) && !name.ends_with(kUnlocked) && lock(*number))) {
+      fs::remove_all(folder, error);
     }
   }
 }
 
-void SweepDirectory::land(SweepRecord& record, const std::string& scratch) const {
-  record.files = files_of(scratch);
+void SweepDirectory::unlock(int number, std::optional<FileLock>& lock) const {
+  std::error_code error;
+  fs::remove(lock_file(number), error);  // who has opened it meanwhile finds the case finished
+  lock.reset();
+}
+
+void write_record(SweepRecord record, const std::string& scratch) {
+  try {
+    for (const auto& entry : fs::directory_iterator(scratch)) {
+      const std::string name = entry.path().filename().string();
+      if (name.starts_with('.')) {  // half-written
+        fs::remove_all(entry.path());
+      } else if (entry.is_regular_file()) {
+        record.files.push_back({name, entry.file_size(), file_checksum(entry.path().string())});
+      }
+    }
+  } catch (const fs::filesystem_error& error) {
+    throw IoError(fmt::format("{}: {}", scratch, error.code().message()));
+  }
+  std::ranges::sort(record.files, {}, &SweepRecord::File::name);
   write_text_file(fmt::format("{}/{}", scratch, kRecordName), to_json(record));
   flush_folder(scratch);
-  put_in_place(scratch, file("cases/" + case_name(record.number)));
-  flush_folder(file("cases"));
-}
-
-void SweepDirectory::drop(const std::string& scratch) noexcept {
-  std::error_code error;
-  fs::remove_all(scratch, error);
 }
 
 SweepIdentity read_identity(const std::string& directory) {
@@ -307,7 +332,7 @@ CaseRecords read_records(const std::string& directory) {
     const auto number = number_of<int>(entry.path().filename().string());
     if (number && !fs::is_empty(entry.path(), error)) {
       try {
-        records.whole.emplace(*number, read_case_record(entry.path().string(), *number));
+        records.whole.emplace(*number, read_case(entry.path(), *number));
       } catch (const Error& damage) {
         records.damaged.emplace(*number, damage.what());
       }
@@ -316,33 +341,14 @@ CaseRecords read_records(const std::string& directory) {
   return records;
 }
 
-SweepSummary summary_of(const SweepPlan& plan, int cases, const std::map<int, SweepRecord>& records) {
-  SweepSummary summary{plan.name, cases, plan.parameters, {}};
+SweepSummary summary_of(const SweepPlan& plan, const std::map<int, SweepRecord>& records) {
+  SweepSummary summary{plan.name, static_cast<int>(plan.cases.size()), plan.parameters, {}};
   std::ranges::copy(records | std::views::values, std::back_inserter(summary.records));
   return summary;
 }
 
-SweepCollection collect_sweep(const std::string& directory) {
-  const SweepIdentity identity = read_identity(directory);
-  const CaseRecords records = read_records(directory);
-  SweepCollection collection{summary_of(identity, static_cast<int>(identity.cases.size()), records.whole), {}};
-  for (const auto& [number, damage] : records.damaged) {
-    collection.gaps.push_back(fmt::format("case {} is damaged: {}", number, damage));
-  }
-  std::vector<int> missing;
-  for (const SweepCase& item : identity.cases) {
-    if (!records.whole.contains(item.number) && !records.damaged.contains(item.number)) {
-      missing.push_back(item.number);
-    }
-  }
-  if (!missing.empty()) {
-    constexpr std::size_t kMost = 10;
-    const auto shown = std::span(missing).first(std::min(missing.size(), kMost));
-    collection.gaps.push_back(fmt::format(
-        "{} lacks {} case{}: {}{}", directory, missing.size(), missing.size() == 1 ? "" : "s", fmt::join(shown, ", "),
-        missing.size() > kMost ? fmt::format(" and {} more", missing.size() - kMost) : ""));
-  }
-  return collection;
+SweepSummary read_sweep_summary(const std::string& directory) {
+  return summary_of(read_identity(directory), read_records(directory).whole);
 }
 
 }  // namespace touchfield

@@ -1,14 +1,18 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "sim/core/own_directory.h"
+#include "sim/core/file_lock.h"
 #include "sim/scene/sweep_reader.h"
 #include "sim/store/sweep_files.h"
 
 namespace touchfield {
+
+/// throws   IoError with this message unless `holds`
+void require_io(bool holds, const std::string& message);
 
 /// What a sweep set out to do, as sweep.json in its directory keeps it; without `base`, the path of the scene file.
 struct SweepIdentity : SweepPlan {
@@ -21,74 +25,74 @@ struct CaseRecords {
   std::map<int, std::string> damaged;  // what is wrong with those that are no longer what they were when they finished
 };
 
-/// The directory of a sweep:
+/// The directory of a sweep, in which processes of several machines may work at a time:
 ///
-///   sweep.json            the plan; there before the first case
-///   cases/00001/          a case: its run and case.json, there whole or not at all; an empty folder is no case
-///   cases/.00002.PID/     one that is being computed
-///   sweep.lock            locked with the directory by processes that compute: for other machines
-///   sweep.csv             the table
+///   sweep.json                 the plan; there before the first case
+///   cases/00001/               a case: its results and case.json, which lists them with their checksums
+///   cases/.00002.HOST.NUMBER/  one that is being computed
+///   cases/.00002.lock          locked meanwhile, with FileLock
+///   sweep.csv                  the table
 ///
-/// Everything lands by a rename after it has been flushed to the disk. Nothing outside of the directory is written to
-/// or removed, whatever links it holds.
+/// A case gets its place by a rename after it has been flushed to the disk.
 class SweepDirectory {
  public:
-  /// Makes the directory, or opens it to continue, and locks it.
-  ///
-  /// shared   with other processes that compute other cases of the sweep and share it too; else what killed ones left
-  ///          is removed
-  /// throws   InputError if it holds another plan than this one (naming the first difference), or a file of another
-  ///          version; if another process works in it, or if it cannot be made or written to
-  static SweepDirectory open(const std::string& path, const SweepIdentity& identity, bool shared = false);
+  /// Makes the directory, or opens it to continue.
+  /// throws   InputError if it holds another plan than this one (naming the first difference) or cases without a plan,
+  ///          or if it cannot be made or written to
+  static SweepDirectory open(const std::string& path, const SweepIdentity& identity);
 
-  const std::string& path() const { return own_.path(); }
-  std::string file(const std::string& name) const { return path() + "/" + name; }
+  const std::string& path() const { return path_; }
+  std::string file(const std::string& name) const { return path_ + "/" + name; }
 
-  CaseRecords records() const;
+  /// Takes a case for this process as long as the lock lives; nothing if another process has it.
+  /// throws   InputError where the file system has no locks
+  std::optional<FileLock> lock(int number) const;
+  /// Lets go of a finished case.
+  void unlock(int number, std::optional<FileLock>& lock) const;
+
+  /// What there is of a case; nothing if it is not there, or an empty folder.
+  /// throws   Error if it is damaged
+  std::optional<SweepRecord> record(int number) const;
 
   /// A new empty folder for a case to be computed in.
+  /// locked   whether this process has the lock of the case
   /// throws   IoError
-  std::string scratch(int number) const;
+  std::string scratch(int number, bool locked) const;
 
-  /// Puts a case in its place. Its files are added to the record, and the record is written into its scratch folder.
-  /// This folder then gets the case's name. An older folder of that name is removed. Files in it that no case wrote
-  /// move to the new folder, unless that has a file of the same name.
+  /// Gives a finished case of a scratch folder its place. A case that another process has finished meanwhile stays. One
+  /// that is damaged or has failed is replaced file by file; files that no case wrote stay.
   /// throws   IoError; the scratch folder is then still there
-  void land(SweepRecord& record, const std::string& scratch) const;
+  void land(int number, const std::string& scratch) const;
 
-  /// Removes a scratch folder and what is in it.
-  static void drop(const std::string& scratch) noexcept;
+  /// Removes what processes left: half-written files, the locks of finished cases, and the scratch folders of cases
+  /// that are finished or that no process has locked.
+  /// throws   as lock
+  void clear_leftovers(const std::map<int, SweepRecord>& known) const;
 
  private:
-  SweepDirectory(const std::string& path, bool shared);
-  void clear_leftovers() const;
+  explicit SweepDirectory(std::string path);
+  std::string lock_file(int number) const;
 
-  OwnDirectory own_;
+  std::string path_;
 };
 
-/// The directory of a sweep, of which nobody else writes files meanwhile. What killed processes left of its own files
-/// half-written is removed.
-/// lock_file, shared, throws   as of OwnDirectory
-OwnDirectory own_sweep_directory(const std::string& path, const std::string& lock_file = {}, bool shared = false);
+/// Finishes a scratch folder: case.json with the record, to which the files of the folder are added.
+/// throws   IoError
+void write_record(SweepRecord record, const std::string& scratch);
 
 /// The plan of a directory.
 /// throws   InputError if it holds none, IoError if it cannot be read
 SweepIdentity read_identity(const std::string& directory);
 
-/// The cases in a directory, by number, without locking it. A case is whole if its record can be read and every file of
-/// the record is there. Each file must also have the length and the CRC-32 in the record.
+/// The cases in a directory, by number. A case is whole if its record can be read and each file that it lists has the
+/// length and the CRC-32 in the record.
 CaseRecords read_records(const std::string& directory);
 
-/// The table of a plan, or of part of its cases, from what there is of them.
-SweepSummary summary_of(const SweepPlan& plan, int cases, const std::map<int, SweepRecord>& records);
+/// The table of a plan from what there is of its cases.
+SweepSummary summary_of(const SweepPlan& plan, const std::map<int, SweepRecord>& records);
 
-/// What lies in a directory.
-struct SweepCollection {
-  SweepSummary summary;
-  std::vector<std::string> gaps;  // a line each: damaged cases, and those that are missing
-};
-
-/// throws   InputError if there is no sweep
-SweepCollection collect_sweep(const std::string& directory);
+/// The table of a directory as it is now.
+/// throws   as read_identity
+SweepSummary read_sweep_summary(const std::string& directory);
 
 }  // namespace touchfield

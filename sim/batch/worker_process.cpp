@@ -7,7 +7,6 @@
 #include <fcntl.h>
 #include <iterator>
 #include <sys/socket.h>
-#include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
 
@@ -21,19 +20,6 @@ namespace {
 
 [[noreturn]] void fail(const char* what) {
   throw IoError(fmt::format("a worker process cannot be started: {}: {}", what, std::system_category().message(errno)));
-}
-
-/// Of a file that has no other name, so that nothing elsewhere is written to.
-Descriptor opened_log(const std::string& path) {
-  Descriptor log(open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0644));
-  if (log.number() < 0) {
-    fail(path.c_str());
-  }
-  struct stat about {};
-  if (fstat(log.number(), &about) != 0 || !S_ISREG(about.st_mode) || about.st_nlink > 1) {
-    throw IoError(fmt::format("{}: must be a file of one name; remove it", path));
-  }
-  return log;
 }
 
 /// In the child, between fork and exec: only calls that are safe there.
@@ -54,7 +40,10 @@ Descriptor opened_log(const std::string& path) {
 
 WorkerProcess::WorkerProcess(std::vector<std::string> arguments, const std::string& log) {
   SocketPair ends;
-  const Descriptor errors = opened_log(log);
+  const Descriptor errors(open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0644));
+  if (errors.number() < 0) {
+    fail(log.c_str());
+  }
   std::vector<char*> pointers;
   std::ranges::transform(arguments, std::back_inserter(pointers), [](std::string& word) { return word.data(); });
   pointers.push_back(nullptr);
@@ -70,39 +59,23 @@ WorkerProcess::WorkerProcess(std::vector<std::string> arguments, const std::stri
 }
 
 WorkerProcess::~WorkerProcess() {
-  kill();
   if (pid_ > 0) {
+    ::kill(pid_, SIGKILL);
     wait_for(pid_);
   }
 }
 
 void WorkerProcess::send(const std::string& line) {
-  unsent_ += line + "\n";
-  send_rest();
-}
-
-void WorkerProcess::send_rest() {
-  while (!unsent_.empty()) {
-    const ssize_t count = ::send(socket_.number(), unsent_.data(), unsent_.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
-    if (count >= 0) {
-      unsent_.erase(0, static_cast<std::size_t>(count));
-    } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
-      return;
-    } else if (errno != EINTR) {
-      unsent_.clear();  // it has ended
-    }
-  }
+  const std::string text = line + "\n";
+  ::send(socket_.number(), text.data(), text.size(), MSG_NOSIGNAL);
 }
 
 WorkerProcess::Answer WorkerProcess::receive() {
   std::array<char, 4096> bytes;
   while (buffer_.find('\n') == std::string::npos) {
     const ssize_t count = ::recv(socket_.number(), bytes.data(), bytes.size(), MSG_DONTWAIT);
-    if (count < 0 && errno == EINTR) {
-      continue;
-    }
     if (count <= 0) {
-      return {std::nullopt, count == 0 || (errno != EAGAIN && errno != EWOULDBLOCK)};
+      return {std::nullopt, count == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)};
     }
     buffer_.append(bytes.data(), static_cast<std::size_t>(count));
   }
@@ -113,11 +86,5 @@ WorkerProcess::Answer WorkerProcess::receive() {
 }
 
 std::string WorkerProcess::how_it_ended() { return end_text(wait_for(std::exchange(pid_, -1))); }
-
-void WorkerProcess::kill() noexcept {
-  if (pid_ > 0) {
-    ::kill(pid_, SIGKILL);
-  }
-}
 
 }  // namespace touchfield

@@ -21,15 +21,11 @@ class WorkerProcess {
   /// Kills it if it still runs.
   ~WorkerProcess();
 
-  /// The descriptor to wait for with poll(). It is readable once there is an answer or the process has ended. While
-  /// part of a line is not sent, it is writable once send_rest() can continue.
+  /// The descriptor to wait for with poll(): readable once there is an answer or the process has ended.
   int socket() const { return socket_.number(); }
 
-  /// Sends a line, as much of it as the process takes now; a process that does not read keeps nobody waiting. One that
-  /// has ended is met when its answer is read.
+  /// Sends a line of at most 64 KiB. One that has ended is met when its answer is read.
   void send(const std::string& line);
-  bool has_rest() const { return !unsent_.empty(); }
-  void send_rest();
 
   struct Answer {
     std::optional<std::string> line;  // nothing yet if empty and not ended
@@ -41,12 +37,9 @@ class WorkerProcess {
   /// Waits for the end of a process that has closed its answers, and says how it ended: end_text.
   std::string how_it_ended();
 
-  void kill() noexcept;
-
  private:
   Descriptor socket_;
   pid_t pid_ = -1;
-  std::string unsent_;
   std::string buffer_;  // read and not yet a line
 };
 

@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
@@ -30,30 +31,32 @@ using schema::Reading;
 /// Changes that go together, several times over: one part of a sweep.
 using Part = std::vector<std::vector<SceneChange>>;
 
+const std::vector<std::string> kKeys = {"name", "base", "set", "grid", "zip", "cases", "random"};
+
+/// Each of `part` combined with each of `next`, which varies faster.
+Part times(const Part& part, const Part& next) {
+  require(part.size() * next.size() <= static_cast<std::size_t>(kMostCases), "a sweep must have at most {} cases",
+          kMostCases);
+  Part product;
+  product.reserve(part.size() * next.size());
+  for (const auto& before : part) {
+    for (const auto& changes : next) {
+      product.push_back(before);
+      product.back().insert(product.back().end(), changes.begin(), changes.end());
+    }
+  }
+  return product;
+}
+
 class SweepFile {
  public:
-  SweepFile(const Node& root, Reading& reading) : root_(root), reading_(reading) {}
-
-  const Node* find(const char* key, Node::Kind kind, const char* rule) {
-    const Entry* entry = root_.find(key);
-    if (entry == nullptr) {
-      return nullptr;
-    }
-    if (entry->value.kind != kind) {
-      reading_.add(entry->value.place, fmt::format("{}: must be {}", key, rule));
-      return nullptr;
-    }
-    return &entry->value;
-  }
-
-  void check_keys() {
-    static const std::vector<std::string> known = {"name", "base", "set", "grid", "zip", "cases", "random"};
+  SweepFile(const Node& root, Reading& reading) : root_(root), reading_(reading) {
     std::set<std::string> seen;
     for (const Entry& entry : root_.entries) {
-      if (std::ranges::find(known, entry.key) == known.end()) {
-        const std::string near = schema::nearest_word(known, entry.key);
+      if (std::ranges::find(kKeys, entry.key) == kKeys.end()) {
+        const std::string near = schema::nearest_word(kKeys, entry.key);
         reading_.add(entry.place, fmt::format("unknown key {}{}", schema::quoted_for_message(entry.key),
-                                              near.empty() ? "; a sweep has name, base, set, grid, zip, cases, random"
+                                              near.empty() ? fmt::format("; a sweep has {}", fmt::join(kKeys, ", "))
                                                            : fmt::format("; did you mean {}?", near)));
       } else if (!seen.insert(entry.key).second) {
         reading_.add(entry.place, fmt::format("{} is given twice", entry.key));
@@ -61,87 +64,61 @@ class SweepFile {
     }
   }
 
+  const Node* find(const char* key, Node::Kind kind, const char* rule) {
+    const Entry* entry = root_.find(key);
+    if (entry != nullptr && entry->value.kind != kind) {
+      reading_.add(entry->value.place, fmt::format("{}: must be {}", key, rule));
+      return nullptr;
+    }
+    return entry != nullptr ? &entry->value : nullptr;
+  }
+
   /// The changes of a map {path: value}; their paths must be new, or be given together in one item of `cases`.
   std::vector<SceneChange> changes(const Node& node, const std::string& where) {
     std::vector<SceneChange> result;
     for (const Entry& entry : node.entries) {
+      if (std::ranges::find(result, entry.key, &SceneChange::path) != result.end()) {
+        reading_.add(entry.place, fmt::format("{}: {} is given twice", where, entry.key));
+      }
       result.push_back({entry.key, schema::flow_text(entry.value)});
       claim(entry, where);
     }
     return result;
   }
 
-  /// {path: [values]}
-  std::vector<std::pair<std::string, const Node*>> lists(const Node& node, const std::string& where) {
-    std::vector<std::pair<std::string, const Node*>> result;
+  /// A part for each entry of a map {path: [values]}.
+  std::vector<Part> lists(const Node& node, const std::string& where) {
+    std::vector<Part> parts;
     for (const Entry& entry : node.entries) {
       if (entry.value.kind != Node::Kind::kList || entry.value.items.empty()) {
         reading_.add(entry.value.place, fmt::format("{}.{}: must be a list of values", where, entry.key));
         continue;
       }
       claim(entry, where);
-      result.emplace_back(entry.key, &entry.value);
-    }
-    return result;
-  }
-
-  /// Notes that a part changes a path. Two parts that change the same one, or one inside the other, would leave open
-  /// which of them counts.
-  void claim(const Entry& entry, const std::string& where) {
-    for (const auto& [path, owner] : claimed_) {
-      if (path == entry.key && owner == where && where == "cases") {
-        return;
-      }
-      const bool same = path == entry.key;
-      const auto within = [](const std::string& inner, const std::string& outer) {
-        return inner.size() > outer.size() && inner.starts_with(outer) &&
-               (inner[outer.size()] == '.' || inner[outer.size()] == '[');
-      };
-      if (same || within(entry.key, path) || within(path, entry.key)) {
-        reading_.add(entry.place, same ? fmt::format("{}.{}: {} changes it already", where, entry.key, owner)
-                                       : fmt::format("{}.{}: {} changes {}, one of which is part of the other", where,
-                                                     entry.key, owner, path));
-        return;
+      Part& part = parts.emplace_back();
+      for (const Node& value : entry.value.items) {
+        part.push_back({{entry.key, schema::flow_text(value)}});
       }
     }
-    claimed_.emplace_back(entry.key, where);
-  }
-
-  Part grid(const Node& node) {
-    Part part(1);
-    for (const auto& [path, values] : lists(node, "grid")) {
-      Part longer;
-      if (part.size() * values->items.size() > static_cast<std::size_t>(kMostCases)) {
-        reading_.add(node.place, fmt::format("grid: more than {} cases", kMostCases));
-        return {};
-      }
-      for (const auto& before : part) {
-        for (const Node& value : values->items) {
-          longer.push_back(before);
-          longer.back().push_back({path, schema::flow_text(value)});
-        }
-      }
-      part = std::move(longer);
-    }
-    return part;
+    return parts;
   }
 
   Part zip(const Node& node) {
-    Part part;
-    for (const auto& [path, values] : lists(node, "zip")) {
-      if (part.empty()) {
-        part.resize(values->items.size());
-      }
-      if (part.size() != values->items.size()) {
-        reading_.add(values->place, fmt::format("zip.{}: {} values, must be as many as the first list has, {}", path,
-                                                values->items.size(), part.size()));
+    Part zipped;
+    for (const Part& part : lists(node, "zip")) {
+      zipped.resize(zipped.empty() ? part.size() : zipped.size());
+      if (zipped.size() != part.size()) {
+        const std::string& path = part.front().front().path;
+        reading_.add(root_.find("zip")->value.find(path)->value.place,
+                     fmt::format("zip.{}: {} values, must be as many as the first list has, {}", path, part.size(),
+                                 zipped.size()));
         return {};
       }
       for (std::size_t i = 0; i < part.size(); ++i) {
-        part[i].push_back({path, schema::flow_text(values->items[i])});
+        zipped[i].push_back(part[i].front());
       }
     }
-    return part;
+    return zipped;
   }
 
   Part cases(const Node& node) {
@@ -150,12 +127,6 @@ class SweepFile {
       if (item.kind != Node::Kind::kMap) {
         reading_.add(item.place, "cases: each must be a map of paths to values");
         continue;
-      }
-      std::set<std::string> own;
-      for (const Entry& entry : item.entries) {
-        if (!own.insert(entry.key).second) {
-          reading_.add(entry.place, fmt::format("cases: {} is given twice", entry.key));
-        }
       }
       part.push_back(changes(item, "cases"));
     }
@@ -168,18 +139,17 @@ class SweepFile {
         reading_.add(entry.place, fmt::format("random: unknown key {}; it has count, seed, ranges", entry.key));
       }
     }
-    const auto whole = [&](const char* key, double least, double most) -> std::optional<double> {
+    const auto whole = [&](const char* key, double least, double most) {
       const Entry* entry = node.find(key);
-      const auto value = entry != nullptr ? schema::number_in(entry->value) : std::nullopt;
-      if (!value || *value < least || *value > most || *value != std::floor(*value)) {
+      const double value = (entry != nullptr ? schema::number_in(entry->value) : std::nullopt).value_or(-1);
+      if (value < least || value > most || value != std::floor(value)) {
         reading_.add(entry != nullptr ? entry->value.place : node.place,
                      fmt::format("random.{}: must be a whole number, {:.0f} to {:.0f}", key, least, most));
-        return std::nullopt;
       }
       return value;
     };
-    const auto count = whole("count", 1, kMostCases);
-    const auto seed = whole("seed", 0, 4294967295.0);
+    const double count = whole("count", 1, kMostCases);
+    const double seed = whole("seed", 0, 4294967295.0);
     const Entry* table = node.find("ranges");
     if (table == nullptr || table->value.kind != Node::Kind::kMap || table->value.entries.empty()) {
       reading_.add(table != nullptr ? table->value.place : node.place,
@@ -193,11 +163,11 @@ class SweepFile {
         ranges.emplace_back(entry.key, *range);
       }
     }
-    if (!count || !seed || reading_.failed()) {
+    if (reading_.failed()) {
       return {};
     }
-    schema::Uniform uniform(static_cast<std::uint64_t>(*seed));
-    Part part(static_cast<std::size_t>(*count));
+    schema::Uniform uniform(static_cast<std::uint64_t>(seed));
+    Part part(static_cast<std::size_t>(count));
     for (auto& changes : part) {
       for (const auto& [path, range] : ranges) {
         changes.push_back({path, range.draw(uniform)});
@@ -207,45 +177,32 @@ class SweepFile {
   }
 
  private:
+  /// Notes that a part changes a path. Two parts that change the same one, or one inside the other, would leave open
+  /// which of them counts.
+  void claim(const Entry& entry, const std::string& where) {
+    const auto within = [](const std::string& inner, const std::string& outer) {
+      return inner.starts_with(outer) &&
+             (inner.size() == outer.size() || inner[outer.size()] == '.' || inner[outer.size()] == '[');
+    };
+    for (const auto& [path, owner] : claimed_) {
+      const bool same = path == entry.key;
+      if (same && owner == "cases" && where == "cases") {
+        return;
+      }
+      if (within(entry.key, path) || within(path, entry.key)) {
+        reading_.add(entry.place, same ? fmt::format("{}.{}: {} changes it already", where, entry.key, owner)
+                                       : fmt::format("{}.{}: {} changes {}, one of which is part of the other", where,
+                                                     entry.key, owner, path));
+        return;
+      }
+    }
+    claimed_.emplace_back(entry.key, where);
+  }
+
   const Node& root_;
   Reading& reading_;
   std::vector<std::pair<std::string, std::string>> claimed_;  // path, part
 };
-
-/// Every case of each part combined with every case of the others, the last part fastest.
-std::vector<SweepCase> combined(const std::vector<Part>& parts) {
-  std::vector<SweepCase> cases(1);
-  for (const Part& part : parts) {
-    std::vector<SweepCase> longer;
-    require(cases.size() * part.size() <= static_cast<std::size_t>(kMostCases), "a sweep must have at most {} cases",
-            kMostCases);
-    longer.reserve(cases.size() * part.size());
-    for (const SweepCase& before : cases) {
-      for (const auto& changes : part) {
-        longer.push_back(before);
-        longer.back().changes.insert(longer.back().changes.end(), changes.begin(), changes.end());
-      }
-    }
-    cases = std::move(longer);
-  }
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    cases[i].number = static_cast<int>(i) + 1;
-  }
-  return cases;
-}
-
-std::vector<std::string> parameters_of(const std::vector<SweepCase>& cases) {
-  std::vector<std::string> parameters;
-  std::set<std::string> known;
-  for (const SweepCase& item : cases) {
-    for (const SceneChange& change : item.changes) {
-      if (known.insert(change.path).second) {
-        parameters.push_back(change.path);
-      }
-    }
-  }
-  return parameters;
-}
 
 }  // namespace
 
@@ -268,8 +225,6 @@ SweepPlan read_sweep(const std::string& path, const std::vector<std::string>& ov
   plan.text = read_whole_file(path, schema::kMostTextBytes);
   const Node root = schema::read_map(plan.text, "a sweep", reading);
   SweepFile file(root, reading);
-  file.check_keys();
-
   plan.name = std::filesystem::path(path).stem().string();
   if (const Node* name = file.find("name", Node::Kind::kScalar, "a text")) {
     plan.name = name->text;
@@ -289,7 +244,7 @@ SweepPlan read_sweep(const std::string& path, const std::vector<std::string>& ov
   }
   std::vector<Part> parts;
   if (const Node* grid = file.find("grid", Node::Kind::kMap, "a map of paths to lists")) {
-    parts.push_back(file.grid(*grid));
+    parts = file.lists(*grid, "grid");
   }
   if (const Node* zip = file.find("zip", Node::Kind::kMap, "a map of paths to lists")) {
     parts.push_back(file.zip(*zip));
@@ -311,9 +266,19 @@ SweepPlan read_sweep(const std::string& path, const std::vector<std::string>& ov
     require(equals != std::string::npos, "--set {}: must be key.path=value", text);
     plan.common.push_back({text.substr(0, equals), text.substr(equals + 1)});
   }
-  plan.cases = combined(parts);
-  require(!plan.cases.empty(), "{}: no case at all", path);
-  plan.parameters = parameters_of(plan.cases);
+  Part all(1);
+  for (const Part& part : parts) {
+    all = times(all, part);
+  }
+  require(!all.empty(), "{}: no case at all", path);
+  for (auto& changes : all) {
+    for (const SceneChange& change : changes) {
+      if (std::ranges::find(plan.parameters, change.path) == plan.parameters.end()) {
+        plan.parameters.push_back(change.path);
+      }
+    }
+    plan.cases.push_back({static_cast<int>(plan.cases.size()) + 1, std::move(changes)});
+  }
   plan.base_text = read_whole_file(plan.base, schema::kMostTextBytes);
   if (Reading base(plan.base, {}); schema::read_map(plan.base_text, "a scene", base).find("write") == nullptr) {
     plan.common.insert(plan.common.begin(), {"write", "[h5]"});  // before what the sweep says of it

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <iterator>
-#include <variant>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -20,38 +18,75 @@ namespace touchfield {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr const char* kRecordChecksum = "crc32";  // of the rest of the record, as one line
 
-Json number_json(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-double json_number(const Json& json) { return json.is_null() ? kNotComputed : json.get<double>(); }
-
-std::string sweep_cell(const std::string& text) { return text; }
-std::string sweep_cell(double number) { return csv_number(number); }
-std::string sweep_cell(std::int64_t count) { return fmt::format("{}", count); }
-
-double over_motion(const SweepRecord::Method& method, const std::string& name) {
-  const auto found = std::ranges::find(method.over_motion, name, &std::pair<std::string, double>::first);
-  return found != method.over_motion.end() ? found->second : kNotComputed;
+/// What a record has beside its inputs, methods and files: for case.json, written and read, and the table.
+template <class Record, class Visit>
+void visit_ends(Record& record, const Visit& visit) {
+  visit("faces", record.faces);
+  visit("channels", record.channels);
+  visit("seconds", record.seconds);
+  visit("peak_mib", record.peak_mib);
+  visit("models", record.models);
+  visit("models_reused", record.models_reused);
+  visit("revision", record.revision);
 }
 
-/// Of all motions in the order of the first one.
-std::vector<std::string> motion_columns(const SweepSummary& summary) {
+/// The same of a method, in front of its metrics.
+template <class Method, class Visit>
+void visit_names(Method& method, const Visit& visit) {
+  visit("name", method.name);
+  visit("method", method.method);
+  visit("scheme", method.scheme);
+}
+
+/// JSON has no NaN: what was not computed is null.
+void read_value(const Json& json, double& value) { value = json.is_null() ? kNotComputed : json.get<double>(); }
+template <class Value>
+void read_value(const Json& json, Value& value) {
+  value = json.get<Value>();
+}
+
+/// What motions have beside metrics, in the order of the first one.
+std::vector<std::string> over_motion(const SweepSummary& summary) {
   std::vector<std::string> names;
-  for (const SweepRecord& record : summary.records) {
-    for (const SweepRecord::Method& method : record.methods) {
-      for (const auto& [name, value] : method.over_motion) {
-        if (std::ranges::find(names, name) == names.end()) {
-          names.push_back(name);
-        }
+  for (const SweepRow& row : sweep_rows(summary)) {
+    for (std::size_t i = 0; row.method != nullptr && i < row.method->over_motion.size(); ++i) {
+      const std::string& name = row.method->over_motion[i].first;
+      if (std::ranges::find(names, name) == names.end()) {
+        names.push_back(name);
       }
     }
   }
   return names;
 }
 
+/// A line of the table, of which a method may be missing.
+Json line_of(const SweepSummary& summary, const std::vector<std::string>& motions, const SweepRecord& record,
+             const SweepRecord::Method& method) {
+  Json line = {{"case", record.number}, {"status", record.status}};
+  for (const std::string& path : summary.parameters) {
+    line[column_of(path)] = input_of(record, path).value_or("");
+  }
+  const auto add = [&](const char* name, const auto& value) { line[name] = value; };
+  visit_names(method, add);
+  line["judged_skin"] = record.judged_skin;
+  for (const MetricField& field : metric_fields()) {
+    line[field.name] = method.metrics.*field.value;
+  }
+  for (const std::string& name : motions) {
+    const auto found = std::ranges::find(method.over_motion, name, &std::pair<std::string, double>::first);
+    line[name] = found != method.over_motion.end() ? found->second : kNotComputed;
+  }
+  line["method_status"] = method.status;
+  visit_ends(record, add);
+  line["reason"] = record.reason;
+  return line;
+}
+
 }  // namespace
+
+std::string column_of(const std::string& parameter) { return parameter == "name" ? "scene.name" : parameter; }
 
 std::vector<SweepRow> sweep_rows(const SweepSummary& summary) {
   std::vector<SweepRow> rows;
@@ -85,44 +120,28 @@ std::optional<std::vector<double>> parameter_numbers(const std::string& path, co
 }
 
 std::string to_json(const SweepRecord& record, int indent) {
-  Json inputs = Json::object();
+  Json json = {{"case", record.number},   {"inputs", Json::object()}, {"status", record.status},
+               {"reason", record.reason}, {"methods", Json::array()}, {"judged_skin", record.judged_skin}};
   for (const auto& [path, value] : record.inputs) {
-    inputs[path] = value;
+    json["inputs"][path] = value;
   }
-  Json methods = Json::array();
   for (const SweepRecord::Method& method : record.methods) {
-    Json metrics = Json::object();
+    Json& entry = json["methods"].emplace_back(Json::object());
+    visit_names(method, [&](const char* name, const std::string& value) { entry[name] = value; });
+    entry["status"] = method.status;
     for (const MetricField& field : metric_fields()) {
-      metrics[field.name] = number_json(method.metrics.*field.value);
+      entry["metrics"][field.name] = method.metrics.*field.value;
     }
-    methods.push_back({{"name", method.name},
-                       {"method", method.method},
-                       {"scheme", method.scheme},
-                       {"status", method.status},
-                       {"metrics", metrics}});
     for (const auto& [name, value] : method.over_motion) {
-      methods.back()["over_motion"][name] = number_json(value);
+      entry["over_motion"][name] = value;
     }
   }
-  Json files = Json::object();
+  visit_ends(record, [&](const char* name, const auto& value) { json[name] = value; });
+  json["warnings"] = record.warnings;
+  json["files"] = Json::object();
   for (const SweepRecord::File& file : record.files) {
-    files[file.name] = {{"bytes", file.bytes}, {"crc32", file.crc32}};
+    json["files"][file.name] = {{"bytes", file.bytes}, {"crc32", file.crc32}};
   }
-  Json json = {{"case", record.number},
-               {"inputs", inputs},
-               {"status", record.status},
-               {"reason", record.reason},
-               {"methods", methods},
-               {"judged_skin", record.judged_skin},
-               {"faces", record.faces},
-               {"channels", record.channels},
-               {"seconds", number_json(record.seconds)},
-               {"peak_mib", number_json(record.peak_mib)},
-               {"models", record.models},
-               {"models_reused", record.models_reused},
-               {"warnings", record.warnings},
-               {"revision", record.revision},
-               {"files", files}};
   json[kRecordChecksum] = checksum(json_text(json));
   return json_text(json, indent) + "\n";
 }
@@ -143,32 +162,20 @@ SweepRecord record_from_json(const std::string& text, const std::string& path) {
     record.status = json.at("status").get<std::string>();
     record.reason = json.at("reason").get<std::string>();
     for (const Json& entry : json.at("methods")) {
-      SweepRecord::Method method{entry.at("name").get<std::string>(),
-                                 entry.at("method").get<std::string>(),
-                                 entry.at("scheme").get<std::string>(),
-                                 entry.at("status").get<std::string>(),
-                                 {}};
+      SweepRecord::Method& method = record.methods.emplace_back();
+      visit_names(method, [&](const char* name, std::string& value) { value = entry.at(name).get<std::string>(); });
+      method.status = entry.at("status").get<std::string>();
       for (const MetricField& field : metric_fields()) {
-        if (const auto found = entry.at("metrics").find(field.name); found != entry.at("metrics").end()) {
-          method.metrics.*field.value = json_number(*found);  // an older record lacks the newer ones
-        }
+        read_value(entry.at("metrics").value(field.name, Json()), method.metrics.*field.value);
       }
-      if (const auto found = entry.find("over_motion"); found != entry.end()) {
-        for (const auto& [name, value] : found->items()) {
-          method.over_motion.emplace_back(name, json_number(value));
-        }
+      const Json over_motion = entry.value("over_motion", Json::object());
+      for (const auto& [name, value] : over_motion.items()) {
+        read_value(value, method.over_motion.emplace_back(name, kNotComputed).second);
       }
-      record.methods.push_back(std::move(method));
     }
     record.judged_skin = json.at("judged_skin").get<std::string>();
-    record.faces = json.at("faces").get<int>();
-    record.channels = json.at("channels").get<int>();
-    record.seconds = json_number(json.at("seconds"));
-    record.peak_mib = json_number(json.at("peak_mib"));
-    record.models = json.at("models").get<int>();
-    record.models_reused = json.at("models_reused").get<int>();
+    visit_ends(record, [&](const char* name, auto& value) { read_value(json.at(name), value); });
     record.warnings = json.at("warnings").get<std::vector<std::string>>();
-    record.revision = json.at("revision").get<std::string>();
     for (const auto& [name, file] : json.at("files").items()) {
       record.files.push_back({name, file.at("bytes").get<std::uintmax_t>(), file.at("crc32").get<std::string>()});
     }
@@ -178,69 +185,20 @@ SweepRecord record_from_json(const std::string& text, const std::string& path) {
   }
 }
 
-std::vector<SweepColumn> sweep_columns(const SweepSummary& summary) {
-  const std::vector<SweepRow> rows = sweep_rows(summary);
-  std::vector<SweepColumn> columns;
-  const auto add = [&](const std::string& name, const auto& value) {
-    std::vector<decltype(value(rows.front()))> values;
-    values.reserve(rows.size());
-    std::ranges::transform(rows, std::back_inserter(values), value);
-    columns.push_back({name, std::move(values)});
-  };
-  const auto add_count = [&](const std::string& name, int SweepRecord::*member) {
-    add(name, [=](const SweepRow& row) { return static_cast<std::int64_t>(row.record->*member); });
-  };
-  const auto add_number = [&](const std::string& name, double SweepRecord::*member) {
-    add(name, [=](const SweepRow& row) { return row.record->*member; });
-  };
-  const auto add_text = [&](const std::string& name, std::string SweepRecord::*member) {
-    add(name, [=](const SweepRow& row) { return row.record->*member; });
-  };
-  const auto add_text_of_method = [&](const std::string& name, std::string SweepRecord::Method::*member) {
-    add(name, [=](const SweepRow& row) { return row.method != nullptr ? row.method->*member : std::string(); });
-  };
-  add_count("case", &SweepRecord::number);
-  add_text("status", &SweepRecord::status);
-  for (const std::string& path : summary.parameters) {
-    add(path, [&](const SweepRow& row) { return input_of(*row.record, path).value_or(""); });
+Json sweep_columns(const SweepSummary& summary) { return line_of(summary, over_motion(summary), {}, {}); }
+
+Json sweep_lines(const SweepSummary& summary) {
+  const std::vector<std::string> motions = over_motion(summary);
+  Json lines = Json::array();
+  for (const SweepRow& row : sweep_rows(summary)) {
+    lines.push_back(
+        line_of(summary, motions, *row.record, row.method != nullptr ? *row.method : SweepRecord::Method()));
   }
-  add_text_of_method("name", &SweepRecord::Method::name);
-  add_text_of_method("method", &SweepRecord::Method::method);
-  add_text_of_method("scheme", &SweepRecord::Method::scheme);
-  add_text("judged_skin", &SweepRecord::judged_skin);
-  for (const MetricField& field : metric_fields()) {
-    add(field.name,
-        [&](const SweepRow& row) { return row.method != nullptr ? row.method->metrics.*field.value : kNotComputed; });
-  }
-  for (const std::string& name : motion_columns(summary)) {
-    add(name,
-        [&](const SweepRow& row) { return row.method != nullptr ? over_motion(*row.method, name) : kNotComputed; });
-  }
-  add_text_of_method("method_status", &SweepRecord::Method::status);
-  add_count("faces", &SweepRecord::faces);
-  add_count("channels", &SweepRecord::channels);
-  add_number("seconds", &SweepRecord::seconds);
-  add_number("peak_mib", &SweepRecord::peak_mib);
-  add_count("models", &SweepRecord::models);
-  add_count("models_reused", &SweepRecord::models_reused);
-  add_text("revision", &SweepRecord::revision);
-  add_text("reason", &SweepRecord::reason);
-  return columns;
+  return lines;
 }
 
 void write_sweep_csv(const std::string& path, const SweepSummary& summary) {
-  const std::vector<SweepColumn> columns = sweep_columns(summary);
-  std::vector<std::string> line;
-  std::ranges::transform(columns, std::back_inserter(line), &SweepColumn::name);
-  std::string text = csv_line(line);
-  const std::size_t rows = sweep_rows(summary).size();
-  for (std::size_t row = 0; row < rows; ++row) {
-    std::ranges::transform(columns, line.begin(), [row](const SweepColumn& column) {
-      return std::visit([row](const auto& values) { return sweep_cell(values[row]); }, column.values);
-    });
-    text += csv_line(line);
-  }
-  write_text_file(path, text);
+  write_text_file(path, csv_text(sweep_columns(summary), sweep_lines(summary)));
 }
 
 std::string parts_text(const SweepSummary& summary) {

@@ -4,9 +4,9 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
+#include "sim/core/json.h"
 #include "sim/store/run_data.h"
 
 namespace touchfield {
@@ -74,22 +74,22 @@ std::optional<std::string> input_of(const SweepRecord& record, const std::string
 /// A parameter in every row as numbers, NaN where a case leaves it alone; nothing if a value is no number.
 std::optional<std::vector<double>> parameter_numbers(const std::string& path, const std::vector<SweepRow>& rows);
 
-/// A column of the table: its values, one per line; parameters as they were written.
-struct SweepColumn {
-  std::string name;
-  std::variant<std::vector<double>, std::vector<std::int64_t>, std::vector<std::string>> values;
-};
-std::vector<SweepColumn> sweep_columns(const SweepSummary& summary);
+/// The column of a parameter: its path, but scene.name for `name`, which is that of the method.
+std::string column_of(const std::string& parameter);
 
-/// sweep.csv: one line per case and method. A case without a finished method has one line. Whole or not at all. Its
-/// columns:
+/// The table: an object of its columns, and an array of objects like it, one per case and method. A case without a
+/// finished method has one line. The columns are:
 ///
 ///   case, status
-///   the parameters
+///   the parameters, as they were written (column_of)
 ///   name, method, scheme, judged_skin
 ///   every metric
 ///   of motions, the statistics over time (motion_summary.h)
 ///   method_status, faces, channels, seconds, peak_mib, models, models_reused, revision, reason
+Json sweep_columns(const SweepSummary& summary);
+Json sweep_lines(const SweepSummary& summary);
+
+/// sweep.csv: these lines. Whole or not at all.
 void write_sweep_csv(const std::string& path, const SweepSummary& summary);
 
 /// How many cases are of parts of the bodies, in a sentence; empty if none is.

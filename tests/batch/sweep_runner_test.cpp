@@ -24,7 +24,6 @@ using support::write_bytes;
 using ::testing::AllOf;
 using ::testing::Each;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 using ::testing::Pair;
 using ::testing::UnorderedElementsAre;
 
@@ -33,9 +32,9 @@ const std::vector<std::string> kWorker = {"/proc/self/exe", "--worker"};
 const std::vector<std::string> kDeafWorker = {"/bin/sleep", "1000"};  // never reads a job
 
 int pretend_to_compute() {
-  std::string line;
-  while (std::getline(std::cin, line)) {
-    const CaseJob job = job_from_json(line);
+  std::string scratch;
+  while (std::getline(std::cin, scratch)) {
+    const CaseJob job = read_job(scratch);
     const std::string& act = job.inputs.front().second;
     if (act == "dies") {
       raise(SIGKILL);
@@ -43,21 +42,20 @@ int pretend_to_compute() {
     if (act == "stops") {
       raise(SIGSTOP);
     }
+    if (act == "no room") {
+      std::cout << "no space is left" << std::endl;
+      continue;
+    }
     SweepRecord record;
     record.number = job.number;
     record.inputs = job.inputs;
-    record.status = act == "no room" ? kNoRoom : act.starts_with("says") ? "failed" : "ok";
-    if (act == "says its card") {
-      record.reason = job.card;
-    }
-    record.seconds = 0.01;
-    write_bytes(job.scratch + "/run.h5", "result of " + act);
-    std::cout << to_json(CaseCost{.memory_mib = 30, .available_mib = 70, .seconds = 0.5}) << std::endl;
-    std::getline(std::cin, line);
-    if (act == "says its threads") {
-      record.reason = fmt::format("{}, then {}", job.threads, line);
-    }
-    std::cout << to_json(record, -1) << std::flush;
+    record.status = act.starts_with("fails") ? "failed" : "ok";
+    record.reason = act == "says its card"      ? job.card
+                    : act == "says its threads" ? fmt::format("{}", job.threads)
+                                                : act;
+    write_bytes(scratch + "/run.h5", "result of " + act);
+    write_record(record, scratch);
+    std::cout << kCaseDone << std::endl;
   }
   return 0;
 }
@@ -80,33 +78,42 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
     input_.plan.hash = "hash";
   }
 
-  /// Statuses and reasons by number, of all there are afterwards.
+  /// Status and reason by number, of all there are afterwards.
   std::map<int, std::string> run(SweepOptions options) {
-    SweepDirectory directory = open();
-    SweepRunner runner(input_, directory, std::move(options));
-    result_ = runner.run([](const SweepRecord&, const SweepProgress&) {});
+    result_ = run_sweep(input_, open(), options, progress_);
     return outcomes();
   }
 
   std::map<int, std::string> outcomes() const {
     std::map<int, std::string> outcomes;
     for (const auto& [number, record] : read_records(folder_.path()).whole) {
-      outcomes[number] = record.status == "ok" ? "ok" : record.reason;
+      outcomes[number] = record.status + ": " + record.reason;
     }
     return outcomes;
   }
 
-  SweepDirectory open() const { return input_.open(folder_.path()); }
-  SweepRunner runner(SweepDirectory& directory, SweepOptions options) const {
-    return {input_, directory, std::move(options)};
-  }
+  SweepDirectory open() const { return SweepDirectory::open(folder_.path(), input_.plan); }
   const SweepResult& result() const { return result_; }
+  const std::vector<std::string>& warnings() const { return progress_.warnings; }
   std::string file(const std::string& name) const { return folder_.file(name); }
+  std::vector<std::string> case_folders() const {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(file("cases"))) {
+      names.push_back(entry.path().filename().string());
+    }
+    return names;
+  }
 
  private:
+  struct Warned : Progress {
+    void warn(std::string_view message) override { warnings.emplace_back(message); }
+    std::vector<std::string> warnings;
+  };
+
   TemporaryDirectory folder_;
   SweepInput input_;
   SweepResult result_;
+  Warned progress_;
 };
 
 SweepOptions options_for(int jobs, double case_seconds = 0.0, const std::vector<std::string>& worker = kWorker) {
@@ -117,31 +124,25 @@ SweepOptions options_for(int jobs, double case_seconds = 0.0, const std::vector<
   return options;
 }
 
-TEST(SweepRunner, WorkersTakeCardsInTurn) {
-  Sweep sweep({"says its card", "says its card", "says its card", "says its card"});
+SweepOptions only(int first, int last) {
+  SweepOptions options = options_for(1);
+  options.only = CaseRange{first, last};
+  return options;
+}
+
+TEST(Sweep, WorkersTakeCardsInTurnAndShareTheThreads) {
+  Sweep cards(std::vector<std::string>(4, "says its card"));
   SweepOptions options = options_for(2);
   options.cards = {"3", "GPU-5"};
   std::map<std::string, int> cases;
-  for (const auto& [number, card] : sweep.run(options)) {
+  for (const auto& [number, card] : cards.run(options)) {
     ++cases[card];
   }
-  EXPECT_EQ(cases.size(), 2U);
-  EXPECT_EQ(cases["3"] + cases["GPU-5"], 4);
-}
-
-// Cases of 30 MiB where there are 70: the first has all threads until it has said so, and is alone.
-TEST(SweepRunner, AsManyJobsAsThereIsMemoryFor) {
-  Sweep sweep(std::vector<std::string>(4, "says its threads"));
-  SweepOptions options = options_for(4);
-  std::vector<int> jobs;
-  options.expected = [&](const CaseCost& cost, int by_memory) {
-    EXPECT_EQ(cost.memory_mib, 30);
-    jobs.push_back(by_memory);
-  };
-  EXPECT_THAT(sweep.run(options), UnorderedElementsAre(Pair(1, "4, then 2"), Pair(2, "2, then 2"), Pair(3, "2, then 2"),
-                                                       Pair(4, "2, then 2")));
-  EXPECT_THAT(jobs, ::testing::ElementsAre(2));
-  EXPECT_EQ(sweep.result().jobs, 2);
+  EXPECT_THAT(cases,
+              ::testing::UnorderedElementsAre(Pair("ok: 3", ::testing::Gt(0)), Pair("ok: GPU-5", ::testing::Gt(0))));
+  Sweep threads(std::vector<std::string>(4, "says its threads"));
+  options.threads = 7;
+  EXPECT_THAT(threads.run(options), Each(Pair(::testing::_, "ok: 3")));
 }
 
 TEST(WorkerProcess, AnswersALineALine) {
@@ -160,34 +161,6 @@ TEST(WorkerProcess, AnswersALineALine) {
   EXPECT_THAT(lines, ::testing::ElementsAre("one", "two"));
 }
 
-// Some MiB do not fit into a socket that nobody reads.
-TEST(WorkerProcess, NobodyWaitsForOneThatDoesNotRead) {
-  const TemporaryDirectory folder;
-  WorkerProcess deaf(kDeafWorker, folder.file("log"));
-  deaf.send(std::string(4 << 20, 'x'));
-  EXPECT_TRUE(deaf.has_rest());
-  deaf.kill();
-  EXPECT_EQ(deaf.how_it_ended(), "signal 9 (Killed)");
-  deaf.send_rest();
-  EXPECT_FALSE(deaf.has_rest());
-}
-
-TEST(WorkerProcess, AllOfALongLineArrives) {
-  const TemporaryDirectory folder;
-  WorkerProcess cat({"/bin/cat"}, folder.file("log"));
-  const std::string text(1 << 20, 'y');
-  cat.send(text);
-  EXPECT_TRUE(cat.has_rest());
-  WorkerProcess::Answer answer;
-  while (!answer.line && !answer.ended) {
-    pollfd waiting{cat.socket(), static_cast<short>(POLLIN | (cat.has_rest() ? POLLOUT : 0)), 0};
-    ASSERT_GT(poll(&waiting, 1, 60'000), 0);
-    cat.send_rest();
-    answer = cat.receive();
-  }
-  EXPECT_EQ(answer.line, text);
-}
-
 TEST(WorkerProcess, SaysHowItEnded) {
   const TemporaryDirectory folder;
   WorkerProcess program({"/bin/sh", "-c", "exit 3"}, folder.file("log"));
@@ -196,90 +169,110 @@ TEST(WorkerProcess, SaysHowItEnded) {
   EXPECT_EQ(missing.how_it_ended(), "exit code 127");
 }
 
-TEST(SweepRunner, ComputesEveryCaseOnce) {
+TEST(Sweep, ComputesEveryCaseOnce) {
   Sweep sweep(std::vector<std::string>(50, "works"));
-  EXPECT_THAT(sweep.run(options_for(3)), AllOf(::testing::SizeIs(50), Each(Pair(::testing::_, "ok"))));
+  EXPECT_THAT(sweep.run(options_for(3)), AllOf(::testing::SizeIs(50), Each(Pair(::testing::_, "ok: works"))));
   EXPECT_EQ(sweep.result().computed, 50);
+  EXPECT_THAT(sweep.case_folders(), AllOf(::testing::SizeIs(50), Each(::testing::Not(HasSubstr(".")))));
   sweep.run(options_for(3));
   EXPECT_EQ(sweep.result().computed, 0);
 }
 
-TEST(SweepRunner, DeadAndStoppedProcessesFailTheirCasesOnly) {
+TEST(Sweep, DeadAndStoppedProcessesFailTheirCasesOnly) {
   Sweep sweep({"works", "dies", "works", "stops", "works", "dies", "works"});
   EXPECT_THAT(sweep.run(options_for(2, 5.0)),
-              UnorderedElementsAre(Pair(1, "ok"), Pair(2, HasSubstr("ended by signal 9")), Pair(3, "ok"),
-                                   Pair(4, HasSubstr("took longer than 5 s")), Pair(5, "ok"),
-                                   Pair(6, HasSubstr("ended by signal 9")), Pair(7, "ok")));
+              UnorderedElementsAre(Pair(1, "ok: works"), Pair(2, HasSubstr("ended by signal 9")), Pair(3, "ok: works"),
+                                   Pair(4, HasSubstr("took longer than 5 s")), Pair(5, "ok: works"),
+                                   Pair(6, HasSubstr("ended by signal 9")), Pair(7, "ok: works")));
 }
 
-// A stopped process is given up after minutes, a large case is not: neither by a small estimate nor after small ones.
-TEST(SweepRunner, WithoutALimitACaseHasTimeByWhatIsExpected) {
-  EXPECT_EQ(case_limit(0.0, 0.0), 600.0);
-  EXPECT_GE(case_limit(3600.0, 5.0), 10.0 * 3600.0);
-  EXPECT_GE(case_limit(1.0, 3600.0), 10.0 * 3600.0);
-  EXPECT_LE(case_limit(1.0, 10.0), 1000.0);
-}
-
-TEST(SweepRunner, AProcessThatDoesNotTakeItsJobIsGivenUp) {
-  std::string positions;
-  for (int i = 0; i < 10'000; ++i) {
-    positions += fmt::format("{}[{}, 0, 0]", i == 0 ? "" : ", ", i);
-  }
-  Sweep sweep({"works"}, fmt::format(R"(
-name: large
-array: {{positions: {{points_mm: [{}]}}}}
-body: {{sphere: {{radius_mm: 6}}, place: {{at_mm: [0, 0, 60]}}, edge_mm: 3}}
-solve: {{methods: [{{fixed: {{phases_rad: 0}}}}]}}
-)",
-                                     positions));
+TEST(Sweep, AProcessThatDoesNotTakeItsJobIsGivenUpAndTheCaseAskedForAgain) {
+  Sweep sweep({"works"});
   EXPECT_THAT(sweep.run(options_for(1, 1.0, kDeafWorker)), UnorderedElementsAre(Pair(1, HasSubstr("longer than 1 s"))));
   EXPECT_THAT(sweep.run(options_for(1)), UnorderedElementsAre(Pair(1, HasSubstr("longer than 1 s"))));
-  SweepOptions retry = options_for(1);
-  retry.retry_failed = true;
-  EXPECT_THAT(sweep.run(retry), UnorderedElementsAre(Pair(1, "ok")));
+  write_bytes(sweep.file("cases/00001/notes.txt"), "mine");
+  EXPECT_THAT(sweep.run(only(1, 1)), UnorderedElementsAre(Pair(1, "ok: works")));
+  EXPECT_TRUE(std::filesystem::exists(sweep.file("cases/00001/notes.txt")));
 }
 
-TEST(SweepRunner, WithoutRoomItStopsAndKeepsNothingOfTheCase) {
+TEST(Sweep, CasesOfARangeAloneAreComputedAndHaveNoTable) {
+  Sweep sweep({"works", "fails", "works", "works"});
+  EXPECT_THAT(sweep.run(only(2, 3)), UnorderedElementsAre(Pair(2, "failed: fails"), Pair(3, "ok: works")));
+  EXPECT_EQ(sweep.result().summary.cases, 2);
+  EXPECT_FALSE(std::filesystem::exists(sweep.file("sweep.csv")));
+  sweep.run(only(2, 3));
+  EXPECT_EQ(sweep.result().computed, 1);  // the one that has failed
+  EXPECT_THAT(message_of<InputError>([&] { sweep.run(only(3, 5)); }),
+              HasSubstr("case 3-5: the sweep has cases 1 to 4"));
+}
+
+TEST(Sweep, WithoutRoomItStopsAndKeepsNothingOfTheCase) {
   Sweep sweep({"works", "no room", "works"});
-  EXPECT_THAT(message_of<IoError>([&] { sweep.run(options_for(1)); }),
-              AllOf(HasSubstr("case 2"), HasSubstr("1 of 3 cases are kept"), HasSubstr("the same command continues")));
-  EXPECT_THAT(sweep.outcomes(), UnorderedElementsAre(Pair(1, "ok")));
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(sweep.file("cases")), {}), 1);
+  EXPECT_THAT(
+      message_of<IoError>([&] { sweep.run(options_for(1)); }),
+      AllOf(HasSubstr("case 2: no space is left; 1 of 3 cases are kept"), HasSubstr("the same command continues")));
+  EXPECT_THAT(sweep.outcomes(), UnorderedElementsAre(Pair(1, "ok: works")));
 }
 
-TEST(SweepRunner, DamagedCasesAreFoundAndComputedAnew) {
+TEST(Sweep, DamagedCasesAreNamedAndComputedAnew) {
   Sweep sweep(std::vector<std::string>(4, "works"));
   sweep.run(options_for(1));
   std::filesystem::remove(sweep.file("cases/00002/run.h5"));
   write_bytes(sweep.file("cases/00003/run.h5"), "result of wOrks");
-  {
-    SweepDirectory directory = sweep.open();
-    const SweepRunner runner = sweep.runner(directory, options_for(1));
-    EXPECT_THAT(runner.damaged(), UnorderedElementsAre(Pair(2, HasSubstr("00002/run.h5: No such file or directory")),
-                                                       Pair(3, HasSubstr("00003/run.h5: its checksum"))));
-    EXPECT_EQ(runner.left(), 2);
-  }
-  EXPECT_THAT(sweep.run(options_for(1)), AllOf(::testing::SizeIs(4), Each(Pair(::testing::_, "ok"))));
+  EXPECT_THAT(sweep.run(options_for(1)), AllOf(::testing::SizeIs(4), Each(Pair(::testing::_, "ok: works"))));
   EXPECT_EQ(sweep.result().computed, 2);
+  EXPECT_THAT(sweep.warnings(), UnorderedElementsAre(HasSubstr("00002/run.h5: No such file or directory"),
+                                                     HasSubstr("00003/run.h5: its checksum has changed")));
 }
 
-TEST(SweepRunner, AnInterruptKeepsWhatIsDone) {
+TEST(Sweep, WhatEndsItKeepsWhatIsDone) {
   Sweep sweep({"works", "works", "stops", "works", "stops"});
-  struct Interrupted {};
   int done = 0;
   SweepOptions options = options_for(2);
-  options.tick = [&] {
-    if (done >= 2) {
-      throw Interrupted{};
+  options.on_case = [&](const SweepRecord&, const SweepProgress&) {
+    if (++done == 2) {
+      throw done;
     }
   };
-  SweepDirectory directory = sweep.open();
-  SweepRunner runner = sweep.runner(directory, options);
-  EXPECT_THROW(runner.run([&](const SweepRecord&, const SweepProgress&) { ++done; }), Interrupted);
-  EXPECT_EQ(runner.result().summary.records.size(), static_cast<std::size_t>(done));
-  EXPECT_EQ(sweep.outcomes().size(), static_cast<std::size_t>(done));
+  EXPECT_THROW(sweep.run(options), int);
+  EXPECT_EQ(sweep.outcomes().size(), 2U);
   EXPECT_TRUE(std::filesystem::exists(sweep.file("sweep.csv")));
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(sweep.file("cases")), {}), done);
+}
+
+// What another process has locked is left to it, and computed here once it lets go.
+TEST(Sweep, ACaseIsThatOfWhoHoldsItsLock) {
+  Sweep sweep({"works", "works", "works"});
+  const SweepDirectory directory = sweep.open();
+  std::optional<FileLock> other = directory.lock(2);
+  ASSERT_TRUE(other);
+  EXPECT_FALSE(directory.lock(2));
+  SweepOptions options = options_for(1);
+  std::vector<int> order;
+  options.on_case = [&](const SweepRecord& record, const SweepProgress& now) {
+    order.push_back(record.number);
+    EXPECT_EQ(now.done, static_cast<int>(order.size()));
+    if (order.size() == 2) {
+      other.reset();
+    }
+  };
+  sweep.run(options);
+  EXPECT_THAT(order, ::testing::ElementsAre(1, 3, 2));
+}
+
+TEST(Sweep, LeftoversOfDeadProcessesGoAndThoseOfLivingOnesStay) {
+  Sweep sweep({"works", "works", "works"});
+  const SweepDirectory directory = sweep.open();
+  directory.scratch(1, true);
+  const std::string held = directory.scratch(2, true);
+  const std::string alone = directory.scratch(3, false);
+  const std::optional<FileLock> other = directory.lock(2);
+  directory.clear_leftovers({});
+  EXPECT_TRUE(std::filesystem::exists(held) && std::filesystem::exists(alone));
+  EXPECT_EQ(sweep.case_folders().size(), 4U);  // and two locks
+  SweepRecord done;
+  done.status = "ok";
+  directory.clear_leftovers({{2, done}, {3, done}});
+  EXPECT_THAT(sweep.case_folders(), UnorderedElementsAre(".00001.lock"));
 }
 
 }  // namespace

@@ -69,7 +69,7 @@ class Commands(CommandTest):
             return [*words, "--seconds", "1"]
         if words[0] == "sweep" and words[1] in SWEPT:
             return ["check", words[1]]
-        if words[0] == "sweep" and "--collect" not in words:
+        if words[0] == "sweep":
             return [*words, *SMALL]
         return words
 
@@ -112,7 +112,7 @@ class Commands(CommandTest):
 
     def test_sweeps(self):
         self.write("sweep.yaml", "base: scenes/quick.yaml\nset: {solve.methods: [focus], write: [h5]}\ngrid: {array.level: [0.5, 1]}\n")
-        self.run_ok("sweep", "sweep.yaml", "-o", "OUT", "--quiet", "--shard", "1/1")
+        self.run_ok("sweep", "sweep.yaml", "-o", "OUT", "--quiet")
         self.follow("sweeps.md", 1)
 
     def scan(self, path):

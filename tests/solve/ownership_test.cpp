@@ -3,7 +3,6 @@
 #include <type_traits>
 
 #include "hardware/stop_signals.h"
-#include "sim/batch/sweep.h"
 #include "sim/bem/scattering_solver.h"
 #include "sim/mesh/io/text_cursor.h"
 #include "sim/mesh/remesh/edit_mesh.h"
@@ -49,12 +48,6 @@ using schema::Reading;
 static_assert(std::is_constructible_v<Input, schema::Node&, std::string, Reading&>);
 static_assert(!std::is_constructible_v<Input, schema::Node, std::string, Reading&>);
 static_assert(!std::is_constructible_v<Input, schema::Node&, std::string, Reading>);
-
-template <class Input, class Directory>
-constexpr bool kRuns = std::is_constructible_v<SweepRunner, Input, Directory, SweepOptions>;
-static_assert(kRuns<SweepInput&, SweepDirectory&>);
-static_assert(!kRuns<SweepInput, SweepDirectory&>);
-static_assert(!kRuns<SweepInput&, SweepDirectory>);
 
 static_assert(std::is_constructible_v<PoseFit, HandTemplate&>);
 static_assert(!std::is_constructible_v<PoseFit, HandTemplate>);
