@@ -255,12 +255,15 @@ class SharpEdges {
 
 std::vector<Crease> find_creases(const TriangleMesh& mesh, double angle,
                                  const std::function<Eigen::VectorXd(const Points&)>& edge_length,
-                                 const std::vector<Ball>& smooth) {
+                                 const std::vector<int>& tips, const std::vector<Ball>& smooth) {
   const Eigen::VectorXd lengths = edge_length(mesh.vertices());
   SharpEdges edges(mesh, angle, lengths, smooth);
   edges.drop_short_ends();
   std::vector<char> corner = edges.forks_and_ends();
   edges.add_turns(angle, corner);
+  for (const int tip : tips) {
+    corner[at(tip)] = 1;
+  }
   return edges.paths(corner);
 }
 

@@ -28,15 +28,16 @@ struct Crease {
 /// therefore left out:
 ///   - edges where the mean normals of the skin within h/2, on the two sides, are less than 3/4 of `angle` apart
 ///   - paths shorter than h that end in the open
-/// A path has a corner where it turns by more than `angle` within h/2.
+/// A path has a corner where it turns by more than `angle` within h/2, and at a tip.
 ///
 /// mesh          closed, oriented
 /// angle         [rad], 0 to pi
 /// edge_length   h [m] at points
+/// tips          vertices
 /// smooth        where no edge counts as sharp
 std::vector<Crease> find_creases(const TriangleMesh& mesh, double angle,
                                  const std::function<Eigen::VectorXd(const Points&)>& edge_length,
-                                 const std::vector<Ball>& smooth = {});
+                                 const std::vector<int>& tips = {}, const std::vector<Ball>& smooth = {});
 
 /// Where a surface comes to a point. The angles of the faces at such a vertex leave out at least a quarter of a full
 /// turn, as at the corner of a cube. The skin within h/2 must be as pointed. Its mean normal, weighted by area, is then

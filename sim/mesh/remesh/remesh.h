@@ -49,7 +49,7 @@ struct CreasedTarget {
   /// along the surface, and the mesh's unit normal there.
   std::function<void(Points& moved, const Points& before, const Points& normals)> project;
   std::vector<Crease> creases;  // paths in the mesh to start with; they meet at their ends only
-  std::vector<int> tips;        // vertices off the creases that stay
+  std::vector<int> tips;        // vertices that stay, off the creases or at their ends
 };
 
 struct CreasedMesh {

@@ -98,11 +98,12 @@ TriangleMesh remeshed_once(const TriangleMesh& original, const EdgeSizing& sizin
   const TriangleMesh start =
       without_splinters(original, [&](const Points& points) { return Eigen::VectorXd(kThinnest * sizing.at(points)); });
   const FaceTree tree(original);
+  const std::vector<int> tips = find_tips(start, wanted, smooth);
   const CreasedTarget target{wanted,
                              [&](Points& moved, const Points& before, const Points& normals) {
                                project(tree, sizing, moved, before, normals);
                              },
-                             find_creases(start, crease_angle, wanted, smooth), find_tips(start, wanted, smooth)};
+                             find_creases(start, crease_angle, wanted, tips, smooth), tips};
   const auto [mesh, held] = remeshed(start.vertices(), start.triangles(), target, kRounds);
   Eigen::VectorXd most = kMostLift * sizing.at(mesh.vertices());
   for (std::size_t v = 0; v < held.size(); ++v) {
@@ -136,7 +137,7 @@ std::vector<Vector3> faults(const TriangleMesh& result, const TriangleMesh& orig
 
 TriangleMesh remeshed_surface(const TriangleMesh& original, const EdgeSizing& sizing, double crease_angle) {
   require_possible(original, sizing, crease_angle);
-  constexpr int kMostAttempts = 4;
+  constexpr int kMostAttempts = 6;
   constexpr double kReach = 2.0;  // wanted edges
   std::vector<Ball> smooth;
   EdgeSizing used = sizing;
@@ -169,7 +170,7 @@ TriangleMesh remeshed_surface(const TriangleMesh& original, const EdgeSizing& si
       const double edge = sizing.at(at);
       smooth.push_back({at, kReach * attempt * edge});
       if (attempt > 1) {
-        zones.push_back({at, std::pow(0.5, attempt - 1) * edge, edge});
+        zones.push_back({at, std::max(0.125, std::pow(0.5, attempt - 1)) * edge, edge});
       }
     }
     used = EdgeSizing(sizing.far(), std::move(zones), sizing.growth());

@@ -70,6 +70,16 @@ TEST(Creases, CountByTheirAngle) {
   EXPECT_THAT(find_creases(icosphere(1.0, 3), 50 * kDegree, everywhere(0.1)), IsEmpty());
 }
 
+// What holds a vertex of a crease must end the crease: lengths along it are counted from its ends.
+TEST(Creases, EndAtTips) {
+  const TriangleMesh mesh = cone(1, 0.2, 24);
+  const std::vector<Crease> rings = find_creases(mesh, 50 * kDegree, everywhere(0.3), {7});
+  ASSERT_EQ(rings.size(), 1u);
+  EXPECT_EQ(rings[0].vertices.front(), 7);
+  EXPECT_EQ(rings[0].vertices.back(), 7);
+  EXPECT_EQ(find_creases(mesh, 50 * kDegree, everywhere(0.3), {7, 12}).size(), 2u);
+}
+
 // The rim of a cone's base is one ring. Of 12 sides it turns by 30 degrees at each corner; of 5 by 72: a crease each.
 TEST(Creases, TurnAtCorners) {
   const auto rim = [](int n) {  // flat enough for its sides to meet smoothly
