@@ -6,7 +6,7 @@
 
 #include "sim/core/json.h"
 #include "sim/mesh/io/unit_guess.h"
-#include "sim/mesh/repair/surface_distance.h"
+#include "sim/mesh/repair/resurface.h"
 #include "sim/mesh/repair/surface_report.h"
 
 namespace touchfield {

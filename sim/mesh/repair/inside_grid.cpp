@@ -13,17 +13,12 @@ namespace {
 constexpr double kMargin = 2.0;  // spacings about the surface
 // Off the planes that files like to put faces in, other along each axis.
 constexpr std::array<double, 3> kOffset = {0.3819, 0.4142, 0.2679};
-constexpr double kSoft = 0.4;  // w nearer to 1/2 than this was not decided by a face beside it
 
 // Sides: the sign, and how it is known.
-constexpr signed char kFilledIn = 1;
-constexpr signed char kSampled = 2;
-constexpr signed char kSampledSoft = 3;
-constexpr signed char kChanged = 4;  // dropped or filled
+constexpr signed char kAsked = 1;
+constexpr signed char kChanged = 2;  // dropped or filled
 
 bool inside(signed char side) { return side < 0; }
-bool is_soft(signed char side) { return std::abs(side) == kSampledSoft; }
-bool is_sampled(signed char side) { return std::abs(side) == kSampled || is_soft(side); }
 bool is_changed(signed char side) { return std::abs(side) == kChanged; }
 
 NodeGrid grid_about(const TriangleMesh& surface, double spacing) {
@@ -40,179 +35,62 @@ NodeGrid grid_about(const TriangleMesh& surface, double spacing) {
 
 double node_count(const Vector3& box, double spacing) { return ((box / spacing).array() + 2.0 * kMargin + 2.0).prod(); }
 
-InsideGrid::InsideGrid(const TriangleMesh& soup, double spacing) : tree_(soup), grid_(grid_about(soup, spacing)) {
-  stride_ = {1, static_cast<std::size_t>(grid_.count[0]),
-             static_cast<std::size_t>(grid_.count[0]) * static_cast<std::size_t>(grid_.count[1])};
-  sides_.assign(grid_.size(), kFilledIn);
-  find_crossings(soup);
-  std::vector<std::size_t> seeds;
-  seeds.reserve(2 * crossings_.size());
-  for (const Crossing& crossing : crossings_) {
-    seeds.push_back(crossing.edge / 3);
-    seeds.push_back(crossing.edge / 3 + stride_[crossing.edge % 3]);
+InsideGrid::InsideGrid(const TriangleMesh& soup, double spacing)
+    : soup_(soup), tree_(soup), grid_(grid_about(soup, spacing)) {
+  stride_ = {1, grid_.index(0, 1, 0), grid_.index(0, 0, 1)};
+  sides_.assign(grid_.size(), kAsked);
+  constexpr int kBox = 16;
+  Node boxes;
+  std::ranges::transform(grid_.count, boxes.begin(), [](int count) { return (count + kBox - 1) / kBox; });
+#pragma omp parallel for schedule(dynamic)
+  for (int box = 0; box < boxes[0] * boxes[1] * boxes[2]; ++box) {
+    sample({box % boxes[0] * kBox, box / boxes[0] % boxes[1] * kBox, box / boxes[0] / boxes[1] * kBox}, kBox);
   }
-  while (!seeds.empty()) {
-    for (std::vector<std::size_t> fresh = sample(std::move(seeds)); !fresh.empty();) {
-      fresh = sample(about_soft_edges(fresh));
-    }
-    fill_rows();
-    seeds = about_open_edges();
-  }
-  dropped_ = turn_thin(true);
-  filled_ = turn_thin(false);
+  turn_thin(true);
+  turn_thin(false);
   part_crossed_sides();
 }
 
-std::array<int, 3> InsideGrid::place(std::size_t node) const {
-  return {static_cast<int>(node % stride_[1]), static_cast<int>(node % stride_[2] / stride_[1]),
-          static_cast<int>(node / stride_[2])};
-}
-
-Vector3 InsideGrid::point(std::size_t node) const {
-  const auto [i, j, k] = place(node);
-  return grid_.origin + grid_.spacing * Vector3(i, j, k);
-}
-
-double InsideGrid::winding_along(std::size_t node, int axis, double at) const {
-  Vector3 x = point(node);
-  x(axis) += at * grid_.spacing;
-  return tree_.winding_number(x);
-}
-
-/// Goes through the grid's lines along each axis that meet a face's box.
-void InsideGrid::find_crossings(const TriangleMesh& soup) {
-  for (Eigen::Index f = 0; f < soup.face_count(); ++f) {
-    Eigen::Matrix3d corners;  // in spacings from the first node
-    for (int c = 0; c < 3; ++c) {
-      corners.col(c) = (soup.corner(f, c) - grid_.origin) / grid_.spacing;
-    }
-    const Vector3 lower = corners.rowwise().minCoeff().array().ceil();
-    const Vector3 upper = corners.rowwise().maxCoeff().array().floor();
-    for (int axis = 0; axis < 3; ++axis) {
-      const int u = (axis + 1) % 3;
-      const int v = (axis + 2) % 3;
-      const auto cross = [&](int a, int b, double x, double y) {
-        return (corners(u, a) - x) * (corners(v, b) - y) - (corners(v, a) - y) * (corners(u, b) - x);
-      };
-      for (auto i = static_cast<Eigen::Index>(lower(u)); i <= static_cast<Eigen::Index>(upper(u)); ++i) {
-        for (auto j = static_cast<Eigen::Index>(lower(v)); j <= static_cast<Eigen::Index>(upper(v)); ++j) {
-          const auto x = static_cast<double>(i);
-          const auto y = static_cast<double>(j);
-          const Vector3 weights(cross(1, 2, x, y), cross(2, 0, x, y), cross(0, 1, x, y));
-          const double sum = weights.sum();
-          if (sum == 0 || (weights.array() * sum < 0).any()) {
-            continue;
-          }
-          const double along = corners.row(axis).dot(weights) / sum;
-          const double below = std::floor(along);
-          Eigen::Array3i node;
-          node(axis) = static_cast<int>(below);
-          node(u) = static_cast<int>(i);
-          node(v) = static_cast<int>(j);
-          crossings_.push_back({edge(grid_.index(node(0), node(1), node(2)), axis), static_cast<float>(along - below)});
-        }
+/// Finds the sides of a box of side^3 nodes.
+void InsideGrid::sample(const Node& first, int side) {
+  constexpr double kClear = 0.4;  // of w from 1/2: it does not pass 1/2 nearby without a face
+  const Vector3 middle = point(first).array() + 0.5 * (side - 1) * grid_.spacing;
+  const double reach = 0.5 * std::sqrt(3.0) * side * grid_.spacing;
+  const bool near = side > 1 && tree_.nearest(middle, reach).face >= 0;
+  const double w = near ? kInsideAbove : tree_.winding_number(middle);
+  if (side > 1 && std::abs(w - kInsideAbove) < kClear) {
+    for (int part = 0; part < 8; ++part) {
+      const int half = side / 2;
+      const Node corner{first[0] + part % 2 * half, first[1] + part / 2 % 2 * half, first[2] + part / 4 * half};
+      if (corner[0] < grid_.count[0] && corner[1] < grid_.count[1] && corner[2] < grid_.count[2]) {
+        sample(corner, half);
       }
     }
+    return;
   }
-  std::sort(crossings_.begin(), crossings_.end());
-}
-
-/// Computes w at those of the nodes where it is not known yet, and returns them.
-std::vector<std::size_t> InsideGrid::sample(std::vector<std::size_t> nodes) {
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-  std::erase_if(nodes, [&](std::size_t node) { return is_sampled(sides_[node]); });
-#pragma omp parallel for schedule(dynamic, 256)
-  for (const std::size_t node : nodes) {
-    const double w = tree_.winding_number(point(node));
-    const signed char known = std::abs(w - kInsideAbove) < kSoft ? kSampledSoft : kSampled;
-    sides_[node] = w > kInsideAbove ? static_cast<signed char>(-known) : known;
-  }
-  return nodes;
-}
-
-/// The nodes of the cells about edges on which w passes 1/2 with no face to blame.
-std::vector<std::size_t> InsideGrid::about_soft_edges(const std::vector<std::size_t>& fresh) const {
-  std::vector<std::size_t> found;
-  for (const std::size_t node : fresh) {
-    const std::array<int, 3> at = place(node);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      for (const int step : {-1, 1}) {
-        if (at[axis] + step < 0 || at[axis] + step >= grid_.count[axis]) {
-          continue;
-        }
-        const std::size_t other = step > 0 ? node + stride_[axis] : node - stride_[axis];
-        if (!is_sampled(sides_[other]) || inside(sides_[other]) == inside(sides_[node]) ||
-            !(is_soft(sides_[node]) || is_soft(sides_[other]))) {
-          continue;
-        }
-        const std::size_t u = (axis + 1) % 3;
-        const std::size_t v = (axis + 2) % 3;
-        for (const int du : {-1, 0, 1}) {
-          for (const int dv : {-1, 0, 1}) {
-            if (at[u] + du < 0 || at[u] + du >= grid_.count[u] || at[v] + dv < 0 || at[v] + dv >= grid_.count[v]) {
-              continue;
-            }
-            for (const std::size_t end : {node, other}) {
-              found.push_back(static_cast<std::size_t>(static_cast<std::ptrdiff_t>(end) +
-                                                       du * static_cast<std::ptrdiff_t>(stride_[u]) +
-                                                       dv * static_cast<std::ptrdiff_t>(stride_[v])));
-            }
-          }
-        }
-      }
-    }
-  }
-  return found;
-}
-
-/// Nodes next to one on the other side where w of one of the two was not computed.
-std::vector<std::size_t> InsideGrid::about_open_edges() const {
-  std::vector<std::size_t> found;
-  for_each_inner_node([&](std::size_t node) {
-    for (const std::size_t stride : stride_) {
-      const std::size_t other = node + stride;
-      if (inside(sides_[node]) != inside(sides_[other]) && !(is_sampled(sides_[node]) && is_sampled(sides_[other]))) {
-        found.push_back(node);
-        found.push_back(other);
-      }
-    }
-  });
-  return found;
-}
-
-/// A node where w was not computed is on the side of the one before it.
-void InsideGrid::fill_rows() {
-  const auto rows = static_cast<std::ptrdiff_t>(sides_.size() / stride_[1]);
-#pragma omp parallel for schedule(static)
-  for (std::ptrdiff_t row = 0; row < rows; ++row) {
-    signed char side = kFilledIn;
-    signed char* const first = sides_.data() + static_cast<std::size_t>(row) * stride_[1];
-    for (signed char* node = first; node != first + stride_[1]; ++node) {
-      if (is_sampled(*node)) {
-        side = inside(*node) ? -kFilledIn : kFilledIn;
-      } else {
-        *node = side;
-      }
+  const auto end = [&](std::size_t axis) { return std::min(first[axis] + side, grid_.count[axis]); };
+  for (int k = first[2]; k < end(2); ++k) {
+    for (int j = first[1]; j < end(1); ++j) {
+      std::fill_n(sides_.begin() + static_cast<std::ptrdiff_t>(grid_.index(first[0], j, k)), end(0) - first[0],
+                  static_cast<signed char>(w > kInsideAbove ? -kAsked : kAsked));
     }
   }
 }
 
-/// The nodes off the grid's border, where w was not computed and no face reaches.
+/// The nodes off the grid's border, which no face reaches.
 template <class Visit>
 void InsideGrid::for_each_inner_node(const Visit& visit) const {
   for (int k = 1; k < grid_.count[2] - 1; ++k) {
     for (int j = 1; j < grid_.count[1] - 1; ++j) {
-      const std::size_t row = static_cast<std::size_t>(j) * stride_[1] + static_cast<std::size_t>(k) * stride_[2];
-      for (std::size_t node = row + 1; node < row + stride_[1] - 1; ++node) {
-        visit(node);
+      for (int i = 1; i < grid_.count[0] - 1; ++i) {
+        visit(grid_.index(i, j, k));
       }
     }
   }
 }
 
-/// Changes the nodes on one side that have neighbours on the other on both sides along an axis. Returns how many.
-std::size_t InsideGrid::turn_thin(bool are_inside) {
+/// Changes the nodes on one side that have neighbours on the other on both sides along an axis.
+void InsideGrid::turn_thin(bool are_inside) {
   std::vector<std::size_t> thin;
   for_each_inner_node([&](std::size_t node) {
     if (inside(sides_[node]) == are_inside && std::ranges::any_of(stride_, [&](std::size_t stride) {
@@ -224,7 +102,6 @@ std::size_t InsideGrid::turn_thin(bool are_inside) {
   for (const std::size_t node : thin) {
     sides_[node] = are_inside ? kChanged : -kChanged;
   }
-  return thin.size();
 }
 
 /// Fills a node wherever two nodes inside face each other across a side of a cell whose other two nodes are outside:
@@ -240,7 +117,6 @@ void InsideGrid::part_crossed_sides() {
         if (here == inside(sides_[node + u + v]) && here != inside(sides_[node + u]) &&
             here != inside(sides_[node + v])) {
           sides_[here ? node + u : node] = -kChanged;
-          ++filled_;
           found = true;
         }
       }
@@ -249,47 +125,38 @@ void InsideGrid::part_crossed_sides() {
 }
 
 /// Where between two nodes on different sides w passes 1/2, 0..1.
-double InsideGrid::crossing(std::size_t node, int axis) const {
-  const std::size_t other = node + stride_[static_cast<std::size_t>(axis)];
+double InsideGrid::crossing(const Node& node, std::size_t axis) const {
+  const std::size_t index = grid_.index(node[0], node[1], node[2]);
+  const bool begin = is_changed(sides_[index]);
+  const bool end = is_changed(sides_[index + stride_[axis]]);
   // Of a node that was dropped or filled as little as possible is lost or gained.
   constexpr double kLittle = 0.1;
-  if (const bool begin = is_changed(sides_[node]), end = is_changed(sides_[other]); begin || end) {
+  if (begin || end) {
     return begin == end ? 0.5 : (begin ? kLittle : 1.0 - kLittle);
   }
-  const auto [first, last] = std::equal_range(crossings_.begin(), crossings_.end(), Crossing{edge(node, axis), 0},
-                                              [](const Crossing& a, const Crossing& b) { return a.edge < b.edge; });
-  double low = 0;
-  double high = 1;
-  if (last - first == 1 && !is_soft(sides_[node]) && !is_soft(sides_[other])) {
-    return first->at;
-  }
-  // Between its faces w is smooth: among them, then by halves.
-  constexpr double kNear = 1e-4;
-  constexpr double kClose = 1e-3;
-  const bool begins_inside = inside(sides_[node]);
-  for (auto face = first; face != last; ++face) {
-    const double before = face->at - kNear;
-    const double behind = face->at + kNear;
-    if (before > low && (winding_along(node, axis, before) > kInsideAbove) != begins_inside) {
-      high = before;
-      break;
+  const bool begins_inside = inside(sides_[index]);
+  const Vector3 start = point(node);
+  const Vector3 along = grid_.spacing * Vector3::Unit(static_cast<Eigen::Index>(axis));
+  const auto passed = [&](double at) { return is_inside(start + at * along) != begins_inside; };
+  // Mostly it does so on the nearest face.
+  constexpr double kNear = 0.01;
+  if (const SkinPoint skin = tree_.nearest(start + 0.5 * along, grid_.spacing); skin.face >= 0) {
+    const Vector3 normal = soup_.normals().col(skin.face);
+    const double at = normal.dot(skin.at - start) / normal.dot(along);
+    if (at > kNear && at < 1.0 - kNear && !passed(at - kNear) && passed(at + kNear)) {
+      return at;
     }
-    if (behind < high && (winding_along(node, axis, behind) > kInsideAbove) != begins_inside) {
-      return face->at;
-    }
-    low = std::max(low, behind);
   }
-  while (high - low > kClose) {
-    const double middle = 0.5 * (low + high);
-    ((winding_along(node, axis, middle) > kInsideAbove) == begins_inside ? low : high) = middle;
+  double at = 0.5;
+  for (double step = 0.25; step > 0.5 * kNear; step *= 0.5) {
+    at += passed(at) ? -step : step;
   }
-  return 0.5 * (low + high);
+  return at;
 }
 
 Isosurface InsideGrid::surface() const {
   // In spacings from the first node, so that a vertex says which edge it is on.
   Isosurface result = isosurface({Vector3::Zero(), 1.0, grid_.count}, sides_);
-  constexpr double kLeast = 1e-3;  // off the nodes, where several vertices would be one
 #pragma omp parallel for schedule(dynamic, 256)
   for (Eigen::Index i = 0; i < result.points.cols(); ++i) {
     const Vector3 vertex = result.points.col(i);
@@ -300,8 +167,7 @@ Isosurface InsideGrid::surface() const {
     Vector3 start = vertex.array().round();
     start(axis) = below(axis);
     const Eigen::Array3i place = start.cast<int>();
-    const std::size_t node = grid_.index(place(0), place(1), place(2));
-    start(axis) += std::clamp(crossing(node, axis), kLeast, 1.0 - kLeast);
+    start(axis) += crossing({place(0), place(1), place(2)}, static_cast<std::size_t>(axis));
     result.points.col(i) = grid_.origin + grid_.spacing * start;
   }
   return result;

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <vector>
 
 #include "sim/mesh/query/face_tree.h"
@@ -20,61 +19,39 @@ inline constexpr double kInsideAbove = 0.5;
 /// spacing   [m], > 0
 double node_count(const Vector3& box, double spacing);
 
-/// Finds the nodes of a grid that are inside a soup of faces, where its winding number w is above 1/2. It also finds
-/// where the grid's edges leave the inside.
-///
-/// w is computed at the ends of the grid's edges that a face crosses. From there the computation continues where w
-/// passes 1/2 without a face (across holes). Elsewhere a node is on the side of the node before it. Parts of one node's
-/// thickness are dropped. Gaps of one node's width between two nodes inside are filled. The rest is wider than a
-/// spacing.
+/// The nodes of a grid that are inside a soup of faces, where its winding number w is above 1/2. Boxes of nodes that no
+/// face reaches and in whose middle w is not near 1/2 are on one side; others are halved down to single nodes. Then
+/// parts of one node's thickness are dropped, and gaps of one node's width between two nodes inside are filled. The
+/// rest is wider than a spacing.
 class InsideGrid {
  public:
   /// soup      any faces, seen from outside
-  /// spacing   of the nodes [m], > 0; the grid takes two bytes per node, and 16 per edge of it that a face crosses
+  /// spacing   of the nodes [m], > 0; the grid takes a byte per node
   InsideGrid(const TriangleMesh& soup, double spacing);
 
   /// The boundary of the inside: closed, manifold, oriented outwards. Cavities have walls of their own, which face into
-  /// them. Vertices lie on the grid's edges. Where w passes 1/2 on a face, the vertex is on the face. Elsewhere it is
-  /// where w is 1/2, to a thousandth of the spacing. Next to a node that was dropped or filled, it is a tenth of the
-  /// spacing from that node. Between two such nodes it is in the middle. Empty if no node is inside.
+  /// them. Vertices lie on the grid's edges where w passes 1/2, to a hundredth of the spacing. Next to a node that was
+  /// dropped or filled, a vertex is a tenth of the spacing from that node. Between two such nodes it is in the middle.
+  /// Empty if no node is inside.
   Isosurface surface() const;
 
-  /// Nodes dropped and filled.
-  std::size_t dropped() const { return dropped_; }
-  std::size_t filled() const { return filled_; }
-
  private:
-  struct Crossing {  // of an edge of the grid by a face
-    std::uint64_t edge;
-    float at;  // 0..1 along it
-    bool operator<(const Crossing& other) const { return edge != other.edge ? edge < other.edge : at < other.at; }
-  };
+  using Node = std::array<int, 3>;
 
-  std::uint64_t edge(std::size_t node, int axis) const {
-    return 3 * static_cast<std::uint64_t>(node) + static_cast<std::uint64_t>(axis);
-  }
-  std::array<int, 3> place(std::size_t node) const;
-  Vector3 point(std::size_t node) const;
-  double winding_along(std::size_t node, int axis, double at) const;
-
-  void find_crossings(const TriangleMesh& soup);
-  std::vector<std::size_t> sample(std::vector<std::size_t> nodes);
-  std::vector<std::size_t> about_soft_edges(const std::vector<std::size_t>& fresh) const;
-  std::vector<std::size_t> about_open_edges() const;
-  void fill_rows();
-  std::size_t turn_thin(bool are_inside);
+  Vector3 point(const Node& node) const { return grid_.origin + grid_.spacing * Vector3(node[0], node[1], node[2]); }
+  bool is_inside(const Vector3& x) const { return tree_.winding_number(x) > kInsideAbove; }
+  void sample(const Node& first, int side);
+  void turn_thin(bool are_inside);
   void part_crossed_sides();
   template <class Visit>
   void for_each_inner_node(const Visit& visit) const;
-  double crossing(std::size_t node, int axis) const;
+  double crossing(const Node& node, std::size_t axis) const;
 
+  TriangleMesh soup_;
   FaceTree tree_;
   NodeGrid grid_;
   std::array<std::size_t, 3> stride_{};
-  std::vector<Crossing> crossings_;  // in order
-  std::vector<signed char> sides_;   // of the nodes: negative inside
-  std::size_t dropped_ = 0;
-  std::size_t filled_ = 0;
+  std::vector<signed char> sides_;  // of the nodes: negative inside
 };
 
 }  // namespace touchfield

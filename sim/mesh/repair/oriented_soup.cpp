@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <span>
 #include <utility>
@@ -13,8 +14,6 @@
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/io/weld.h"
 #include "sim/mesh/query/face_tree.h"
-#include "sim/mesh/query/inspect.h"
-#include "sim/mesh/query/pieces.h"
 #include "sim/mesh/subset.h"
 #include "sim/mesh/topology.h"
 
@@ -23,72 +22,6 @@ namespace touchfield {
 namespace {
 
 using Index = Eigen::Index;
-
-/// The face across each side (3 face + corner) with an edge of two faces, and whether the two run the same way; -1
-/// across other sides.
-struct Neighbours {
-  std::vector<Index> face;
-  std::vector<bool> same_way;
-};
-
-Neighbours find_neighbours(const std::vector<Side>& sides) {
-  Neighbours neighbours{std::vector<Index>(sides.size(), -1), std::vector<bool>(sides.size(), false)};
-  for_each_edge(sides, [&](std::span<const Side> edge) {
-    if (edge.size() == 2) {
-      for (const auto& [side, other] : {std::pair(edge[0], edge[1]), std::pair(edge[1], edge[0])}) {
-        neighbours.face[at(3 * side.face + side.corner)] = other.face;
-        neighbours.same_way[at(3 * side.face + side.corner)] = edge[0].upwards == edge[1].upwards;
-      }
-    }
-  });
-  return neighbours;
-}
-
-/// Turns faces so that the two at each edge run opposite ways, in each piece as most of its faces ran. Edges of more
-/// than two faces connect nothing. What is not orientable keeps misoriented edges.
-void make_consistent(Triangles& triangles, std::vector<std::string>& log) {
-  const Neighbours neighbours = find_neighbours(sorted_sides(triangles));
-  const auto count = at(triangles.cols());
-  std::vector<bool> reached(count, false);
-  std::vector<bool> turned(count, false);
-  std::vector<Index> piece;
-  Index turned_count = 0;
-  for (std::size_t start = 0; start < count; ++start) {
-    if (reached[start]) {
-      continue;
-    }
-    reached[start] = true;
-    piece.assign(1, static_cast<Index>(start));
-    Index against = 0;
-    for (std::size_t next = 0; next < piece.size(); ++next) {
-      const std::size_t face = at(piece[next]);
-      against += turned[face] ? 1 : 0;
-      for (std::size_t side = 3 * face; side < 3 * face + 3; ++side) {
-        if (const Index other = neighbours.face[side]; other >= 0 && !reached[at(other)]) {
-          reached[at(other)] = true;
-          turned[at(other)] = turned[face] != neighbours.same_way[side];
-          piece.push_back(other);
-        }
-      }
-    }
-    const auto faces = static_cast<Index>(piece.size());
-    const bool other_way = 2 * against > faces;
-    turned_count += other_way ? faces - against : against;
-    for (const Index f : piece) {
-      turned[at(f)] = turned[at(f)] != other_way;
-    }
-  }
-  if (turned_count == 0) {
-    return;
-  }
-  for (Index f = 0; f < triangles.cols(); ++f) {
-    if (turned[at(f)]) {
-      std::swap(triangles(1, f), triangles(2, f));
-    }
-  }
-  log.push_back(
-      fmt::format("turned {} to run the same way round as most of its piece", counted(turned_count, "face", "faces")));
-}
 
 /// Faces connected by edges of two faces.
 struct Patch {
@@ -99,33 +32,74 @@ struct Patch {
   bool closed = true;
 };
 
-std::vector<Patch> find_patches(const TriangleMesh& mesh) {
-  const std::vector<Side> sides = sorted_sides(mesh.triangles());
-  const Pieces pieces = find_pieces(mesh.vertices(), mesh.triangles(), sides, 2);
-  std::vector<Patch> patches(pieces.list.size());
-  const auto patch = [&](Index f) -> Patch& { return patches[at(pieces.of_face[at(f)])]; };
-  for_each_edge(sides, [&](std::span<const Side> edge) {
-    if (edge.size() != 2) {
-      std::ranges::for_each(edge, [&](const Side& side) { patch(side.face).closed = false; });
+void turn(Triangles& triangles, const std::vector<Index>& faces) {
+  for (const Index f : faces) {
+    std::swap(triangles(1, f), triangles(2, f));
+  }
+}
+
+/// The patches, their faces turned so that the two at each edge run opposite ways, as most of the patch's faces ran.
+/// What is not orientable keeps edges whose faces run the same way. Says how many faces were turned.
+std::vector<Patch> consistent_patches(Triangles& triangles, std::vector<std::string>& log) {
+  struct Across {  // a side, 3 face + corner
+    Index face = -1;
+    bool same_way = false;
+  };
+  std::vector<Across> across(at(triangles.size()));
+  for_each_edge(sorted_sides(triangles), [&](std::span<const Side> edge) {
+    if (edge.size() == 2) {
+      const bool same_way = edge[0].upwards == edge[1].upwards;
+      across[at(edge[0].number())] = {edge[1].face, same_way};
+      across[at(edge[1].number())] = {edge[0].face, same_way};
     }
   });
-  for (Index f = 0; f < mesh.face_count(); ++f) {
-    patch(f).faces.push_back(f);
-    patch(f).area += mesh.areas()(f);
-    patch(f).middle += mesh.areas()(f) * mesh.centroids().col(f);
-  }
-  for (Patch& p : patches) {
-    p.middle /= p.area;
-    for (const Index f : p.faces) {
-      p.volume += mesh.areas()(f) * mesh.normals().col(f).dot(mesh.centroids().col(f) - p.middle) / 3.0;
+  std::vector<Patch> patches;
+  std::vector<char> reached(at(triangles.cols()), 0);
+  std::vector<char> against(reached.size(), 0);
+  Index turned = 0;
+  for (Index start = 0; start < triangles.cols(); ++start) {
+    if (reached[at(start)] != 0) {
+      continue;
     }
+    reached[at(start)] = 1;
+    Patch patch{.faces = {start}};
+    for (std::size_t next = 0; next < patch.faces.size(); ++next) {
+      const std::size_t face = at(patch.faces[next]);
+      for (std::size_t side = 3 * face; side < 3 * face + 3; ++side) {
+        const auto [other, same_way] = across[side];
+        patch.closed = patch.closed && other >= 0;
+        if (other >= 0 && reached[at(other)] == 0) {
+          reached[at(other)] = 1;
+          against[at(other)] = (against[face] != 0) != same_way ? 1 : 0;
+          patch.faces.push_back(other);
+        }
+      }
+    }
+    std::vector<Index> one_way;
+    std::vector<Index> other_way;
+    for (const Index f : patch.faces) {
+      (against[at(f)] != 0 ? one_way : other_way).push_back(f);
+    }
+    const std::vector<Index>& fewer = one_way.size() > other_way.size() ? other_way : one_way;
+    turn(triangles, fewer);
+    turned += std::ssize(fewer);
+    patches.push_back(std::move(patch));
+  }
+  if (turned > 0) {
+    log.push_back(
+        fmt::format("turned {} to run the same way round as most of its piece", counted(turned, "face", "faces")));
   }
   return patches;
 }
 
-void turn(Triangles& triangles, const Patch& patch) {
+void measure(Patch& patch, const TriangleMesh& mesh) {
   for (const Index f : patch.faces) {
-    std::swap(triangles(1, f), triangles(2, f));
+    patch.area += mesh.areas()(f);
+    patch.middle += mesh.areas()(f) * mesh.centroids().col(f);
+  }
+  patch.middle /= patch.area;
+  for (const Index f : patch.faces) {
+    patch.volume += mesh.areas()(f) * mesh.normals().col(f).dot(mesh.centroids().col(f) - patch.middle) / 3.0;
   }
 }
 
@@ -160,8 +134,8 @@ bool looks_inwards(const TriangleMesh& mesh, const Patch& patch, const FaceTree*
 }
 
 /// The faces with those of whole patches turned; counts these patches.
-Triangles turned_outwards(const TriangleMesh& mesh, Index& turned) {
-  std::vector<Patch> patches = find_patches(mesh);
+Triangles turned_outwards(const TriangleMesh& mesh, std::vector<Patch>& patches, Index& turned) {
+  std::ranges::for_each(patches, [&](Patch& patch) { measure(patch, mesh); });
   std::ranges::stable_sort(
       patches, [](const Patch& a, const Patch& b) { return a.closed != b.closed ? a.closed : a.area > b.area; });
   Triangles triangles = mesh.triangles();
@@ -185,7 +159,7 @@ Triangles turned_outwards(const TriangleMesh& mesh, Index& turned) {
     }
     for (std::size_t i = first; i < last; ++i) {
       if (inwards[i - first] != 0) {
-        turn(triangles, patches[i]);
+        turn(triangles, patches[i].faces);
         ++turned;
       }
       placed.insert(placed.end(), patches[i].faces.begin(), patches[i].faces.end());
@@ -212,10 +186,10 @@ OrientedSoup oriented_soup(const FileSurface& surface, double unit, const std::s
                                 counted(left_out, "face", "faces")));
   }
   drop_unused_points(points, triangles);
-  make_consistent(triangles, steps);
+  std::vector<Patch> patches = consistent_patches(triangles, steps);
   const TriangleMesh mesh(points, triangles);
   Index turned = 0;
-  Triangles outward = turned_outwards(mesh, turned);
+  Triangles outward = turned_outwards(mesh, patches, turned);
   if (turned > 0) {
     steps.push_back(fmt::format("turned {} outwards", counted(turned, "patch", "patches")));
   }

@@ -5,10 +5,18 @@
 #include <vector>
 
 #include "sim/mesh/io/mesh_files.h"
-#include "sim/mesh/repair/surface_distance.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
+
+/// Distances of the points of one surface from another [m]: of the middles of its faces, cut until none has an edge
+/// longer than the skin's, weighted by area.
+struct SurfaceDistance {
+  double counted = 0;            // share of the surface's area whose points were asked for, 0..1
+  double most_of_it = 0;         // 95 % of that area is nearer
+  double farthest = 0;           // at the points asked
+  Vector3 at = Vector3::Zero();  // the farthest point [m]
+};
 
 /// A surface with new faces.
 struct Resurfaced {
@@ -24,7 +32,7 @@ struct Resurfaced {
 
 /// Refuses, before anything large is begun, an edge too short for the memory and the faces that are allowed.
 ///
-/// throws   InputError if the edge is not > 0 and finite, or the grid would have more than 300 million nodes (0.6 GiB)
+/// throws   InputError if the edge is not > 0 and finite, or the grid would have more than 300 million nodes (0.3 GiB)
 ///          or the surface more than 5 million faces
 void require_resurfaceable(const FileSurface& surface, double unit, double edge, const std::string& name,
                            const std::string& field);
@@ -49,8 +57,7 @@ void require_resurfaceable(const FileSurface& surface, double unit, double edge,
 /// returns    the skin: closed, manifold, oriented outwards, without faces that cut each other; edges of the length
 ///            asked for as remeshing makes them
 /// throws     InputError as require_resurfaceable, before memory is taken; if there is no volume; if the edge is too
-///            long: nothing is left, a closed piece of at least a hundredth of the largest one's area is lost, or 5 %
-///            of the outer faces are farther than an edge from the skin
+///            long: nothing is left, or 5 % of the outer faces are farther than an edge from the skin
 ///            NumericalError if the resulting skin cuts itself
 /// source     Jacobson, Kavan and Sorkine-Hornung, Robust inside-outside segmentation using generalized winding
 ///            numbers, ACM Trans. Graph. 32 (2013) 33; face_tree.h computes w

@@ -1,5 +1,6 @@
 #include "sim/mesh/repair/surface_report.h"
 
+#include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
@@ -16,14 +17,6 @@ namespace touchfield {
 namespace {
 
 using Index = Eigen::Index;
-
-void find_crossings(const TriangleMesh& mesh, SkinReport& report) {
-  const auto pairs = self_intersections(mesh, SkinReport::kMostCrossings);
-  report.crossings = static_cast<Index>(pairs.size());
-  if (!pairs.empty()) {
-    report.faults.push_back(self_intersections_text(mesh, pairs, SkinReport::kMostCrossings));
-  }
-}
 
 }  // namespace
 
@@ -47,7 +40,11 @@ SkinReport inspect_skin(const Points& points, const Triangles& triangles) {
   report.faults.insert(report.faults.end(), report.mesh.faults.begin(), report.mesh.faults.end());
   const TriangleMesh mesh(points, std::move(solid));
   report.mean_edge = mesh.mean_edge();
-  find_crossings(mesh, report);
+  const auto pairs = self_intersections(mesh, SkinReport::kMostCrossings);
+  report.crossings = std::ssize(pairs);
+  if (!pairs.empty()) {
+    report.faults.push_back(self_intersections_text(mesh, pairs, SkinReport::kMostCrossings));
+  }
   return report;
 }
 
