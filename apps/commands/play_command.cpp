@@ -66,13 +66,9 @@ int play_command(const PlayCommand& command, const Invocation& invoked) {
     const Motion motion = play_scene(sensed, options, directory, progress, command.pictures);
     directory.publish();
     progress.note(fmt::format("results in {}", directory.path()));
-    const Json value = {{"name", motion.name},
-                        {"directory", directory.path()},
-                        {"seconds", motion.seconds},
-                        {"judged_skin", to_string(motion.judged_skin)},
-                        {"methods", method_values(motion)},
-                        {"warnings", motion.warnings},
-                        {"notes", motion.notes}};
+    const Json value = {{"name", motion.name},         {"directory", directory.path()},
+                        {"seconds", motion.seconds},   {"methods", method_values(motion)},
+                        {"warnings", motion.warnings}, {"notes", motion.notes}};
     put(flags.json ? json_text(value, 2) + '\n'
                    : fmt::format("{}{}", motion_table(motion), flags.quiet ? directory.path() + "\n" : ""));
   });

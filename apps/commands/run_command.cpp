@@ -37,7 +37,6 @@ Json run_result(const Run& run, const std::string& directory) {
                  {"directory", directory},
                  {"faces", run.mesh.face_count()},
                  {"channels", run.array.size()},
-                 {"judged_skin", to_string(run.judged_skin)},
                  {"methods", method_values(run)},
                  {"seconds", seconds},
                  {"warnings", run.warnings},

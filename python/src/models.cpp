@@ -138,6 +138,8 @@ nb::dict score(const SharedModel& model, nb::handle pressure) {
   const std::string what = "score: pressure";
   const Eigen::VectorXcd p = complex_list(pressure, what);
   const TriangleMesh& mesh = model->body.mesh;
+  require(model->fixed->cut.empty(),
+          "score: keep_within_mm cuts the body, and metrics count its whole skin; leave it out, or use run()");
   require_count(what, p.size(), mesh.face_count(), "per face");
   if (!model->posture.target) {
     return metrics_dict(metrics_of(mesh, SurfaceGradient(mesh, model->fixed->wave.k()), model->fixed->wave, p));
@@ -316,9 +318,6 @@ void add_models(nb::module_& module) {
       .def_prop_ro("array", [](const SharedModel& self) { return part_of(self, self->fixed->array); })
       .def_prop_ro("wave", [](const SharedModel& self) { return self->fixed->wave; })
       .def_prop_ro("target", &target_of)
-      .def_prop_ro(
-          "judged_skin", [](const SharedModel& self) { return to_string(judged_extent(*self)); },
-          "Extent of the skin that is evaluated: 'whole', or 'part' (within keep_within_mm).")
       .def("score", &score, nb::arg("pressure"),
            nb::sig("def score(self, pressure: numpy.typing.ArrayLike) -> dict[str, float]"),
            "The metrics of a pressure on every face of the mesh [Pa].")

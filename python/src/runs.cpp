@@ -212,10 +212,7 @@ void add_evaluation(nb::class_<SharedRun>& run) {
   run.def_prop_ro("judge", [](const SharedRun& self) { return self->judge; })
       .def_prop_ro(
           "solved_skin", [](const SharedRun& self) { return to_string(self->solved_skin); },
-          "Extent of the skin in `mesh`, `pressures` and `fields`: 'whole', or 'part' (within keep_within_mm).")
-      .def_prop_ro(
-          "judged_skin", [](const SharedRun& self) { return to_string(self->judged_skin); },
-          "Extent of the skin in `metrics`.")
+          "Extent of the skin in `mesh` and `pressures`: 'whole', or 'part' (within keep_within_mm).")
       .def_prop_ro("judge_mesh",
                    [](const SharedRun& self) -> std::optional<SkinMesh> {
                      return self->judge_model ? std::optional(SkinMesh{part_of(self, self->judge_model->mesh)})

@@ -126,17 +126,15 @@ def test_what_a_run_says_of_itself(run):
     assert "surface" in repr(run) and isinstance(run.warnings, list) and run.seconds
 
 
-def test_figures_of_a_part_are_told_apart(finger, run, tmp_path):
-    assert (run.solved_skin, run.judged_skin) == ("whole", "whole") and "part only" not in repr(run)
-    part = {"body.keep_within_mm": 13, "solve.methods": ["focus"], "solve.certificate": False, "write": ["h5"], "judge": "same"}
-    cut = tf.run(finger, set=part)
-    assert (cut.solved_skin, cut.judged_skin) == ("part", "whole") and len(cut.judge_mesh) > len(cut.mesh)
-    alone = tf.run(finger, set={**part, "body.beyond": "nothing"})
-    assert (alone.solved_skin, alone.judged_skin) == ("part", "part") and repr(alone).startswith("part only: ")
-    assert tf.Model(finger, set={**part, "body.beyond": "nothing"}).judged_skin == "part"
-    alone.save(tmp_path / "run.h5")
-    kept = tf.read_run(tmp_path / "run.h5")
-    assert (kept.solved_skin, kept.judged_skin) == ("part", "part")
+def test_figures_are_of_the_whole_skin(finger, run):
+    assert run.solved_skin == "whole"
+    part = {"body.keep_within_mm": 13, "solve.methods": ["focus"], "solve.certificate": False, "write": ["h5"]}
+    cut = tf.run(finger, set={**part, "judge": "same"})
+    assert cut.solved_skin == "part" and len(cut.judge_mesh) > len(cut.mesh)
+    assert np.isnan(tf.run(finger, set={**part, "judge": "none"}).metrics["focus"]["relative_error"])
+    model = tf.Model(finger, set=part)
+    with pytest.raises(tf.InputError, match="count its whole skin"):
+        model.score(np.ones(len(model.mesh)))
 
 
 def test_levels_at_points_are_of_the_field_there(finger):

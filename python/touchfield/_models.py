@@ -76,11 +76,6 @@ class Model(Part):
         target = self._core.target
         return target and Target._of(target, self.mesh)
 
-    @property
-    def judged_skin(self):
-        """Extent of the skin that is evaluated: 'whole', or 'part' (within keep_within_mm)."""
-        return self._core.judged_skin
-
     def score(self, pressure):
         """The metrics of a pressure on the skin.
 
@@ -248,13 +243,8 @@ class Run(Part):
 
     @property
     def solved_skin(self):
-        """Extent of the skin in `mesh`, `pressures` and `fields`: 'whole', or 'part' (within keep_within_mm)."""
+        """Extent of the skin in `mesh` and `pressures`: 'whole', or 'part' (within keep_within_mm)."""
         return self._core.solved_skin
-
-    @property
-    def judged_skin(self):
-        """Extent of the skin in `metrics`."""
-        return self._core.judged_skin
 
     @property
     def judge_mesh(self):

@@ -86,7 +86,7 @@ double judge_edge_faces(const Model& model) {
 double judge_faces(const Model& model) {
   const Scene& scene = model.fixed->scene;
   const auto faces = static_cast<double>(model.body.mesh.face_count());
-  if (model.fixed->whole_faces > 0 && judged_whole(model)) {
+  if (model.fixed->whole_faces > 0) {
     return model.fixed->whole_faces;
   }
   switch (scene.judge.kind) {
@@ -101,14 +101,6 @@ double judge_faces(const Model& model) {
       break;
   }
   return 0.0;
-}
-
-/// Whether a judge has what keep_within leaves out.
-std::string whole_text(const Model& model) {
-  if (model.fixed->cut.empty()) {
-    return "";
-  }
-  return judged_whole(model) ? ", of the whole body" : ", of the part within keep_within_mm";
 }
 
 /// Seconds of the alarms that a run raises: of its first method's scheme and of each without a cure.
@@ -316,9 +308,7 @@ Json check_value(const Model& model, const CheckReport& report, const Remarks& m
           {"precision", precision_name(report.decision.options)},
           {"solver_reason", report.decision.reason},
           {"judge_faces", report.judge_faces},
-          {"judge", report.judge_faces > 0 ? to_string(judge_scheme(scene)) + whole_text(model) : ""},
-          {"judged_skin", to_string(judged_extent(model))},
-          {"figures", extent_label(judged_extent(model))},
+          {"judge", report.judge_faces > 0 ? to_string(judge_scheme(scene)) : ""},
           {"warnings", remarks.warnings},
           {"notes", remarks.notes},
           {"note", report.note},

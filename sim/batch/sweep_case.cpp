@@ -41,7 +41,6 @@ constexpr std::size_t kMostJobBytes = std::size_t{1} << 28U;
 void take_results(const Run& run, SweepRecord& record) {
   record.faces = static_cast<int>(run.mesh.face_count());
   record.channels = static_cast<int>(run.array.size());
-  record.judged_skin = to_string(run.judged_skin);
   record.warnings = run.warnings;
   for (const MethodResult& method : run.methods) {
     record.methods.push_back(
@@ -52,7 +51,6 @@ void take_results(const Run& run, SweepRecord& record) {
 void take_results(const Motion& motion, SweepRecord& record) {
   record.faces = static_cast<int>(motion.mesh.face_count());
   record.channels = static_cast<int>(motion.array.size());
-  record.judged_skin = to_string(motion.judged_skin);
   record.warnings = motion.warnings;
   for (const MotionMethod& method : motion.methods) {
     const MotionSummary over = summary(method);

@@ -24,7 +24,6 @@ void describe(const Scene& scene, int sharing, KeptBodies& bodies, Json& listed)
                    {"faces", report.faces},
                    {"channels", report.channels},
                    {"solver", to_string(report.decision.options.kind)},
-                   {"judged_skin", to_string(judged_extent(model))},
                    {"warnings", remarks.warnings},
                    {"notes", remarks.notes}});
   };
@@ -66,7 +65,6 @@ Json list_cases(const SweepInput& input, std::optional<std::size_t> bodies) {
                                {"faces", {}},
                                {"channels", {}},
                                {"solver", ""},
-                               {"judged_skin", ""},
                                {"warnings", Json::array()},
                                {"notes", Json::array()},
                                {"reason", ""}};

@@ -11,7 +11,7 @@ namespace touchfield {
 /// built one by one.
 ///
 /// returns   an array of objects: case, name, inputs, sharing (cases with the same body), seconds (of the case alone),
-///           memory_mib, faces, channels, solver, judged_skin, warnings, notes and reason (why it cannot be built;
+///           memory_mib, faces, channels, solver, warnings, notes and reason (why it cannot be built;
 ///           numbers are then null)
 Json list_cases(const SweepInput& input, std::optional<std::size_t> bodies = std::nullopt);
 

@@ -229,8 +229,6 @@ Motion begun(const Model& model, const PatternClock& clock, const PatternOptions
           .seconds = clock.seconds(),
           .array = model.fixed->array,
           .mesh = model.body.mesh,
-          .solved_skin = solved_extent(model),
-          .judged_skin = solved_extent(model),
           .methods = {{.name = "surface", .method = "surface", .scheme = to_string(scene.solve.scheme)}},
           .warnings = remarks.warnings,
           .notes = remarks.notes,

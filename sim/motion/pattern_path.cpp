@@ -121,9 +121,6 @@ std::vector<Eigen::Index> disc(const PatternSpec& spec, const Model& model, cons
           spec.diameter / kMillimetre, in_mm(at.at), edge / kMillimetre);
   double edges = 0.0;
   for (const Eigen::Index face : faces) {
-    require(model.fixed->skin[static_cast<std::size_t>(face)] != 0,
-            "pattern: the spot at {} reaches the end of the part within body.keep_within_mm; give a larger one",
-            in_mm(at.at));
     edges += mesh.local_edge(face) / static_cast<double>(faces.size());
   }
   require(model.fixed->scene.solve.allow_coarse_mesh || model.fixed->wave.wavelength() >= kFewestSolved * edges,
@@ -167,6 +164,9 @@ double wanted_share(const PatternSpec& spec, double time) {
 }
 
 std::vector<PatternPoint> pattern_points(const PatternSpec& spec, const Model& model) {
+  require(
+      model.fixed->cut.empty(),
+      "pattern: body.keep_within_mm cuts the body, and the figures of a pattern count its whole skin; leave it out");
   const FaceTree skin(model.body.mesh);
   const PathInSpace path(spec, model, skin);
   std::vector<PatternPoint> points;

@@ -50,7 +50,7 @@ std::vector<PatternPoint> pattern_points(const PatternSpec& spec, const Model& m
 ///
 /// points   their faces are among those of the result
 /// throws   InputError if a spot holds no face, fewer than kFewestSolved edges per wavelength unless the scene allows
-///          it, or a cap of keep_within
+///          it
 PatternSpots pattern_spots(const PatternSpec& spec, const PatternClock& clock, const std::vector<PatternPoint>& points,
                            const Model& model);
 

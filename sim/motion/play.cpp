@@ -283,8 +283,7 @@ class Player {
                   .seconds = scene.motion->seconds,
                   .array = solved.first().fixed->array,
                   .mesh = solved.at(solved.state(0)).body.mesh,
-                  .solved_skin = solved_extent(solved.first()),
-                  .judged_skin = judged_extent(sensed_.truth ? sensed_.truth->first() : solved.first())};
+                  .solved_skin = solved_extent(solved.first())};
     motion.notes = options_.notes;
     motion.provenance = provenance_now(options_.threads, used_seeds(scene), options_.command_line, text_hash(text));
     return motion;

@@ -225,9 +225,8 @@ std::string field_picture(const Run& run, const FieldResult& field, const Eigen:
   const std::string legend =
       fmt::format(" White: {}.", transducers ? "transducers, and the target's box" : "the target's box");
   draw_caption(canvas,
-               with_label(fmt::format("|p| in the plane {} = {:.6g} mm; grey: inside a body",
-                                      kAxes[static_cast<std::size_t>(view.normal)], 1e3 * grid.origin[view.normal]),
-                          run.has_fields_of_judge() ? run.judged_skin : run.solved_skin),
+               fmt::format("|p| in the plane {} = {:.6g} mm; grey: inside a body",
+                           kAxes[static_cast<std::size_t>(view.normal)], 1e3 * grid.origin[view.normal]),
                fmt::format("0 dB: {:.4g} kPa, for all methods.{}{}", 1e-3 * tops.loudest,
                            transducers ? "" : way_to_array(run.array, grid),
                            run.target && !run.target->boxes.empty() ? legend : ""));

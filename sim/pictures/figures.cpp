@@ -98,8 +98,7 @@ void add_skin(const Run& run, const SkinPictures& skin, PictureFormat format, st
   }
   for (const MethodResult& result : run.methods) {
     if (result.pressure.size() != 0) {
-      add("pressure_" + result.name, result.pressure.cwiseAbs(), "method " + result.name,
-          with_label(metrics_text(result.metrics), run.judged_skin));
+      add("pressure_" + result.name, result.pressure.cwiseAbs(), "method " + result.name, metrics_text(result.metrics));
     }
   }
 }

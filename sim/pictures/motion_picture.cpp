@@ -132,11 +132,9 @@ bool draw_motion(const std::string& path, const Motion& motion, PictureFormat fo
   canvas.text(kPanelLeft + 0.5 * kPanelWidth, kPanelsBottom - 52.0, "time [s]", {.size = 20, .align = Align::kCentre});
   draw_names(canvas, motion);
   draw_title(canvas, motion.name, "sensation over time");
-  draw_caption(
-      canvas,
-      with_label(fmt::format("{} scores per method{}", scores, motion.complete ? "" : "; the motion is not complete"),
-                 motion.judged_skin),
-      "Displacement: movement of the target's patch since the sample of the phases.");
+  draw_caption(canvas,
+               fmt::format("{} scores per method{}", scores, motion.complete ? "" : "; the motion is not complete"),
+               "Displacement: movement of the target's patch since the sample of the phases.");
   write_atomically(path, {canvas.file()});
   return true;
 }

@@ -117,7 +117,7 @@ std::string overview_picture(const Run& run, double top, PictureFormat format) {
   draw_colour_bar(canvas, skin_bar(top, most));
   draw_title(canvas, run.name, "pressure on the skin");
   draw_caption(
-      canvas, extent_label(run.judged_skin),
+      canvas, "",
       fmt::format("Seen from the array's side.{}",
                   run.target ? " Green: the border of the target on the skin. Error: over the whole skin." : ""));
   return canvas.file();

@@ -136,11 +136,6 @@ void draw_title(Canvas& canvas, const std::string& title, const std::string& sub
   draw_fitted(canvas, kLeft, kPictureHeight - 68, subtitle, {.size = 20}, kTextWidth);
 }
 
-std::string with_label(const std::string& caption, SkinExtent extent) {
-  const std::string label = extent_label(extent);
-  return caption.empty() || label.empty() ? caption + label : fmt::format("{}     {}", caption, label);
-}
-
 void draw_caption(Canvas& canvas, const std::string& first, const std::string& second) {
   draw_fitted(canvas, kLeft, 56, first, {.size = 20}, kTextWidth);
   draw_fitted(canvas, kLeft, 24, second, {.size = 15}, kTextWidth);

@@ -51,9 +51,6 @@ void draw_title(Canvas& canvas, const std::string& title, const std::string& sub
 /// Lines at the foot of the picture.
 void draw_caption(Canvas& canvas, const std::string& first, const std::string& second);
 
-/// A caption with extent_label behind it.
-std::string with_label(const std::string& caption, SkinExtent extent);
-
 /// What the colours of a picture mean: those of values from `bottom` to `top`.
 struct ColourBar {
   PixelBox box = {1085, 130, 26, 640};  // at the right side of the picture

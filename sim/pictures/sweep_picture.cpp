@@ -303,9 +303,6 @@ std::string caption_of(const SweepSummary& summary, const PlotPlan& plan, const 
     sentences.push_back(
         fmt::format("{} case{} failed and {} left out.", failed, failed == 1 ? "" : "s", failed == 1 ? "is" : "are"));
   }
-  if (std::string parts = parts_text(summary); !parts.empty()) {
-    sentences.push_back(std::move(parts));
-  }
   const int most = std::ranges::max(samples, {}, &Sample::cases).cases;
   if (most > 1) {
     sentences.push_back(fmt::format("Values are means over {}; bars go from the least to the largest.",

@@ -75,19 +75,12 @@ struct UsualHandEdges {
   static EdgeSpec of_scene(bool has_target);
 };
 
-/// What the skin beyond keep_within is for the phases and the judge.
-enum class Beyond {
-  kIncident,  // skin outside the target, by the incident pressure at points of it; judged with the rest
-  kNothing,   // not there: the part is taken for the body
-};
-
 struct BodySpec {
   std::string name;  // empty if it is the scene's only body
   std::variant<HandShape, SphereShape, CapsuleShape, BoxShape, MeshShape> shape;
   Placement place;
   std::optional<EdgeSpec> edge;       // absent: a mesh from a file as it is; a hand that was read has some
   std::optional<double> keep_within;  // [m] of the target; scattering is solved there alone
-  Beyond beyond = Beyond::kIncident;  // of keep_within
 };
 
 /// The landmark that every scene with one array has: the point of the skin nearest to it.

@@ -250,14 +250,9 @@ Map<BodySpec> body_map() {
       .needed_with({"sphere", "capsule", "box"}, {"hand", "mesh"})
       .maybe("keep_within_mm", &BodySpec::keep_within, number(kMillimetres, above(0)), "60",
              "Scattering is solved only on the part of the body within this distance of the target along each axis of "
-             "the body [mm]. Flat caps close its open ends.")
+             "the body [mm]. Flat caps close its open ends. The phases keep the incident pressure low at points of the "
+             "rest of the skin, and the evaluation mesh has the whole body.")
       .allowed_with({"hand", "sphere", "capsule", "box", "mesh"})
-      .key("beyond", &BodySpec::beyond,
-           choice<Beyond>({{"incident", Beyond::kIncident}, {"nothing", Beyond::kNothing}}),
-           "How the skin beyond keep_within_mm is treated. incident: the phases keep the incident pressure low at "
-           "points of it, and the evaluation mesh has the whole body. nothing: it does not exist, and every figure is "
-           "of the part only.")
-      .written_if([](const BodySpec& body) { return body.keep_within.has_value(); })
       .exactly_one({"hand", "sphere", "capsule", "box", "mesh", "meshes"})
       .check([](const Input& in, BodySpec& body, bool good) { return check_body(in, body, good); });
   return map;

@@ -106,9 +106,7 @@ BeyondSkin beyond_skin(const Scene& scene, const PlacedBodies& bodies, const Tra
                        double per_drive, std::optional<Index> count) {
   SkinPatches pieces;
   for (const auto& [body, mesh] : bodies.whole) {
-    if (scene.bodies[static_cast<std::size_t>(body)].beyond == Beyond::kIncident) {
-      append(uncovered(pieces_of(mesh, kPiece * wavelength, body), bodies, body), pieces);
-    }
+    append(uncovered(pieces_of(mesh, kPiece * wavelength, body), bodies, body), pieces);
   }
   if (pieces.empty()) {
     return {};

@@ -14,10 +14,9 @@ struct BeyondSkin {
   double shadowed = 0;  // share of their area that other bodies hide from more than half of the array
 };
 
-/// The skin of bodies beyond keep_within, where it is `incident` there. It is the skin that no face of the solving mesh
-/// with skin = 1 covers. Patches are at most 0.9 wavelengths apart. There are also at least `per_drive` patches for
-/// each drive that is needed to span what all channels do to that skin (expected_drives). With fewer than one, the
-/// phases send sound between the patches.
+/// The skin of bodies beyond keep_within: what no face of the solving mesh with skin = 1 covers. Patches are at most
+/// 0.9 wavelengths apart. There are also at least `per_drive` patches for each drive that is needed to span what all
+/// channels do to that skin (expected_drives). With fewer than one, the phases send sound between the patches.
 ///
 /// bodies      of Extent::kSolved
 /// per_drive   kPatchesOfStills or kPatchesOfFrames

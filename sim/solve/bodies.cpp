@@ -164,11 +164,6 @@ const char* boxes_of(const TargetSpec& target) {
                   (nearest - centre).norm() / kMillimetre, world(nearest)));
 }
 
-/// Whether a body that lies beyond keep_within as a whole is an error: nothing would be left of it, or of the target.
-bool must_be_near(const Scene& scene, const BodyPlan& plan, std::size_t i) {
-  return scene.bodies[i].beyond == Beyond::kNothing || plan.bodies[i].pressed;
-}
-
 /// Leaves out what is farther than keep_within from the target; marks what is left as skin or cap. A body that lies
 /// beyond as a whole has no faces marked.
 void keep_part(const Scene& scene, const BodyPlan& plan, std::size_t i, const EdgeSizing& sizing, MeshedBody& made) {
@@ -183,7 +178,7 @@ void keep_part(const Scene& scene, const BodyPlan& plan, std::size_t i, const Ed
   }
   const Vector3 nearest = position(body.mesh, nearest_landmark(body.mesh, "", centre));
   if ((nearest - centre).norm() > kNearestSkin * radius) {
-    if (must_be_near(scene, plan, i)) {
+    if (plan.bodies[i].pressed) {
       refuse_far_target(scene, plan, i, body.mesh);
     }
     made.whole = body.mesh;
@@ -219,9 +214,9 @@ std::string place_key(const Vector3& x) { return fmt::format("({:.9f} {:.9f} {:.
 /// All that a body's mesh in its own frame follows from.
 ///
 /// kept_about     centre of keep_within; null: the whole body
-/// must_be_near   of it
+/// pressed        whether a place of the target is a landmark of the body
 std::string meshing_key(const BodySpec& spec, const std::optional<EdgeSizing>& sizing, const Vector3* kept_about,
-                        bool must_be_near) {
+                        bool pressed) {
   std::string key = shape_text(spec);
   if (const auto* shape = std::get_if<MeshShape>(&spec.shape)) {
     key += file_state(shape->file);
@@ -233,7 +228,7 @@ std::string meshing_key(const BodySpec& spec, const std::optional<EdgeSizing>& s
     }
   }
   if (kept_about != nullptr) {
-    key += fmt::format(" kept {} {}{}", *spec.keep_within, place_key(*kept_about), must_be_near ? " near" : "");
+    key += fmt::format(" kept {} {}{}", *spec.keep_within, place_key(*kept_about), pressed ? " near" : "");
   }
   return key;
 }
@@ -413,8 +408,7 @@ PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const BodyEd
       own->far = std::min(own->far, edges.coarsest);
       sizing = sizing_of(scene, plan, i, *own, kept);
     }
-    const bool part = spec.keep_within &&
-                      (extent == Extent::kSolved || (extent == Extent::kJudged && spec.beyond == Beyond::kNothing));
+    const bool part = spec.keep_within && extent == Extent::kSolved;
     const auto make = [&] {
       MeshedBody made{meshed(spec, own ? &*own : nullptr, sizing ? &*sizing : nullptr, kept), {}, {}};
       require_closed_surface(made.body.mesh, called(spec));
@@ -439,9 +433,9 @@ PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const BodyEd
       }
     };
     if (kept != nullptr) {
-      place(kept->get(
-          fmt::format("{} {}", extent == Extent::kSolved ? "solver" : "judge", i),
-          meshing_key(spec, sizing, part ? &plan.bodies[i].kept_about : nullptr, must_be_near(scene, plan, i)), make));
+      place(kept->get(fmt::format("{} {}", extent == Extent::kSolved ? "solver" : "judge", i),
+                      meshing_key(spec, sizing, part ? &plan.bodies[i].kept_about : nullptr, plan.bodies[i].pressed),
+                      make));
     } else {
       place(make());
     }

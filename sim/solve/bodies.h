@@ -42,7 +42,6 @@ struct BodyPlan {
 /// How much of the bodies is meshed.
 enum class Extent {
   kSolved,  // what keep_within leaves
-  kJudged,  // the whole of them, but with `beyond: nothing` what keep_within leaves
   kWhole,
 };
 
@@ -76,7 +75,7 @@ struct BodyEdges {
 };
 
 /// Meshes every body by its edge lengths and puts it into its place. A body without skin within half of keep_within is
-/// left out where it is `incident` beyond it and nothing of the target stands on it.
+/// left out if nothing of the target stands on it.
 ///
 /// kept    meshes of scenes before this one, used where a body is the same in its own frame
 /// throws  InputError if two bodies touch or one lies in another, or no skin of a body that may not be left out, or of

@@ -45,8 +45,11 @@ void note_solve(const Run& run, Progress& progress) {
 
 void judge_method(MethodResult& result, const TriangleMesh& mesh, const SurfaceGradient& gradient, const Model& model,
                   const std::optional<Target>& target, const Eigen::VectorXcd& pressure) {
-  Metrics metrics = target ? metrics_of(mesh, gradient, model.fixed->wave, model.boxes, *target, pressure)
-                           : metrics_of(mesh, gradient, model.fixed->wave, pressure);
+  Metrics metrics;
+  if (model.fixed->cut.empty() || result.judge_pressure.size() > 0) {
+    metrics = target ? metrics_of(mesh, gradient, model.fixed->wave, model.boxes, *target, pressure)
+                     : metrics_of(mesh, gradient, model.fixed->wave, pressure);
+  }
   if (!result.solution.cost_history.empty()) {
     metrics.cost = result.solution.cost_history.back();
   }

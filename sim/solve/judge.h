@@ -12,9 +12,9 @@
 
 namespace touchfield {
 
-/// Scores a method by its pressure on a mesh, against the target where there is one. Except for a plane wave, also
-/// computes how far its sound has steepened on the way to the loudest face. The scores of a judge replace those that
-/// were there.
+/// Scores a method by its pressure on a mesh, against the target where there is one. On a part of the skin only what
+/// needs no skin is scored. Except for a plane wave, also computes how far its sound has steepened on the way to the
+/// loudest face. The scores of a judge replace those that were there.
 void judge_method(MethodResult& result, const TriangleMesh& mesh, const SurfaceGradient& gradient, const Model& model,
                   const std::optional<Target>& target, const Eigen::VectorXcd& pressure);
 

@@ -179,11 +179,10 @@ JudgeSpec usual_judge(const Scene& scene, const Wave& wave) {
   const double coarsest = kCoarsestJudge * wave.wavelength();
   JudgeSpec judge;
   judge.kind = JudgeSpec::Kind::kSame;
-  const auto is_part = [](const BodySpec& body) { return body.keep_within && body.beyond == Beyond::kIncident; };
   const auto is_coarse = [&](const BodySpec& body) { return body.edge && body.edge->far > coarsest; };
   const bool all_meshed = std::ranges::all_of(scene.bodies, [](const BodySpec& body) { return body.edge.has_value(); });
   if (!scene.target || !all_meshed ||
-      std::ranges::none_of(scene.bodies, [&](const BodySpec& body) { return is_part(body) || is_coarse(body); })) {
+      std::ranges::none_of(scene.bodies, [&](const BodySpec& body) { return body.keep_within || is_coarse(body); })) {
     return judge;
   }
   judge.kind = JudgeSpec::Kind::kEdge;
@@ -391,9 +390,7 @@ QuietSkin quiet_skin(const Model& model) {
   }
   quiet.faces.setOnes(model.body.mesh.face_count());
   for (Eigen::Index f = 0; f < quiet.faces.size(); ++f) {
-    const auto face = static_cast<std::size_t>(f);
-    const BodySpec& body = model.posture.bodies[static_cast<std::size_t>(model.fixed->owner[face])];
-    quiet.faces(f) = model.fixed->skin[face] == 0 && body.beyond == Beyond::kIncident ? 0.0 : 1.0;
+    quiet.faces(f) = model.fixed->skin[static_cast<std::size_t>(f)];
   }
   quiet.beyond = model.beyond;
   quiet.array = model.fixed->array;
@@ -407,26 +404,14 @@ bool judged_elsewhere(const Model& model) {
           (model.fixed->scene.sensing || solver_mistakes_channels(model.fixed->scene.array)));
 }
 
-bool judged_whole(const Model& model) {
-  return std::ranges::none_of(model.fixed->cut, [&](int body) {
-    return model.posture.bodies[static_cast<std::size_t>(body)].beyond == Beyond::kNothing;
-  });
-}
-
 bool judges_own_bodies(const Model& model) {
   const JudgeSpec::Kind kind = model.fixed->scene.judge.kind;
   return kind == JudgeSpec::Kind::kEdge || (kind != JudgeSpec::Kind::kNone && !model.beyond.empty());
 }
 
-bool is_of_part(const Model& model) {
-  return !model.fixed->cut.empty() && (model.fixed->scene.judge.kind == JudgeSpec::Kind::kNone || !judged_whole(model));
-}
-
 SkinExtent solved_extent(const Model& model) {
   return model.fixed->cut.empty() ? SkinExtent::kWhole : SkinExtent::kPart;
 }
-
-SkinExtent judged_extent(const Model& model) { return is_of_part(model) ? SkinExtent::kPart : SkinExtent::kWhole; }
 
 Scheme judge_scheme(const Scene& scene) {
   return scene.judge.kind == JudgeSpec::Kind::kSame ? scene.solve.scheme : scene.judge.scheme;
@@ -442,8 +427,7 @@ JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept) {
     return mesh;
   };
   if (judges_own_bodies(model)) {
-    const Extent extent = judged_whole(model) ? Extent::kWhole : Extent::kJudged;
-    PlacedBodies bodies = build_bodies(scene, model.plan, judge_edges(scene, model.fixed->wave), extent, kept);
+    PlacedBodies bodies = build_bodies(scene, model.plan, judge_edges(scene, model.fixed->wave), Extent::kWhole, kept);
     require_closed_surface(bodies.body.mesh, "judge");
     if (splits == 0) {
       return {std::move(bodies.body.mesh), std::nullopt, std::move(bodies.owner)};

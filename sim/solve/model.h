@@ -37,9 +37,9 @@ struct Model {
   std::shared_ptr<const FixedModel> fixed;
   Posture posture;  // of the scene
   BodyPlan plan;
-  RigidMotion own_frame;  // from the world's frame into the first body's own
-  Body body;              // what the solver sees: of several bodies one mesh, one behind the other
-  SkinPatches beyond;     // of those cut, where it is `incident`: the skin that is not solved, as the solver sees it
+  RigidMotion own_frame;                // from the world's frame into the first body's own
+  Body body;                            // what the solver sees: of several bodies one mesh, one behind the other
+  SkinPatches beyond;                   // of those cut: the skin that is not solved, as the solver sees it
   std::vector<TargetBox> boxes;         // empty without a target
   std::optional<TriangleMesh> truth{};  // with sensing: the same triangles where the skin really is
 };
@@ -70,19 +70,12 @@ struct JudgeMesh {
   std::vector<int> owner{};   // M: number of the body a face is of, of a mesh of its own
 };
 
-/// Whether the judge has the whole bodies: always, unless a body that keep_within cut is `nothing` beyond it.
-bool judged_whole(const Model& model);
-
 /// Whether the judge has meshes of the scene's bodies that are not made of the solver's. It has them if edge lengths
 /// are given for it, or if the solver has only a part of the skin that counts.
 bool judges_own_bodies(const Model& model);
 
-/// Whether the figures of a run are of parts of the bodies: of what keep_within leaves.
-bool is_of_part(const Model& model);
-
-/// What skin the solving mesh and fields of a run are of, and what skin its metrics.
+/// What skin the solving mesh of a run is of; its metrics are of the whole.
 SkinExtent solved_extent(const Model& model);
-SkinExtent judged_extent(const Model& model);
 
 /// The scheme of the judge: that of the solver where the scene gives it none.
 Scheme judge_scheme(const Scene& scene);
@@ -129,7 +122,7 @@ void require_clear(const Model& model);
 /// throws   InputError on an unknown landmark, or as SkinStrokes
 std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Model& model);
 
-/// The skin of a model that the phases are to keep quiet. On bodies with `beyond: nothing` caps count as skin.
+/// The skin of a model that the phases are to keep quiet.
 QuietSkin quiet_skin(const Model& model);
 
 /// The target of a scene on its model. A scene that leaves the pressure open (`best`) gets 1 Pa.

@@ -47,7 +47,6 @@ Run begin_run(const Model& model, const SolveOptions& options) {
           .frequency = model.fixed->wave.frequency(),
           .judge = judge,
           .solved_skin = solved_extent(model),
-          .judged_skin = judged_extent(model),
           .provenance = std::move(provenance)};
   if (!scene.bodies.front().name.empty()) {
     for (const BodySpec& body : scene.bodies) {

@@ -199,7 +199,7 @@ void note_own_judge(const Model& model, double mean_resolution, Remarks& remarks
   }
 }
 
-/// What keep_within leaves out: whether it counts, and how.
+/// What keep_within leaves out, and how it counts.
 void remark_on_part(const Model& model, Remarks& remarks) {
   constexpr double kShadowed = 0.05;
   double radius = std::numeric_limits<double>::infinity();
@@ -209,20 +209,14 @@ void remark_on_part(const Model& model, Remarks& remarks) {
   if (!model.beyond.empty()) {
     remarks.notes.push_back(
         fmt::format("beyond: scattering is solved within {:.4g} mm of the target. The phases include the rest of the "
-                    "skin by its incident pressure at {} points{}. Version 0.2 left it out, as beyond: nothing does",
-                    radius, model.beyond.size(), is_of_part(model) ? "" : ", and the evaluation mesh has all of it"));
-  }
-  if (is_of_part(model)) {
-    remarks.notes.push_back(fmt::format(
-        "part_only: every figure is of the skin within keep_within_mm = {:.4g} of the target. The sound on the rest of "
-        "the body is not counted{}",
-        radius, model.fixed->scene.judge.kind == JudgeSpec::Kind::kNone ? ": the scene has no evaluation mesh" : ""));
+                    "skin by its incident pressure at {} points, and the evaluation mesh has all of it",
+                    radius, model.beyond.size()));
   }
   const auto ends_at_the_wrist = [](const BodySpec& body) {
     const auto* hand = std::get_if<HandShape>(&body.shape);
     return hand != nullptr && hand->forearm == 0;
   };
-  if (model.posture.target && !is_of_part(model) && std::ranges::any_of(model.posture.bodies, ends_at_the_wrist)) {
+  if (model.posture.target && std::ranges::any_of(model.posture.bodies, ends_at_the_wrist)) {
     remarks.notes.emplace_back(
         "no_arm: the hand ends behind the wrist. Sound that the phases keep off the hand goes where an arm would be: "
         "body.hand.forearm_mm: 250 adds one");

@@ -43,7 +43,6 @@ void add(const Remarks& more, Remarks& remarks);
 ///   near_field        the skin is within 2 wavelengths of a transducer
 ///   judged_by_itself  the pattern was found on the very mesh and scheme that it is judged on
 ///   beyond            keep_within cuts a body, the rest of whose skin counts by its incident pressure
-///   part_only         every figure is of what keep_within leaves
 ///   no_arm            a hand has no forearm, of which the phases then know nothing
 ///   still             the scene's motion is left out: the results are of its other keys as they stand
 Remarks model_remarks(const Model& model);

@@ -32,7 +32,6 @@ inline Choices<SkinExtent> extent_choices() {
 template <class Io, class Result>
 void extent_parts(const Io& io, Result& result) {
   io.choice("solved_skin", result.solved_skin, extent_choices());
-  io.choice("judged_skin", result.judged_skin, extent_choices());
 }
 
 inline Choices<PhaseStatus> status_choices() {

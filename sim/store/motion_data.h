@@ -70,7 +70,6 @@ struct Motion {
   TriangleMesh mesh;                            // the solver's, at the motion's beginning, in the world's frame
   std::optional<TriangleMesh> judge{};          // the judge's, likewise
   SkinExtent solved_skin = SkinExtent::kWhole;  // which `mesh` is of
-  SkinExtent judged_skin = SkinExtent::kWhole;  // which the scores are of
   std::vector<MotionMethod> methods{};
   std::vector<std::pair<std::string, double>> timings{};  // stage of the whole -> seconds
   std::vector<std::string> warnings{};

@@ -63,15 +63,10 @@ Json method_value(const MotionMethod& method) {
 void write_motion_csv(const std::string& path, const Motion& motion) {
   const auto row_of = [&](const MotionMethod& method, const MotionScore& score) {
     const Vector3 moved = score.frame < 0 ? Vector3::Constant(kNotComputed) : Vector3(1e3 * score.displacement);
-    Json row = {{"method", method.name},
-                {"time_s", score.time},
-                {"frame", score.frame},
-                {"age_s", score.age},
-                {"dx_mm", moved.x()},
-                {"dy_mm", moved.y()},
-                {"dz_mm", moved.z()},
-                {"displacement_mm", 1e3 * shown_displacement(score)},
-                {"judged_skin", to_string(motion.judged_skin)}};
+    Json row = {{"method", method.name}, {"time_s", score.time},
+                {"frame", score.frame},  {"age_s", score.age},
+                {"dx_mm", moved.x()},    {"dy_mm", moved.y()},
+                {"dz_mm", moved.z()},    {"displacement_mm", 1e3 * shown_displacement(score)}};
     for (const MetricField& field : metric_fields()) {
       row[field.name] = score.metrics.*field.value;
     }
@@ -135,7 +130,7 @@ std::string motion_table(const Motion& motion) {
                     both(over.frame_seconds, 1e3, "{:.0f}"), fmt::to_string(over.frames), fmt::to_string(over.late),
                     fmt::to_string(over.dropped)});
   }
-  return label_line(motion.judged_skin) + aligned_table(rows) + "  a | b: median and 95th percentile\n";
+  return aligned_table(rows) + "  a | b: median and 95th percentile\n";
 }
 
 Json motion_value(const Motion& motion) {
@@ -150,8 +145,7 @@ Json motion_value(const Motion& motion) {
                 {"judge_mesh", mesh_size(judge)},
                 {"channels", motion.array.size()},
                 {"array", array_text(motion.array)},
-                {"solved_skin", to_string(motion.solved_skin)},
-                {"judged_skin", to_string(motion.judged_skin)}};
+                {"solved_skin", to_string(motion.solved_skin)}};
   value.update(provenance_value(motion.provenance));
   value.update({{"timings_s", stage_values(motion.timings)}, {"warnings", motion.warnings}, {"notes", motion.notes}});
   return value;

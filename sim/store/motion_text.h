@@ -8,7 +8,7 @@
 namespace touchfield {
 
 /// motion.csv: a header line and one line per score and method: method, time_s, frame, age_s, dx_mm, dy_mm, dz_mm,
-/// displacement_mm, judged_skin, every metric. NaN is written as "nan"; displacements are NaN while the array shows no
+/// displacement_mm, every metric. NaN is written as "nan"; displacements are NaN while the array shows no
 /// frame. Whole or not at all.
 void write_motion_csv(const std::string& path, const Motion& motion);
 

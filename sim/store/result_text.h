@@ -16,9 +16,6 @@ std::string percent_text(double fraction);
 /// Text within XML or HTML.
 std::string markup_text(const std::string& text);
 
-/// extent_label as a line; empty if there is none.
-std::string label_line(SkinExtent extent);
-
 std::string array_text(const TransducerArray& array);
 
 Json mesh_size(const TriangleMesh& mesh);

@@ -139,14 +139,10 @@ class Comparison {
   RunDifference compare(const std::vector<SceneKeyChange>& scene) {
     found_.provenance = {a_.provenance, b_.provenance};
     found_.scene = scene;
-    found_.judged_skin = {a_.judged_skin, b_.judged_skin};
     found_.models = {{"mesh", compare_meshes(a_.mesh, b_.mesh)},
                      {"array", compare_arrays(a_, b_)},
                      {"target", compare_targets(a_.target, b_.target)},
                      {"judge", compare_judges(a_, b_)}};
-    if (a_.judged_skin != b_.judged_skin) {
-      count("the skin that is evaluated", incomparable(""), false);
-    }
     for (const auto& [name, model] : found_.models) {
       count("the " + name, model, false);
     }
@@ -448,12 +444,10 @@ RunDifference compare_runs(const Run& a, const Run& b, const std::vector<SceneKe
 Json difference_value(const RunDifference& difference) {
   const auto text_or_null = [](const std::optional<std::string>& text) { return text ? Json(*text) : Json(); };
   const auto& [a, b] = difference.provenance;
-  const auto& [skin_a, skin_b] = difference.judged_skin;
   Json value = {{"verdict", difference.verdict()},
                 {"rounding", difference.rounding},
                 {"largest", value_of(difference.largest)},
                 {"largest_result", value_of(difference.largest_result)},
-                {"judged_skin", of_both(to_string(skin_a), to_string(skin_b))},
                 {"provenance", of_both(provenance_value(a), provenance_value(b))},
                 {"scene", Json::object()}};
   for (const SceneKeyChange& change : difference.scene) {
@@ -485,11 +479,6 @@ std::string describe_difference(const RunDifference& difference) {
   lines["scene"] = Json::array();
   for (const SceneKeyChange& change : difference.scene) {
     lines["scene"].push_back(Json{{"key", change.path}, {"A", change.a.value_or("-")}, {"B", change.b.value_or("-")}});
-  }
-  const auto& [skin_a, skin_b] = difference.judged_skin;
-  const auto told = [](SkinExtent skin) { return skin == SkinExtent::kPart ? "the part near the target" : "all"; };
-  if (skin_a != skin_b) {
-    lines["skin"] = fmt::format("A evaluates {}, B {}: their metrics are not comparable", told(skin_a), told(skin_b));
   }
   for (const auto& [name, model] : difference.models) {
     lines[name] = model.relative == 0    ? "the same"

@@ -87,7 +87,6 @@ struct RunDifference {
   Deviation largest_result{};  // of phases, amplitudes, pressures, metrics, fields
   std::array<Provenance, 2> provenance{};
   std::vector<SceneKeyChange> scene{};
-  std::array<SkinExtent, 2> judged_skin{};                   // where they differ, no metric can be compared
   std::vector<std::pair<std::string, Difference>> models{};  // mesh, array, target, judge
   std::array<std::vector<std::string>, 2> methods_in_one_alone{};
   std::array<std::vector<std::string>, 2> fields_in_one_alone{};

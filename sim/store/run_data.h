@@ -15,18 +15,13 @@
 
 namespace touchfield {
 
-/// What skin of the bodies a result is of.
+/// What skin of the bodies a mesh is of; figures are of the whole.
 enum class SkinExtent {
   kWhole,
   kPart,  // what keep_within leaves
 };
 
 inline std::string to_string(SkinExtent extent) { return extent == SkinExtent::kPart ? "part" : "whole"; }
-
-/// What stands beside the figures of a part; of the whole nothing.
-inline std::string extent_label(SkinExtent extent) {
-  return extent == SkinExtent::kPart ? "part only: figures are of the skin within keep_within_mm of the target" : "";
-}
 
 /// What one method found and how it was judged.
 struct MethodResult {
@@ -120,7 +115,6 @@ struct Run {
   std::string judge = "none";                   // none, same (the solving mesh), truth, edge, split
   std::optional<JudgeModel> judge_model{};      // there if judge is truth, edge or split
   SkinExtent solved_skin = SkinExtent::kWhole;  // which `mesh` is of
-  SkinExtent judged_skin = SkinExtent::kWhole;  // which the metrics are of
   std::vector<MethodResult> methods{};
   std::vector<FieldResult> fields{};
   std::vector<SolveRecord> solves{};                      // in the order of the run
@@ -137,7 +131,7 @@ struct Run {
 
   /// Whether the fields are scattered by the judge's mesh: where the solver mistakes the channels or has a part of the
   /// skin.
-  bool has_fields_of_judge() const { return judge_model && (array_truth || solved_skin != judged_skin); }
+  bool has_fields_of_judge() const { return judge_model && (array_truth || solved_skin == SkinExtent::kPart); }
 };
 
 }  // namespace touchfield

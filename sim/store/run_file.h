@@ -9,7 +9,7 @@
 namespace touchfield {
 
 /// Version of the layout of run.h5; docs/run-file.md describes it.
-inline constexpr int kRunFormatVersion = 4;
+inline constexpr int kRunFormatVersion = 5;
 
 /// Writes a run as HDF5. The file appears under `path` whole or not at all (temporary name, flush, rename); an older
 /// one is replaced. Groups that were not computed are absent.
@@ -44,7 +44,7 @@ Json run_value(const Run& run);
 Json method_values(const Run& run);
 std::string describe_run(const Run& run);
 
-/// metrics.csv: a header line and one line per method: name, method, scheme, judged_skin, every metric, status. NaN is
+/// metrics.csv: a header line and one line per method: name, method, scheme, every metric, status. NaN is
 /// written as "nan". Whole or not at all.
 void write_metrics_csv(const std::string& path, const Run& run);
 

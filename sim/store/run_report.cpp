@@ -145,16 +145,14 @@ std::string run_report(const Run& run, const std::vector<std::string>& pictures)
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"/>\n"
       "<meta name=\"viewport\" "
       "content=\"width=device-width\"/>\n<title>{0}</title>\n<style>{1}</style></head>\n<body>\n"
-      "<h1>{0}</h1>\n{2}<h2>Results</h2>\n{3}{4}{11}{5}{6}"
-      "<h2>For a methods section</h2>\n<p>{7}</p>\n<h2>To cite</h2>\n<pre>{8}</pre>\n"
-      "<h2>All pictures</h2>\n{9}<h2>Provenance</h2>\n<pre>{10}</pre>\n"
+      "<h1>{0}</h1>\n{2}<h2>Results</h2>\n{3}{10}{4}{5}"
+      "<h2>For a methods section</h2>\n<p>{6}</p>\n<h2>To cite</h2>\n<pre>{7}</pre>\n"
+      "<h2>All pictures</h2>\n{8}<h2>Provenance</h2>\n<pre>{9}</pre>\n"
       "<p>The scene is in <a href=\"scene.yaml\">scene.yaml</a>, all figures in <a "
       "href=\"metrics.csv\">metrics.csv</a>.</p>\n"
       "</body>\n</html>\n",
-      name, kStyle, shown(first), figures_of(run),
-      run.judged_skin == SkinExtent::kPart ? "<p>" + markup_text(extent_label(run.judged_skin)) + "</p>\n" : "",
-      list_of("Warnings", run.warnings), list_of("Notes", run.notes), markup_text(methods_paragraph(run)),
-      markup_text(bibtex(run.provenance.version)), shown(others),
+      name, kStyle, shown(first), figures_of(run), list_of("Warnings", run.warnings), list_of("Notes", run.notes),
+      markup_text(methods_paragraph(run)), markup_text(bibtex(run.provenance.version)), shown(others),
       markup_text(lines_text(provenance_value(run.provenance))),
       levels.empty() ? "" : "<h2>Sound levels</h2>\n<pre>" + markup_text(levels) + "</pre>\n");
 }

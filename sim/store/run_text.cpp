@@ -88,11 +88,6 @@ std::string markup_text(const std::string& text) {
   return escaped;
 }
 
-std::string label_line(SkinExtent extent) {
-  const std::string label = extent_label(extent);
-  return label.empty() ? "" : label + '\n';
-}
-
 std::string percent_text(double fraction) { return table_number(100.0 * fraction, "{:.2f} %"); }
 
 std::string array_text(const TransducerArray& array) {
@@ -153,7 +148,7 @@ std::string methods_table(const Run& run) {
                                    ? fmt::format("wanted: {:.4g} Pa, where {} fits best\n",
                                                  run.target->amplitudes.maxCoeff(), run.methods.front().name)
                                    : "";
-  return label_line(run.judged_skin) + aligned_table(rows) + pressure;
+  return aligned_table(rows) + pressure;
 }
 
 Json run_value(const Run& run) {
@@ -178,7 +173,6 @@ Json run_value(const Run& run) {
                 {"target_faces", run.target ? run.target->size() : 0},
                 {"target_pa", run.target ? Json(run.target->amplitudes.maxCoeff()) : Json()},
                 {"solved_skin", to_string(run.solved_skin)},
-                {"judged_skin", to_string(run.judged_skin)},
                 {"judge", run.judge},
                 {"judge_scheme", model != nullptr ? model->scheme : ""},
                 {"judge_mesh", model != nullptr ? mesh_size(model->mesh) : Json()},
@@ -253,10 +247,7 @@ std::string describe_run(const Run& run) {
 
 void write_metrics_csv(const std::string& path, const Run& run) {
   const auto row_of = [&](const MethodResult& result) {
-    Json row = {{"name", result.name},
-                {"method", result.method},
-                {"scheme", result.scheme},
-                {"judged_skin", to_string(run.judged_skin)}};
+    Json row = {{"name", result.name}, {"method", result.method}, {"scheme", result.scheme}};
     for (const MetricField& field : metric_fields()) {
       row[field.name] = result.metrics.*field.value;
     }

@@ -70,7 +70,6 @@ Json line_of(const SweepSummary& summary, const std::vector<std::string>& motion
   }
   const auto add = [&](const char* name, const auto& value) { line[name] = value; };
   visit_names(method, add);
-  line["judged_skin"] = record.judged_skin;
   for (const MetricField& field : metric_fields()) {
     line[field.name] = method.metrics.*field.value;
   }
@@ -120,8 +119,11 @@ std::optional<std::vector<double>> parameter_numbers(const std::string& path, co
 }
 
 std::string to_json(const SweepRecord& record, int indent) {
-  Json json = {{"case", record.number},   {"inputs", Json::object()}, {"status", record.status},
-               {"reason", record.reason}, {"methods", Json::array()}, {"judged_skin", record.judged_skin}};
+  Json json = {{"case", record.number},
+               {"inputs", Json::object()},
+               {"status", record.status},
+               {"reason", record.reason},
+               {"methods", Json::array()}};
   for (const auto& [path, value] : record.inputs) {
     json["inputs"][path] = value;
   }
@@ -173,7 +175,6 @@ SweepRecord record_from_json(const std::string& text, const std::string& path) {
         read_value(value, method.over_motion.emplace_back(name, kNotComputed).second);
       }
     }
-    record.judged_skin = json.at("judged_skin").get<std::string>();
     visit_ends(record, [&](const char* name, auto& value) { read_value(json.at(name), value); });
     record.warnings = json.at("warnings").get<std::vector<std::string>>();
     for (const auto& [name, file] : json.at("files").items()) {
@@ -199,11 +200,6 @@ Json sweep_lines(const SweepSummary& summary) {
 
 void write_sweep_csv(const std::string& path, const SweepSummary& summary) {
   write_text_file(path, csv_text(sweep_columns(summary), sweep_lines(summary)));
-}
-
-std::string parts_text(const SweepSummary& summary) {
-  const auto parts = std::ranges::count(summary.records, to_string(SkinExtent::kPart), &SweepRecord::judged_skin);
-  return parts == 0 ? "" : fmt::format("{} case{} {}.", parts, parts == 1 ? "" : "s", extent_label(SkinExtent::kPart));
 }
 
 std::string sweep_table(const SweepSummary& summary, std::size_t most) {
@@ -246,8 +242,7 @@ std::string sweep_table(const SweepSummary& summary, std::size_t most) {
     line.push_back(row.record->status == "ok" ? row.method != nullptr ? row.method->status : "ok" : "FAILED");
     lines.push_back(std::move(line));
   }
-  const std::string parts = parts_text(summary);
-  return (parts.empty() ? "" : parts + '\n') + aligned_table(lines);
+  return aligned_table(lines);
 }
 
 }  // namespace touchfield

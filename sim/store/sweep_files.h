@@ -26,7 +26,6 @@ struct SweepRecord {
     std::vector<std::pair<std::string, double>> over_motion{};  // of a motion: its summary_columns
   };
   std::vector<Method> methods;  // empty if the case failed
-  std::string judged_skin;      // as of a run; empty if the case failed or a version before 0.3 computed it
   int faces = 0;
   int channels = 0;
   double seconds = kNotComputed;   // of the whole case
@@ -82,7 +81,7 @@ std::string column_of(const std::string& parameter);
 ///
 ///   case, status
 ///   the parameters, as they were written (column_of)
-///   name, method, scheme, judged_skin
+///   name, method, scheme
 ///   every metric
 ///   of motions, the statistics over time (motion_summary.h)
 ///   method_status, faces, channels, seconds, peak_mib, models, models_reused, revision, reason
@@ -92,10 +91,7 @@ Json sweep_lines(const SweepSummary& summary);
 /// sweep.csv: these lines. Whole or not at all.
 void write_sweep_csv(const std::string& path, const SweepSummary& summary);
 
-/// How many cases are of parts of the bodies, in a sentence; empty if none is.
-std::string parts_text(const SweepSummary& summary);
-
-/// The first and last lines of the table for a person, with parts_text before it. Each line has the case, the
+/// The first and last lines of the table for a person. Each line has the case, the
 /// parameters that differ between cases, the method, its error, width, leakage and force, seconds and status.
 ///
 /// most   lines; those in the middle are left out

@@ -75,7 +75,6 @@ void add_provenance(vtkFieldData* data, const Result& result) {
   add_text(data, "threads", fmt::to_string(result.provenance.threads));
   add_text(data, "scene", result.scene);
   add_text(data, "solved_skin", to_string(result.solved_skin));
-  add_text(data, "judged_skin", to_string(result.judged_skin));
 }
 
 /// Inline binary with zlib: ParaView 5.11 of Debian 12 cannot open the appended mode that is VTK's default.

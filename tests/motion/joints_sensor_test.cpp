@@ -104,7 +104,7 @@ TEST_F(Tracked, TheSkinIsTheTrueOne) {
 
 // 0.2 mm of skin; the two play the same frames otherwise, and their errors some 60 %.
 TEST_F(Tracked, APlayHasTheErrorOfAnExactSensor) {
-  const Scene judged = scene_from(kFinger + kMoving, {"judge=same", "body.beyond=nothing", "motion.score_hz=6"});
+  const Scene judged = scene_from(kFinger + kMoving, {"judge=same", "motion.score_hz=6"});
   const auto error = [&](std::unique_ptr<MotionSensor> by) {
     const SensedMotion sensed{judged, std::make_unique<const MovingModel>(judged, kept_.get()), std::move(by)};
     const Motion motion = play_motion(sensed, {}, silent_);

@@ -20,7 +20,6 @@ const std::string kBendingFinger =
     "  place: {landmark: index_pad, at_mm: [0, 0, 120]}\n"
     "  edge_mm: {near_target: 2.5, far: 5, within_mm: 8}\n"
     "  keep_within_mm: 35\n"
-    "  beyond: nothing\n"
     "target: {box: {at: index_pad, size_mm: [7, 7, 6]}, pressure_pa: 1500}\n"
     "solve: {methods: [surface], scheme: chief}\n"
     "judge: {scheme: chief, edge_mm: {near_target: 1.8, far: 4, within_mm: 8}}\n"
@@ -44,7 +43,7 @@ TEST(MovingHand, ThePadStaysInItsPlaceWhileTheFingerBends) {
 }
 
 TEST(MovingHand, JudgeAndSolverSeeTheSameSkin) {
-  const MovingModel moving(scene_from(kBendingFinger));
+  const MovingModel moving(scene_from(kBendingFinger, {"body.keep_within_mm=null"}));
   for (const double seconds : {0.0, 0.25, 0.5}) {
     const MotionState state = moving.state(seconds);
     const Model model = moving.at(state);
@@ -61,8 +60,7 @@ TEST(MovingHand, JudgeAndSolverSeeTheSameSkin) {
 
 TEST(MovingHand, SkinBeyondMovesWithTheHand) {
   const MovingModel moving(
-      scene_from(kBendingFinger, {"body.beyond=incident",
-                                  "motion.change=[{path: body.hand.joints.index.mcp_deg, keys: [[0, 0], [0.5, 20]]}, "
+      scene_from(kBendingFinger, {"motion.change=[{path: body.hand.joints.index.mcp_deg, keys: [[0, 0], [0.5, 20]]}, "
                                   "{path: 'body.place.at_mm[0]', rate: 20}]"}));
   const Model begin = moving.at(moving.state(0.0));
   EXPECT_EQ(begin.beyond.size(), moving.first().beyond.size());

@@ -338,23 +338,6 @@ TEST(SceneReader, AJudgeIsChosenUnlessTheSceneDoes) {
   EXPECT_EQ(scene_from(kSmallScene, {"judge=same"}).judge.kind, JudgeSpec::Kind::kSame);
 }
 
-TEST(SceneReader, SkinBeyondKeepWithinCountsUnlessTheSceneSaysNothing) {
-  const auto body = [](const std::vector<std::string>& changes) {
-    return scene_from(kSmallScene, changes).bodies.front();
-  };
-  EXPECT_EQ(body({}).beyond, Beyond::kIncident);
-  EXPECT_EQ(body({"body.keep_within_mm=20"}).beyond, Beyond::kIncident);
-  EXPECT_EQ(body({"body.keep_within_mm=20", "body.beyond=nothing"}).beyond, Beyond::kNothing);
-  const auto text = [](const std::vector<std::string>& changes) {
-    return resolved_yaml(scene_from(kSmallScene, changes));
-  };
-  EXPECT_THAT(text({}), Not(HasSubstr("beyond")));
-  EXPECT_THAT(text({"body.keep_within_mm=20"}), HasSubstr("  keep_within_mm: 20\n  beyond: incident\n"));
-  TempFolder folder;
-  EXPECT_THAT(problems_of(folder.write("scene.yaml", kSmallScene), {"body.beyond=none"}),
-              ElementsAre(HasSubstr("body.beyond")));
-}
-
 TEST(SceneReader, PutsAPlanesSizeOnItsAxes) {
   const Scene scene = scene_from(kSmallScene +
                                  "field:\n"

@@ -80,7 +80,7 @@ bool operator==(const EdgeSpec& a, const EdgeSpec& b) {
 }
 bool operator==(const BodySpec& a, const BodySpec& b) {
   return a.name == b.name && a.shape == b.shape && a.place == b.place && a.edge == b.edge &&
-         a.keep_within == b.keep_within && a.beyond == b.beyond;
+         a.keep_within == b.keep_within;
 }
 bool operator==(const SensingNoise& a, const SensingNoise& b) {
   return a.rms == b.rms && a.correlation == b.correlation && a.offset == b.offset && a.seed == b.seed;
@@ -248,7 +248,6 @@ const std::vector<Variant> kVariants = {
     {"judge_graded", {"judge={scheme: chief, edge_mm: {far: 2.1, near_target: 0.7, within_mm: 11.3}}"}},
     {"graded", {"body.edge_mm={far: 3.3, near_target: 1.1, near: {top: 1.3, y_plus: 0.9}, growth: 0.31}"}},
     {"kept", {"body.keep_within_mm=33.3"}},
-    {"kept_alone", {"body.keep_within_mm=33.3", "body.beyond=nothing"}},
     {"judge_of_the_scene", {"judge=same"}},
     {"sensing", {"sensing={noise_mm_rms: 0.55, correlation_mm: 7.7, offset_mm: [0.1, -0.2, 0.3], seed: 77}"}},
     {"judge_with_split_faces", {"judge={split: 2}"}},

@@ -36,12 +36,11 @@ TEST(BeyondSkin, PartAndPatchesTogetherAreTheSkin) {
     EXPECT_NEAR((skin_area(model) + model.beyond.areas.sum()) / whole.body.mesh.total_area(), 1.0, 0.02) << kept;
     const double border = 0.9e-3 * std::stod(kept);
     const Points centres = model.beyond.centres();
-    EXPECT_GT((centres.colwise() - Vector3(0, 20e-3, 50e-3)).colwise().norm().minCoeff(), border - 2e-3);
+    EXPECT_GT((centres.colwise() - Vector3(0, 20e-3, 50e-3)).cwiseAbs().colwise().maxCoeff().minCoeff(), border - 2e-3);
     EXPECT_LT(FaceTree(whole.body.mesh).nearest(centres.col(0)).distance, 1e-5);
     // 0.9 wavelengths apart at most.
     EXPECT_LT(model.beyond.areas.mean(), std::pow(0.9 * model.fixed->wave.wavelength(), 2));
   }
-  EXPECT_TRUE(long_model({"body.keep_within_mm=14", "body.beyond=nothing"}).beyond.empty());
   EXPECT_TRUE(long_model({"body.keep_within_mm=200"}).beyond.empty());
 }
 
@@ -75,7 +74,6 @@ TEST(BeyondSkin, OtherBodiesLieBeyondAsAWhole) {
                    "target.boxes=[{at: one.bottom, size_mm: [6, 12, 5]}, {at: other.bottom, size_mm: [6, 6, 5]}]",
                    "target.box=null"}),
       InputError);
-  EXPECT_THROW(small_model({two, "body=null", target, "bodies.1.beyond=nothing"}), InputError);
 }
 
 /// Cost and phases of `unscattered` on faces near by and points beyond are those on all faces, where a point stands for

@@ -32,11 +32,11 @@ TEST(MotionCsv, HasALineAScoreAndMethod) {
   for (const auto& row : rows) {
     ASSERT_EQ(row.size(), 9 + metric_fields().size());
   }
-  EXPECT_THAT(std::vector<std::string>(rows[0].begin(), rows[0].begin() + 10),
+  EXPECT_THAT(std::vector<std::string>(rows[0].begin(), rows[0].begin() + 9),
               ElementsAre("method", "time_s", "frame", "age_s", "dx_mm", "dy_mm", "dz_mm", "displacement_mm",
-                          "judged_skin", "relative_error"));
-  EXPECT_THAT(std::vector<std::string>(rows[1].begin(), rows[1].begin() + 10),
-              ElementsAre("surface", "0", "-1", "nan", "nan", "nan", "nan", "nan", "part", "nan"));
+                          "relative_error"));
+  EXPECT_THAT(std::vector<std::string>(rows[1].begin(), rows[1].begin() + 9),
+              ElementsAre("surface", "0", "-1", "nan", "nan", "nan", "nan", "nan", "nan"));
   const MotionScore& score = motion.methods[1].scores[5];
   const auto& last = rows.back();
   EXPECT_EQ(last[0], "paper-2");

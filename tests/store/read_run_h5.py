@@ -31,8 +31,8 @@ def check_same(found, expected):
 
 def check(run):
     assert run.attrs["format"] == "touchfield-run"
-    assert run.attrs["format_version"] == 4
-    assert (run.attrs["solved_skin"], run.attrs["judged_skin"]) == ("part", "whole")
+    assert run.attrs["format_version"] == 5
+    assert run.attrs["solved_skin"] == "part"
     assert run.attrs["name"] == "width \u00fc 5mm"
     assert run.attrs["complete"] == 1
     assert run.attrs["alarm"] == 0.0125
@@ -142,8 +142,8 @@ def check_same_judge(run):
 
 
 def check_motion(motion):
-    assert motion.attrs["format"] == "touchfield-motion" and motion.attrs["format_version"] == 3
-    assert (motion.attrs["solved_skin"], motion.attrs["judged_skin"]) == ("whole", "part")
+    assert motion.attrs["format"] == "touchfield-motion" and motion.attrs["format_version"] == 4
+    assert motion.attrs["solved_skin"] == "whole"
     assert motion.attrs["complete"] == 1 and motion.attrs["seconds"] == 0.2
 
     def has_unit(name, item):

@@ -174,7 +174,6 @@ TEST(CompareRuns, EveryPartIsLookedAt) {
       {[](RunData& run) { run.target->faces[0] = 2; }, "the target", false},
       {[](RunData& run) { run.judge_model->scheme = "chief"; }, "the judge", false},
       {[](RunData& run) { run.judge_model->target->amplitudes(1) = 8.0; }, "the judge", false},
-      {[](RunData& run) { run.judged_skin = SkinExtent::kPart; }, "the skin that is evaluated", false},
   };
   for (const Change& change : changes) {
     SCOPED_TRACE(change.named);

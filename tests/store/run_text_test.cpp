@@ -36,15 +36,6 @@ TEST(Describe, AJudgeThatIsTheSolvingModel) {
   EXPECT_THAT(describe_run(self_judged_run()), ContainsRegex("judge +same\n"));
 }
 
-TEST(Describe, ARunOfAPartSaysSoAboveItsTable) {
-  RunData run = full_run();
-  EXPECT_THAT(methods_table(run), Not(HasSubstr("part only")));
-  run.judged_skin = SkinExtent::kPart;
-  const std::string label = "part only: figures are of the skin within keep_within_mm of the target\n";
-  EXPECT_THAT(methods_table(run), StartsWith(label));
-  EXPECT_THAT(describe_run(run), HasSubstr('\n' + label));
-}
-
 TEST(Describe, ATableOfMethodsFitsAScreenOf100Columns) {
   RunData run = full_run();
   run.methods.front().name = "unscattered";
@@ -104,7 +95,7 @@ TEST(MetricsCsv, OneLineAMethodAndQuotesWhereTheyAreNeeded) {
   std::string rest;
   ASSERT_TRUE(std::getline(lines, header) && std::getline(lines, first) && std::getline(lines, second));
   EXPECT_FALSE(std::getline(lines, rest));
-  std::string expected = "name,method,scheme,judged_skin";
+  std::string expected = "name,method,scheme";
   for (const MetricField& field : metric_fields()) {
     expected += std::string(",") + field.name;
   }

@@ -84,8 +84,7 @@ void expect_provenance(vtkDataObject* data, const RunData& run) {
                                                                      {"end", from.end},
                                                                      {"scene_hash", from.scene_hash},
                                                                      {"scene", run.scene},
-                                                                     {"solved_skin", to_string(run.solved_skin)},
-                                                                     {"judged_skin", to_string(run.judged_skin)}};
+                                                                     {"solved_skin", to_string(run.solved_skin)}};
   for (const auto& [name, text] : expected) {
     SCOPED_TRACE(name);
     auto* array = vtkStringArray::SafeDownCast(data->GetFieldData()->GetAbstractArray(name.c_str()));

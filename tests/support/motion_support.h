@@ -37,7 +37,6 @@ inline Motion full_motion() {
                 .array = run.array,
                 .mesh = run.mesh,
                 .judge = run.judge_model->mesh,
-                .judged_skin = SkinExtent::kPart,
                 .timings = {{"mesh", 0.125}, {"judge", 1.0 / 7.0}},
                 .warnings = run.warnings,
                 .notes = run.notes,

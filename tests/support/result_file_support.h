@@ -29,7 +29,6 @@ inline void forge_beginning(const hdf5::Group& root, const std::string& format, 
   root.set_attribute("complete", 1);
   root.write_text("scene", "");
   root.set_attribute("solved_skin", "whole");
-  root.set_attribute("judged_skin", "part");
   const std::array<double, 9> corners = {0, 0, 0, 1, 0, 0, 0, 1, 0};
   const std::array<int, 3> triangle = {0, 1, 2};
   const hdf5::Group mesh = root.create("mesh");

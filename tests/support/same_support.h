@@ -163,7 +163,7 @@ inline void expect_same(const MotionMethod& a, const MotionMethod& b) {
 
 inline void expect_same(const Run& a, const Run& b) {
   expect_equal_parts(a, b, &Run::name, &Run::scene, &Run::judge, &Run::complete, &Run::seconds, &Run::alarms,
-                     &Run::warnings, &Run::notes, &Run::solved_skin, &Run::judged_skin);
+                     &Run::warnings, &Run::notes, &Run::solved_skin);
   expect_same(a.provenance, b.provenance);
   expect_same(a.mesh, b.mesh);
   expect_same(a.array, b.array);
@@ -179,8 +179,7 @@ inline void expect_same(const Run& a, const Run& b) {
 
 inline void expect_same(const Motion& a, const Motion& b) {
   using M = Motion;
-  expect_equal_parts(a, b, &M::name, &M::scene, &M::complete, &M::timings, &M::warnings, &M::notes, &M::solved_skin,
-                     &M::judged_skin);
+  expect_equal_parts(a, b, &M::name, &M::scene, &M::complete, &M::timings, &M::warnings, &M::notes, &M::solved_skin);
   expect_same_bits(a.seconds, b.seconds);
   expect_same(a.provenance, b.provenance);
   expect_same(a.array, b.array);
