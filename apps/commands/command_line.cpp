@@ -13,6 +13,7 @@
 #include "sim/core/atomic_file.h"
 #include "sim/core/counted.h"
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/utf8.h"
 #include "sim/core/version.h"
 #include "sim/gpu/compute_device.h"
@@ -27,26 +28,16 @@ namespace touchfield {
 
 namespace {
 
-/// A word as a shell reads it back, in characters that every reader of UTF-8 takes.
+/// A word as a shell reads it back.
 std::string quoted_word(const std::string& word) {
-  bool plain = !word.empty();
-  bool text = true;
-  std::string quoted;  // between apostrophes
-  std::string coded;   // between $' and '
-  for (std::size_t i = 0; i < word.size();) {
-    const std::size_t length = character_length(word, i);
-    const std::string character = word.substr(i, std::max<std::size_t>(length, 1));
-    const bool readable = length > 0 && one_line(character) == character;
-    text = text && readable;
-    plain = plain && character.find_first_of(" \t\n'\"\\$*?[]{}()<>|&;#~`!") == std::string::npos;
-    quoted += character == "'" ? "'\\''" : character;
-    coded += character == "'" || character == "\\" ? "\\" + character : readable ? character : "";
-    for (const char byte : readable ? "" : character) {
-      coded += fmt::format("\\x{:02x}", static_cast<unsigned char>(byte));
-    }
-    i += character.size();
+  if (!word.empty() && word.find_first_of(" \t\n'\"\\$*?[]{}()<>|&;#~`!") == std::string::npos) {
+    return word;
   }
-  return !text ? "$'" + coded + "'" : plain ? word : "'" + quoted + "'";
+  std::string quoted;
+  for (const char c : word) {
+    quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  }
+  return "'" + quoted + "'";
 }
 
 /// What a number of the command line must be.
@@ -220,7 +211,9 @@ void require_free_output(const std::string& path, bool force, const std::vector<
 std::string joined_command_line(int argc, char** argv) {
   std::string line;
   for (int i = 0; i < argc; ++i) {
-    line += (i > 0 ? " " : "") + quoted_word(argv[i]);
+    const std::string word = argv[i];
+    require(length_of_text(word) == word.size(), "argument {} is not UTF-8 text: {}; rename the file", i, word);
+    line += (i > 0 ? " " : "") + quoted_word(word);
   }
   return line;
 }

@@ -119,8 +119,8 @@ std::string first_log_line(const std::string& scene, int threads);
 ///          if it is one of those that are read, by whatever name
 void require_free_output(const std::string& path, bool force, const std::vector<std::string>& read = {});
 
-/// The command as it was typed, quoted for a shell; words that are no plain UTF-8 text as bash and zsh write them,
-/// $'\xff'.
+/// The command as it was typed, quoted for a shell.
+/// throws   InputError on a word that is not UTF-8 text (sim/core/utf8.h)
 std::string joined_command_line(int argc, char** argv);
 
 }  // namespace touchfield

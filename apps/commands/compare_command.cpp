@@ -10,7 +10,6 @@
 #include "apps/commands/standard_streams.h"
 #include "sim/batch/scene_changes.h"
 #include "sim/core/require.h"
-#include "sim/core/utf8.h"
 #include "sim/store/run_compare.h"
 #include "sim/store/run_file.h"
 
@@ -26,8 +25,7 @@ struct CompareCommand {
 };
 
 std::string heading(char letter, const std::string& path, const Run& run) {
-  return fmt::format("{:<9} {}: {}, {}\n", letter, path, one_line(run.name),
-                     run.complete ? "complete" : "NOT COMPLETE");
+  return fmt::format("{:<9} {}: {}, {}\n", letter, path, run.name, run.complete ? "complete" : "NOT COMPLETE");
 }
 
 std::string tolerance_line(double tolerance, const Deviation& largest) {

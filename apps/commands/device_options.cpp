@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "apps/commands/command_line.h"
-#include "sim/core/file_kind.h"
 #include "sim/core/require.h"
 #include "sim/core/text_number.h"
 #include "sim/core/whole_file.h"
@@ -15,8 +14,7 @@ namespace {
 
 // Numbers 0..255 between blanks, line ends or commas.
 std::vector<std::uint8_t> read_samples(const std::string& path) {
-  std::string text = read_whole_file(path, schema::kMostTextBytes);
-  refuse_foreign(text, path);
+  std::string text = read_text_file(path, schema::kMostTextBytes);
   std::replace(text.begin(), text.end(), ',', ' ');
   std::vector<std::uint8_t> samples;
   constexpr const char* kBlanks = " \t\r\n";

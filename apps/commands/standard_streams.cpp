@@ -9,8 +9,6 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/utf8.h"
-
 namespace touchfield {
 
 namespace {
@@ -34,9 +32,9 @@ void hold_standard_streams() {
   }
 }
 
-void put(std::string_view text) { print(stdout, visible_text(text)); }
+void put(std::string_view text) { print(stdout, text); }
 
-void say(std::string_view text) { print(stderr, visible_text(text)); }
+void say(std::string_view text) { print(stderr, text); }
 
 void say_warning(const std::string& text) { say("touchfield: warning: " + text + '\n'); }
 

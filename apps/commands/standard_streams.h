@@ -10,9 +10,8 @@ namespace touchfield {
 /// ignored).
 void hold_standard_streams();
 
-/// Prints on standard output, and on standard error, as visible_text: whatever a file or an argument holds, no terminal
-/// obeys it. Neither throws: what has been computed must not be lost because nobody listens. A stream that does not
-/// take everything is reported by finish_output().
+/// Prints on standard output, and on standard error. Neither throws: what has been computed must not be lost because
+/// nobody listens. A stream that does not take everything is reported by finish_output().
 void put(std::string_view text);
 void say(std::string_view text);
 

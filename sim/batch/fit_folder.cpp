@@ -11,7 +11,6 @@
 
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
-#include "sim/core/json_text.h"
 #include "sim/core/place_text.h"
 #include "sim/core/units.h"
 #include "sim/scene/quantity.h"
@@ -293,12 +292,10 @@ std::string body_yaml(const std::string& directory, const TriangleMesh& first, c
     places.emplace_back(landmark.name, schema::list(std::move(coordinates)));
   }
   return schema::block_text(schema::map(
-      {{"body",
-        schema::map(
-            {{"meshes", schema::map({{"folder", schema::scalar(bytes_in_characters(folder.string()))},
-                                     {"times", schema::scalar(bytes_in_characters((folder / "times.csv").string()))},
-                                     {"unit", schema::scalar("m")},
-                                     {"landmarks", schema::map(std::move(places))}})}})}}));
+      {{"body", schema::map({{"meshes", schema::map({{"folder", schema::scalar(folder.string())},
+                                                     {"times", schema::scalar((folder / "times.csv").string())},
+                                                     {"unit", schema::scalar("m")},
+                                                     {"landmarks", schema::map(std::move(places))}})}})}}));
 }
 
 }  // namespace

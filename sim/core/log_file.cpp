@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/utf8.h"
 #include "sim/core/version.h"
 
 namespace touchfield {
@@ -20,7 +19,7 @@ LogFile::LogFile(const std::string& path)
 }
 
 void LogFile::line(std::string_view text) {
-  const std::string line = fmt::format("{} {}\n", utc_now(), visible_text(text));
+  const std::string line = fmt::format("{} {}\n", utc_now(), text);
   static_cast<void>(::write(file_.number(), line.data(), line.size()) < 0);  // in one call: threads' lines stay apart
 }
 

@@ -4,71 +4,52 @@
 
 #include <fmt/format.h>
 
+#include "sim/core/errors.h"
+
 namespace touchfield {
 
 namespace {
 
-unsigned byte_at(std::string_view text, std::size_t place) {
-  return place < text.size() ? static_cast<unsigned char>(text[place]) : 0U;
-}
-
-/// The character of up to three bytes at a place; 0 for a longer one.
-unsigned code_point(std::string_view text, std::size_t place, std::size_t length) {
-  const unsigned first = byte_at(text, place);
-  const auto low = [&](std::size_t k) { return byte_at(text, place + k) & 0x3FU; };
-  return length == 1   ? first
-         : length == 2 ? ((first & 0x1FU) << 6U) | low(1)
-         : length == 3 ? ((first & 0x0FU) << 12U) | (low(1) << 6U) | low(2)
-                       : 0U;
-}
-
-bool controls_a_terminal(unsigned code) {
-  return code < 0x20 || (code >= 0x7F && code < 0xA0) || (code >= 0x202A && code <= 0x202E) ||
-         (code >= 0x2066 && code <= 0x2069);
-}
-
-std::string shown(std::string_view text, std::string_view kept) {
-  std::string result;
-  result.reserve(text.size());
-  for (std::size_t i = 0; i < text.size();) {
-    const std::size_t length = character_length(text, i);
-    const unsigned code = code_point(text, i, length);
-    const std::string_view character = text.substr(i, std::max<std::size_t>(length, 1));
-    if ((length == 1 || length == 2 || length == 3) && controls_a_terminal(code) &&
-        kept.find(character) == std::string_view::npos) {
-      result += fmt::format("\\u{:04x}", code);
-    } else {
-      result += character;
-    }
-    i += character.size();
-  }
-  return result;
-}
-
-}  // namespace
-
-std::size_t character_length(std::string_view text, std::size_t place) {
-  const unsigned first = byte_at(text, place);
+/// Length of the character at the start of a text [bytes]; 0 if none that may stand in a text does.
+std::size_t character_length(std::string_view text) {
+  const auto byte = [&](std::size_t at) { return at < text.size() ? static_cast<unsigned char>(text[at]) : 0U; };
+  const unsigned first = byte(0);
   if (first < 0x80) {
-    return 1;
+    const bool line_end = first == '\n' || (first == '\r' && byte(1) == '\n');
+    return (first >= 0x20 && first != 0x7F) || first == '\t' || line_end ? 1 : 0;
   }
   const std::size_t length = first >= 0xC2 && first < 0xE0   ? 2
                              : first >= 0xE0 && first < 0xF0 ? 3
                              : first >= 0xF0 && first < 0xF5 ? 4
                                                              : 0;
   for (std::size_t k = 1; k < length; ++k) {
-    if ((byte_at(text, place + k) & 0xC0U) != 0x80U) {
+    if ((byte(k) & 0xC0U) != 0x80U) {
       return 0;
     }
   }
-  const unsigned second = byte_at(text, place + 1);
-  const bool overlong = (first == 0xE0 && second < 0xA0) || (first == 0xF0 && second < 0x90);
-  const bool no_character = (first == 0xED && second >= 0xA0) || (first == 0xF4 && second >= 0x90);
+  const bool overlong = (first == 0xE0 && byte(1) < 0xA0) || (first == 0xF0 && byte(1) < 0x90);
+  const bool no_character = (first == 0xED && byte(1) >= 0xA0) || (first == 0xF4 && byte(1) >= 0x90);
   return overlong || no_character ? 0 : length;
 }
 
-std::string visible_text(std::string_view text) { return shown(text, "\t\n"); }
+}  // namespace
 
-std::string one_line(std::string_view text) { return shown(text, ""); }
+std::size_t length_of_text(std::string_view bytes) {
+  std::size_t at = 0;
+  while (const std::size_t length = at < bytes.size() ? character_length(bytes.substr(at)) : 0) {
+    at += length;
+  }
+  return at;
+}
+
+void require_text(std::string_view bytes, std::string_view name) {
+  const std::size_t length = length_of_text(bytes);
+  if (length < bytes.size()) {
+    const std::string_view text = bytes.substr(0, length);
+    throw InputError(fmt::format("{}:{}:{}: byte 0x{:02x} is not UTF-8 text; save the file as UTF-8", name,
+                                 1 + std::ranges::count(text, '\n'), length - (text.rfind('\n') + 1) + 1,
+                                 static_cast<unsigned char>(bytes[length])));
+  }
+}
 
 }  // namespace touchfield

@@ -1,21 +1,16 @@
 #pragma once
 
 #include <cstddef>
-#include <string>
 #include <string_view>
 
 namespace touchfield {
 
-/// Length of the UTF-8 character that begins at a place of a text [bytes]; 0 if none does. Overlong forms and
-/// surrogates are not characters.
-std::size_t character_length(std::string_view text, std::size_t place);
+/// The bytes before the first one that is not text [bytes]; the size of the text if there is none. Text is UTF-8
+/// without control characters other than tab and ends of lines, which are a line feed or a carriage return before one.
+std::size_t length_of_text(std::string_view bytes);
 
-/// A text as a terminal may show it. Control characters other than tab and end of line are written as in JSON, \u001b.
-/// Marks that turn the direction of writing are written in the same way. So JSON stays the same JSON, and no text moves
-/// the cursor.
-std::string visible_text(std::string_view text);
-
-/// The same of what is part of a line: tabs and ends of lines too.
-std::string one_line(std::string_view text);
+/// name     what messages call the text
+/// throws   InputError "name:line:column: byte 0xff is not UTF-8 text, ..."; the column counts bytes from 1
+void require_text(std::string_view bytes, std::string_view name);
 
 }  // namespace touchfield

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/file_kind.h"
+#include "sim/core/utf8.h"
 #include "sim/scene/text_file.h"
 
 namespace touchfield::schema {
@@ -28,36 +28,6 @@ std::string description(const Node& node) {
       return "a map";
   }
   return "";
-}
-
-/// What a byte that is no character may come from.
-std::string remedy_of(unsigned char byte) {
-  return byte == 0 ? ": a zero byte" : byte >= 0x80 ? ": save the file as UTF-8" : "";
-}
-
-/// Says what the parser's words leave out: a tab or an odd blank that indents, or the lines whose indentation to look
-/// at.
-void explain(const std::string& text, SyntaxError& error) {
-  int above = 0;  // the last line that is not empty before the fault's
-  bool tab = false;
-  std::string odd;
-  for_each_text_line(text, [&](int line, std::string_view content) {
-    const std::size_t first = content.find_first_not_of(' ');
-    if (line < error.place.line && first != std::string_view::npos && content[first] != '#') {
-      above = line;
-      const std::string found = odd_character(content.substr(line == 1 && content.starts_with(kByteOrderMark) ? 3 : 0));
-      odd = found.empty() ? std::string() : fmt::format("; in line {} there is a {}", line, found);
-    } else if (line == error.place.line && first != std::string_view::npos && content[first] == '\t') {
-      error.place.column = static_cast<int>(first) + 1;
-      tab = true;
-    }
-  });
-  if (tab) {
-    error.what = "not YAML: indented by a tab, must be spaces";
-  } else if (error.of_layout && above > 0) {
-    error.what += fmt::format("; check the indentation of lines {} to {}", above, error.place.line);
-  }
-  error.what += odd;
 }
 
 }  // namespace
@@ -82,23 +52,7 @@ std::string Reading::place_text(const Place& place) const {
 }
 
 void Reading::add(const Place& place, std::string text) {
-  std::string odd;
-  if (place.source > 0) {
-    odd = odd_character(overrides_.at(static_cast<std::size_t>(place.source) - 1));
-  } else if (const auto found = odd_.find(place.line); found != odd_.end()) {
-    odd = found->second;
-  }
-  problems_.push_back(
-      {place, fmt::format("{}: {}{}", place_text(place), text, odd.empty() ? "" : "; there is a " + odd)});
-}
-
-void Reading::watch(std::string_view text) {
-  for_each_text_line(text, [&](int line, std::string_view content) {
-    content.remove_prefix(line == 1 && content.starts_with(kByteOrderMark) ? 3 : 0);
-    if (const std::string odd = odd_character(content); !odd.empty()) {
-      odd_.emplace(line, odd);
-    }
-  });
+  problems_.push_back({place, fmt::format("{}: {}", place_text(place), text)});
 }
 
 void Reading::add_elsewhere(const Place& place, std::string text) { problems_.push_back({place, std::move(text)}); }
@@ -159,27 +113,13 @@ std::string quoted_for_message(const std::string& text, std::size_t longest) {
     shown.resize(cut);
     shown += "...";
   }
-  for (char& c : shown) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte == '\n' || byte == '\r' || byte == '\t') {
-      c = ' ';
-    } else if (byte < 0x20 || byte == 0x7F)
-      c = '?';
-  }
+  std::ranges::replace_if(
+      shown, [](unsigned char byte) { return byte < 0x20 || byte == 0x7F; }, ' ');
   return shown;
 }
 
 Node read_map(const std::string& text, std::string_view what, Reading& reading) {
-  if (const auto kind = foreign_kind(text)) {
-    reading.add({}, "this is " + *kind);
-    throw InputError(reading.message());
-  }
-  const auto fault = find_text_fault(text);
-  if (fault.column > 0) {
-    reading.add({0, fault.line, fault.column}, "not a character of UTF-8 text" + remedy_of(fault.byte));
-    throw InputError(reading.message());
-  }
-  reading.watch(text);
+  require_text(text, reading.file());
   try {
     Node root = parse_yaml(text, 0);
     if (root.kind == Node::Kind::kMap) {
@@ -188,8 +128,7 @@ Node read_map(const std::string& text, std::string_view what, Reading& reading) 
     const bool empty = root.kind == Node::Kind::kNull;
     reading.add(empty ? Place{} : root.place,
                 fmt::format("{}, {} must be a map of keys", empty ? "empty" : "not a map", what));
-  } catch (SyntaxError& error) {
-    explain(text, error);
+  } catch (const SyntaxError& error) {
     reading.add(error.place, error.what);
   }
   throw InputError(reading.message());

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -20,13 +19,13 @@ class Reading {
   /// changes   what messages call an override
   Reading(std::string name, std::vector<std::string> overrides, std::string folder, std::string changes);
 
+  /// What messages call the file.
+  const std::string& file() const { return file_; }
   /// A place as messages name it: "scene.yaml:4:11", "--set body.x=1".
   std::string place_text(const Place& place) const;
 
   /// A problem at a place, its text without the place.
   void add(const Place& place, std::string text);
-  /// Looks through the file's text for characters that are not what they look like: problems in their lines name them.
-  void watch(std::string_view text);
 
   /// A problem in another file that the scene names at `place`; the text names the place in that file.
   void add_elsewhere(const Place& place, std::string text);
@@ -50,7 +49,6 @@ class Reading {
   std::string folder_;           // of the scene
   std::string override_folder_;  // of the overrides
   std::string changes_ = "--set";
-  std::map<int, std::string> odd_;  // of the file's lines: what is odd in them
   std::vector<Problem> problems_;
 };
 
@@ -87,11 +85,10 @@ class Input {
 /// The values of a text file that must hold one map: a scene, a sweep.
 ///
 /// what     how messages call the file, e.g. "a scene"
-/// throws   InputError with what `reading` has found: a file that is no text, a character that is no UTF-8, what is not
-///          YAML, no map
+/// throws   InputError with what `reading` has found: text that is not UTF-8, not YAML or not a map
 Node read_map(const std::string& text, std::string_view what, Reading& reading);
 
-/// A text as a message quotes it: in one line, without control characters, cut after `longest` bytes.
+/// A text as a message quotes it: blanks for control characters, cut after `longest` bytes.
 std::string quoted_for_message(const std::string& text, std::size_t longest = 60);
 
 }  // namespace touchfield::schema

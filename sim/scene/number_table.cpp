@@ -8,7 +8,6 @@
 #include <fmt/ranges.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/file_kind.h"
 #include "sim/core/whole_file.h"
 #include "sim/scene/schema.h"
 #include "sim/scene/suggest.h"
@@ -293,29 +292,13 @@ class TableReader {
 
 }  // namespace
 
-void FileReport::add(int line, const std::string& text) {
-  const auto odd = odd_.find(line);
-  report(fmt::format("{}:{}: {}{}", path_, line, text, odd == odd_.end() ? "" : "; there is a " + odd->second));
-}
+void FileReport::add(int line, const std::string& text) { report(fmt::format("{}:{}: {}", path_, line, text)); }
 
 void FileReport::add(const std::string& text) { report(fmt::format("{}: {}", path_, text)); }
 
 std::optional<std::string> FileReport::text() {
   try {
-    std::string text = read_whole_file(path_, most_);
-    if (text.starts_with(kByteOrderMark)) {
-      text.erase(0, kByteOrderMark.size());
-    }
-    refuse_foreign(text, path_);
-    for_each_text_line(text, [&](int line, std::string_view content) {
-      if (const std::string odd = odd_character(content); !odd.empty()) {
-        odd_.emplace(line, odd);
-      }
-    });
-    if (const std::size_t zero = text.find('\0'); zero != std::string::npos) {
-      throw InputError(fmt::format("{}: not a text file: byte {} is 0", path_, zero + 1));
-    }
-    return text;
+    return read_text_file(path_, most_);
   } catch (const InputError& error) {
     in_.problem(error.what());
     ++count_;

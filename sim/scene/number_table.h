@@ -60,7 +60,6 @@ class FileReport {
   const Input& in_;
   const std::string& path_;
   std::size_t most_;
-  std::map<int, std::string> odd_;  // of lines: what is odd in them
   int count_ = 0;
 };
 

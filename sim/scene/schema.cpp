@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "sim/core/json_text.h"
 #include "sim/scene/suggest.h"
 #include "sim/scene/text_file.h"
 
@@ -153,9 +153,9 @@ Codec<std::string> file() {
   return kept_as<std::string, std::string>(
       named,
       [](const Input& in, const std::string& path) {
-        return std::optional(in.reading().resolve(in.node().place, characters_in_bytes(path)));
+        return std::optional(in.reading().resolve(in.node().place, path));
       },
-      bytes_in_characters);  // a folder may have any name, the text of a scene has characters alone
+      std::identity());
 }
 
 Codec<std::string> absolute_file() {

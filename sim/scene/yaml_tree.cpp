@@ -219,16 +219,6 @@ class TreeBuilder : public YAML::EventHandler {
   std::size_t copied_bytes_ = 0;
 };
 
-/// Lines may end with a carriage return alone, which the parser takes for a character.
-std::string with_line_feeds(std::string text) {
-  for (std::size_t at = text.find('\r'); at != std::string::npos; at = text.find('\r', at + 1)) {
-    if (text.compare(at, 2, "\r\n") != 0) {
-      text[at] = '\n';
-    }
-  }
-  return text;
-}
-
 bool holds_only_scalars(const Node& node) {
   return std::none_of(node.items.begin(), node.items.end(),
                       [](const Node& item) { return item.kind == Node::Kind::kList || item.kind == Node::Kind::kMap; });
@@ -308,18 +298,14 @@ Node map(std::vector<std::pair<std::string, Node>> entries) {
 Node parse_yaml(const std::string& text, int source) {
   TreeBuilder builder(source);
   try {
-    std::istringstream stream(with_line_feeds(text));
+    std::istringstream stream(text);
     YAML::Parser parser(stream);
     while (parser.HandleNextDocument(builder)) {
     }
   } catch (const YAML::Exception& error) {
     const auto& mark = error.mark;
-    namespace message = YAML::ErrorMsg;
-    const bool of_layout = error.msg == message::END_OF_MAP || error.msg == message::END_OF_SEQ ||
-                           error.msg == message::BLOCK_ENTRY || error.msg == message::MAP_KEY ||
-                           error.msg == message::MAP_VALUE;
     throw SyntaxError{mark.is_null() ? Place{source} : Place{source, mark.line + 1, mark.column + 1},
-                      "not YAML: " + error.msg, of_layout};
+                      "not YAML: " + error.msg};
   }
   if (builder.found()) {
     return builder.take();

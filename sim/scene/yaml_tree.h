@@ -54,7 +54,6 @@ Node map(std::vector<std::pair<std::string, Node>> entries);
 struct SyntaxError {
   Place place;
   std::string what;
-  bool of_layout = false;  // lines do not belong together as they are indented
 };
 
 /// The one document in a text. An empty text is a null. Anchors, aliases and merge keys are resolved. `<<: *name`, or a

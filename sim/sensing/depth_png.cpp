@@ -16,7 +16,6 @@
 
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
-#include "sim/core/file_kind.h"
 #include "sim/core/png_file.h"
 #include "sim/core/whole_file.h"
 
@@ -44,7 +43,7 @@ void check_png_header(const std::string& path, std::string_view bytes, int width
   constexpr std::array<const char*, 7> kColours{
       "", "", "colour", "a palette", "grey with alpha", "", "colour with alpha"};
   if (!bytes.starts_with(kSignature)) {
-    refuse_png(path, bytes.empty() ? "empty, must be a PNG file" : "not a PNG file" + and_what_it_is(bytes));
+    refuse_png(path, bytes.empty() ? "empty, must be a PNG file" : "not a PNG file");
   }
   if (bytes.size() < kHeaderBytes) {
     refuse_png(path, "cut off");

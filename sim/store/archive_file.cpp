@@ -11,7 +11,6 @@
 
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
-#include "sim/core/file_kind.h"
 #include "sim/core/require.h"
 #include "sim/core/version.h"
 
@@ -30,7 +29,7 @@ void require_hdf5(const std::string& path) {
   std::array<char, 64> start{};
   file.read(start.data(), start.size());
   const std::string_view begin(start.data(), static_cast<std::size_t>(file.gcount()));
-  require(begin.starts_with(kSignature), "{}: is not an HDF5 file{}", path, and_what_it_is(begin));
+  require(begin.starts_with(kSignature), "{}: is not an HDF5 file", path);
 }
 
 /// Damage is met here, before HDF5 is asked to make sense of it. A file that is cut has no checksum, and HDF5 refuses it

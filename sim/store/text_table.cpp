@@ -11,7 +11,6 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/core/units.h"
-#include "sim/core/utf8.h"
 
 namespace touchfield {
 
@@ -142,7 +141,7 @@ std::string text_of(const Json& value, const Shown& shown) {
   }
   return value.is_boolean()          ? value.get<bool>() ? "yes" : "no"
          : value.is_number_integer() ? grouped(value.get<long>())
-         : value.is_string()         ? one_line(value.get_ref<const std::string&>())
+         : value.is_string()         ? value.get_ref<const std::string&>()
          : is_nothing(value)         ? "-"
          : value.is_array()          ? list_text(value, shown)
                                      : object_text(value, shown);
@@ -207,16 +206,14 @@ std::string csv_number(double value) {
 }
 
 std::string aligned_table(const std::vector<std::vector<std::string>>& rows, const std::vector<std::size_t>& left) {
-  std::vector<std::vector<std::string>> shown = rows;
   std::vector<std::size_t> widths(rows.front().size(), 0);
-  for (auto& row : shown) {
-    std::ranges::transform(row, row.begin(), one_line);
+  for (const auto& row : rows) {
     for (std::size_t c = 0; c < row.size(); ++c) {
       widths[c] = std::max(widths[c], row[c].size());
     }
   }
   std::string text;
-  for (const auto& row : shown) {
+  for (const auto& row : rows) {
     std::string line;
     for (std::size_t c = 0; c < row.size(); ++c) {
       const bool to_the_left = c == 0 || std::ranges::find(left, c) != left.end();

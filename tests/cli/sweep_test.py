@@ -142,7 +142,7 @@ class SweepTest(CommandTest):
             "cases: [{body.mesh: {file: tiny.stl, unit: mm}}]\n": "case 1: .*tiny.stl",
             "cases: [{solve.methods: [{fixed: {phases_rad: [0, 1]}}]}]\n": "case 1: solve.methods: fixed has 2 phases",
             "grid: [1, 2\n": "s.yaml:3:1",
-            "name: \x02\ngrid: {array.level: [1]}\n": "s.yaml:2:7: not a character of UTF-8 text",
+            "name: \x02\ngrid: {array.level: [1]}\n": "s.yaml:2:7: byte 0x02 is not UTF-8 text",
         }
         for text, message in cases.items():
             with self.subTest(text=text):

@@ -12,7 +12,6 @@
 
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
-#include "sim/core/file_kind.h"
 #include "sim/core/whole_file.h"
 #include "sim/mesh/io/weld.h"
 
@@ -88,7 +87,6 @@ std::string bytes_behind_text(std::size_t bytes) {
 FileSurface read_surface(const std::string& path) {
   const Format& format = format_of(path);
   const std::string content = content_of(path);
-  refuse_foreign(content, path);
   FileSurface surface = format.parse(content, path);
   if (surface.triangles.empty()) {
     throw InputError(fmt::format("{}: the file has no face", path));
