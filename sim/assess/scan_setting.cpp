@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "sim/acoustics/incident_field.h"
-#include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/rotation.h"
 #include "sim/scene/number_table.h"
 #include "sim/solve/run_field.h"
@@ -73,21 +73,12 @@ ScanSetting read_scan_setting(const std::string& path) {
   for (const ScanValueInfo& value : kScanValueInfo) {
     form.known.push_back({.name = value.name, .unit = unit_of(value), .range = schema::between(value.low, value.high)});
   }
-  schema::Reading reading(path, {});
-  const schema::Node nowhere;
-  const schema::Input in(nowhere, "", reading);
-  schema::FileReport report(in, path);
-  const auto table = schema::read_number_table(report, form);
-  if (table && table->rows() != 1) {
-    report.add(fmt::format("{} rows of values, must be 1", table->rows()));
-  }
-  if (report.failed()) {
-    throw InputError(reading.message());
-  }
+  const schema::NumberTable table = schema::read_number_table(path, form);
+  require(table.rows() == 1, "{}: {} rows of values, must be 1", path, table.rows());
   ScanSetting setting = unchanged_scan();
   for (int i = 0; i < kScanValues; ++i) {
-    if (table->has(kScanValueInfo[i].name)) {
-      setting(i) = table->columns.at(kScanValueInfo[i].name).front();
+    if (table.has(kScanValueInfo[i].name)) {
+      setting(i) = table.columns.at(kScanValueInfo[i].name).front();
     }
   }
   return setting;

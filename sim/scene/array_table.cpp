@@ -78,7 +78,10 @@ std::optional<PositionsArray> to_positions(const Input& in, const PositionsFile&
 }
 
 Codec<PositionsArray> positions_codec() {
-  const auto from_file = kept_as<PositionsFile, std::string>(file(), read_positions, nullptr);
+  const auto from_file = kept_as<PositionsFile, std::string>(
+      file(),
+      [](const Input& in, const std::string& path) { return read_named(in, [&] { return read_positions(path); }); },
+      nullptr);
   return kept_as<PositionsArray, PositionsFile>(
       Map<PositionsFile>()
           .maybe("points_mm", &PositionsFile::points, points(kMillimetres, {}), "[[-5, 0, 0], [5, 0, 0]]",
@@ -89,8 +92,7 @@ Codec<PositionsArray> positions_codec() {
           .add({.name = "file",
                 .type = from_file.type,
                 .help = "A table of transducers. Its header names the columns in any order: x_mm, y_mm and optionally "
-                        "z_mm, the axis nx, ny, nz, and alive (0 or 1). Lengths are in um, mm, cm or m (x_m). Without "
-                        "a header the columns are x_mm,y_mm,z_mm or x_mm,y_mm,z_mm,nx,ny,nz.",
+                        "z_mm, the axis nx, ny, nz, and alive (0 or 1). Lengths are in um, mm, cm or m (x_m).",
                 .example = "array.csv"},
                from_file.read, [](const PositionsFile&) { return std::nullopt; })
           .exactly_one({"points_mm", "file"})

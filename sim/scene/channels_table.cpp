@@ -36,7 +36,7 @@ Codec<CalibrationSpec> calibration_codec() {
              "A table with a header and one row per channel: channel (from 0), gain, phase_rad or phase_deg, and "
              "optionally alive (0 or 1).")
       .maybe(
-          "gain", &CalibrationSpec::gain, list_of(number(kPlain, at_least(0)), 1, kMostListed), "[1, 0.9]",
+          "gain", &CalibrationSpec::gain, list_of(number(kPlain, between(0, 10)), 1, kMostListed), "[1, 0.9]",
           "Instead of a file the gains, one per channel: the measured pressure divided by the designed one; 0 is dead.")
       .maybe("phase_rad", &CalibrationSpec::phase, list_of(number(kPlain, {}), 1, kMostListed), "[0, 0.2]",
              "The phases, one per channel [rad], each added to that of the drive.")
@@ -86,7 +86,8 @@ bool check_calibration(const Input& array, ArraySpec& spec) {
     const bool good = check_listed(in, "gain", calibration.gain.size(), channels);
     return check_listed(in, "phase_rad", calibration.phase.size(), channels) && good;
   }
-  auto file = read_calibration(in.key("file"), calibration.file, static_cast<std::size_t>(channels));
+  auto file = read_named(in.key("file"),
+                         [&] { return read_calibration(calibration.file, static_cast<std::size_t>(channels)); });
   if (!file) {
     return false;
   }

@@ -55,8 +55,6 @@ void Reading::add(const Place& place, std::string text) {
   problems_.push_back({place, fmt::format("{}: {}", place_text(place), text)});
 }
 
-void Reading::add_elsewhere(const Place& place, std::string text) { problems_.push_back({place, std::move(text)}); }
-
 std::string Reading::message() const {
   auto problems = problems_;
   std::stable_sort(problems.begin(), problems.end(),

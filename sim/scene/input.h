@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "sim/core/errors.h"
 #include "sim/scene/yaml_tree.h"
 
 namespace touchfield::schema {
@@ -26,9 +28,6 @@ class Reading {
 
   /// A problem at a place, its text without the place.
   void add(const Place& place, std::string text);
-
-  /// A problem in another file that the scene names at `place`; the text names the place in that file.
-  void add_elsewhere(const Place& place, std::string text);
 
   bool failed() const { return !problems_.empty(); }
   /// Every problem, one per line, those of the file in its order, then those of the overrides.
@@ -81,6 +80,17 @@ class Input {
   std::string path_;
   Reading* reading_;
 };
+
+/// What `read` makes of a file that the scene names. An InputError becomes a problem of the scene, and nothing.
+template <class Read>
+auto read_named(const Input& in, const Read& read) -> std::optional<decltype(read())> {
+  try {
+    return read();
+  } catch (const InputError& error) {
+    in.problem(error.what());
+    return std::nullopt;
+  }
+}
 
 /// The values of a text file that must hold one map: a scene, a sweep.
 ///

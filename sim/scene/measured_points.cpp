@@ -1,8 +1,6 @@
 #include "sim/scene/measured_points.h"
 
-#include <fmt/format.h>
-
-#include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/scene/number_table.h"
 
 namespace touchfield {
@@ -18,34 +16,27 @@ MeasuredPoints read_measured_points(const std::string& path) {
   using schema::Unit;
   const Unit millimetres = Unit::power_of_ten(-3);
   const Unit plain = Unit::power_of_ten(0);
-  const schema::TableForm form = {.known = {{"x_mm", millimetres, {}, true},
-                                            {"y_mm", millimetres, {}, true},
-                                            {"z_mm", millimetres, {}, true},
-                                            {"p_pa", plain, schema::at_least(0)},
-                                            {"p_re", plain},
-                                            {"p_im", plain}},
-                                  .rows = "points",
-                                  .most = kMostPoints};
-  schema::Reading reading(path, {});
-  const schema::Node nowhere;
-  const schema::Input in(nowhere, "", reading);
-  schema::FileReport report(in, path, kMostBytes);
-  const auto table = schema::read_number_table(report, form);
-  const bool complex = table && table->has("p_re");
-  if (table && (complex == table->has("p_pa") || complex != table->has("p_im"))) {
-    report.add("the header must name p_pa, or p_re and p_im");
-  }
-  if (report.failed()) {
-    throw InputError(reading.message());
-  }
+  const schema::NumberTable table = schema::read_number_table(
+      path, {.known = {{.name = "x_mm", .unit = millimetres, .required = true, .length = true},
+                       {.name = "y_mm", .unit = millimetres, .required = true, .length = true},
+                       {.name = "z_mm", .unit = millimetres, .required = true, .length = true},
+                       {.name = "p_pa", .unit = plain, .range = schema::at_least(0)},
+                       {.name = "p_re", .unit = plain},
+                       {.name = "p_im", .unit = plain}},
+             .rows = "points",
+             .most = kMostPoints,
+             .most_bytes = kMostBytes});
+  const bool complex = table.has("p_re");
+  require(complex != table.has("p_pa") && complex == table.has("p_im"),
+          "{}: the header must name p_pa, or p_re and p_im", path);
   const auto column = [&](const char* name) {
-    const std::vector<double>& values = table->columns.at(name);
+    const std::vector<double>& values = table.columns.at(name);
     return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
   };
   MeasuredPoints measured;
-  measured.lines = table->lines;
+  measured.lines = table.lines;
   measured.complex = complex;
-  measured.points.resize(3, static_cast<Eigen::Index>(table->rows()));
+  measured.points.resize(3, static_cast<Eigen::Index>(table.rows()));
   measured.points.row(0) = column("x_mm").transpose();
   measured.points.row(1) = column("y_mm").transpose();
   measured.points.row(2) = column("z_mm").transpose();

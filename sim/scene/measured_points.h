@@ -18,7 +18,7 @@ struct MeasuredPoints {
 /// A table with a header and one row per point: x_mm, y_mm, z_mm and p_pa, a magnitude, or p_re and p_im; # starts a
 /// comment. A phase follows the time factor exp(-i omega t): it grows on the way from the source.
 ///
-/// throws   InputError that names every fault as file:line: what, rule
+/// throws   InputError that names the first fault as file:line: what, rule
 MeasuredPoints read_measured_points(const std::string& path);
 
 }  // namespace touchfield

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/core/require.h"
 #include "sim/scene/number_table.h"
 
 namespace touchfield::schema {
@@ -24,25 +25,21 @@ bool is_folder(const fs::path& path) {
   return fs::is_directory(path, error);
 }
 
-/// A row of the table; nothing after a report.
-std::optional<MeshSeries::Mesh> row(FileReport& report, int line, const MeshSeries& series, std::string_view file,
-                                    std::string_view time) {
-  const auto seconds = report.number(line, time);
-  if (!seconds) {
-    return std::nullopt;
+/// A row of the table.
+/// throws   InputError without the place
+MeshSeries::Mesh mesh_of(const MeshSeries& series, std::string_view file, std::string_view time) {
+  const auto seconds = parse_decimal(time);
+  const auto rule = seconds ? Range{}.broken_by(*seconds) : std::optional<std::string>("a number, such as 1.5");
+  if (rule) {
+    throw InputError(fmt::format("time_s = {} must be {}", quoted_for_message(std::string(time)), *rule));
   }
   const std::string path = (fs::path(series.folder) / file).lexically_normal().string();
-  if (file.empty() || !is_file(path)) {
-    report.add(line, fmt::format("file = {} must be that of a mesh in meshes.folder",
-                                 file.empty() ? "no value" : quoted_for_message(std::string(file))));
-    return std::nullopt;
-  }
-  if (!series.meshes.empty() && *seconds <= series.meshes.back().seconds) {
-    report.add(line, fmt::format("time_s = {:.15g} must be after {:.15g}, that of the file before it", *seconds,
-                                 series.meshes.back().seconds));
-    return std::nullopt;
-  }
-  return MeshSeries::Mesh{path, *seconds};
+  require(!file.empty() && is_file(path), "file = {} must be that of a mesh in meshes.folder",
+          file.empty() ? "no value" : quoted_for_message(std::string(file)));
+  const double before = series.meshes.empty() ? -Range::kLargest : series.meshes.back().seconds;
+  require(series.meshes.empty() || *seconds > before,
+          "time_s = {:.15g} must be after {:.15g}, that of the row before it", *seconds, before);
+  return {path, *seconds};
 }
 
 }  // namespace
@@ -52,45 +49,24 @@ bool read_mesh_times(const Input& in, MeshShape& mesh) {
   if (!is_folder(series.folder)) {
     return in.key("folder").problem(fmt::format("{} must be a folder", series.folder));
   }
-  const Input times = in.key("times");
-  FileReport report(times, series.times);
-  const auto text = report.text();
-  if (!text) {
-    return false;
-  }
-  std::optional<std::size_t> time_column;
-  for_each_line(*text, [&](int line, std::string_view content) {
-    if (trimmed(content).empty() || report.full() || (!time_column && report.failed())) {
-      return;
-    }
-    const auto parts = cells(content);
-    if (!time_column) {
-      const bool forth = parts.size() == 2 && parts[0] == "file" && parts[1] == "time_s";
-      const bool back = parts.size() == 2 && parts[0] == "time_s" && parts[1] == "file";
-      if (!forth && !back) {
-        report.add(line, "a header file,time_s must come first");
-        return;
-      }
-      time_column = forth ? 1 : 0;
-      return;
-    }
-    if (parts.size() != 2) {
-      report.add(line, fmt::format("{} value{}, must be 2", parts.size(), parts.size() == 1 ? "" : "s"));
-      return;
-    }
-    if (auto read = row(report, line, series, parts[1 - *time_column], parts[*time_column])) {
-      series.meshes.push_back(std::move(*read));
-    }
+  const auto read = read_named(in.key("times"), [&] {
+    std::size_t time = 0;
+    read_table(
+        series.times, kMostTextBytes,
+        [&](const Cells& names) {
+          time = names.front() == "time_s" ? 0 : 1;
+          require(names.size() == 2 && names[time] == "time_s" && names[1 - time] == "file",
+                  "a header file,time_s must come first");
+        },
+        [&](int, const Cells& row) {
+          series.meshes.push_back(mesh_of(series, row[1 - time], row[time]));
+          require(series.meshes.size() <= kMostListed, "too many meshes, must be at most {}", kMostListed);
+        });
+    require(!series.meshes.empty(), "{}: no mesh in it, must hold at least one", series.times);
+    return series.meshes.front().file;
   });
-  report.require_few(series.meshes.size(), "meshes");
-  if (!report.failed() && series.meshes.empty()) {
-    report.add("no mesh in it, must hold at least one");
-  }
-  if (report.failed()) {
-    return false;
-  }
-  mesh.file = series.meshes.front().file;
-  return true;
+  mesh.file = read.value_or("");
+  return read.has_value();
 }
 
 }  // namespace touchfield::schema

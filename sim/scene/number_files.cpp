@@ -2,222 +2,123 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-#include <string_view>
 
 #include <fmt/format.h>
 
+#include "sim/core/counted.h"
+#include "sim/core/require.h"
 #include "sim/scene/number_table.h"
 
 namespace touchfield::schema {
 
 namespace {
 
-/// Of columns that only say which row is which.
-std::vector<TableColumn> names_of_rows() {
-  std::vector<TableColumn> columns;
-  for (const char* name : {"id", "index", "no", "nr", "n", "number", "transducer", "element", "name", "label"}) {
-    columns.push_back({.name = name, .unit = Unit::power_of_ten(0), .ignored = true});
-  }
-  return columns;
-}
+const Unit kPlainColumn = Unit::power_of_ten(0);
 
 TableForm positions_form() {
-  const Unit plain = Unit::power_of_ten(0);
   const Unit millimetres = Unit::power_of_ten(-3);
-  const std::string drives =
-      "a positions file does not hold it; solve.methods: {fixed: {phases_file}} drives transducers by given phases, "
-      "array.calibration: {file} says what each one adds to its drive";
-  TableForm form{{{"x_mm", millimetres, {}, true},
-                  {"y_mm", millimetres, {}, true},
-                  {"z_mm", millimetres},
-                  {.name = "nx", .unit = plain, .also = {"ax", "axis_x", "normal_x", "n_x"}},
-                  {.name = "ny", .unit = plain, .also = {"ay", "axis_y", "normal_y", "n_y"}},
-                  {.name = "nz", .unit = plain, .also = {"az", "axis_z", "normal_z", "n_z"}},
-                  {.name = "channel", .unit = plain, .range = at_least(0)},
-                  {.name = "alive", .unit = plain, .range = between(0, 1), .also = {"enabled"}},
-                  {.name = "dead", .unit = plain, .range = between(0, 1)}},
-                 "positions",
-                 {3, 6}};
-  for (const char* name : {"phase", "phase_rad", "phase_deg", "amplitude", "gain"}) {
-    form.known.push_back({.name = name, .unit = plain, .refused = drives});
-  }
-  std::ranges::move(names_of_rows(), std::back_inserter(form.known));
-  return form;
+  return {{{.name = "x_mm", .unit = millimetres, .required = true, .length = true},
+           {.name = "y_mm", .unit = millimetres, .required = true, .length = true},
+           {.name = "z_mm", .unit = millimetres, .length = true},
+           {.name = "nx", .unit = kPlainColumn},
+           {.name = "ny", .unit = kPlainColumn},
+           {.name = "nz", .unit = kPlainColumn},
+           {.name = "channel", .unit = kPlainColumn, .range = at_least(0)},
+           {.name = "alive", .unit = kPlainColumn, .range = between(0, 1)},
+           {.name = "dead", .unit = kPlainColumn, .range = between(0, 1)},
+           {.name = "id", .unit = kPlainColumn, .ignored = true},
+           {.name = "name", .unit = kPlainColumn, .ignored = true}},
+          "positions"};
 }
 
-/// The axes of a table; nothing if it has none. Reports one of length 0, and a direction of which a part is missing.
-std::optional<Points> axes_of(FileReport& report, const NumberTable& table) {
-  const char* const names[] = {"nx", "ny", "nz"};
-  const auto count = std::ranges::count_if(names, [&](const char* name) { return table.has(name); });
-  if (count == 0) {
-    return std::nullopt;
-  }
-  if (count != 3) {
-    report.add("the header must name nx, ny and nz, or none of them");
-    return std::nullopt;
-  }
-  Points axes(3, static_cast<Eigen::Index>(table.rows()));
+/// Columns of a table as the rows of a matrix; zeros for one that it has not.
+Points points_of(const NumberTable& table, const std::array<const char*, 3>& names) {
+  Points points = Points::Zero(3, static_cast<Eigen::Index>(table.rows()));
   for (Eigen::Index i = 0; i < 3; ++i) {
-    axes.row(i) = Eigen::Map<const Eigen::RowVectorXd>(table.columns.at(names[i]).data(), axes.cols());
-  }
-  for (Eigen::Index row = 0; row < axes.cols() && !report.full(); ++row) {
-    if (axes.col(row).isZero(0)) {
-      report.add(table.lines[static_cast<std::size_t>(row)], "the axis must not be zero");
+    if (const auto column = table.columns.find(names[static_cast<std::size_t>(i)]); column != table.columns.end()) {
+      points.row(i) = Eigen::Map<const Eigen::RowVectorXd>(column->second.data(), points.cols());
     }
   }
-  return axes;
+  return points;
 }
 
-/// A row is a channel: those of a table that numbers them must stand in their order.
-void check_channels(FileReport& report, const NumberTable& table) {
-  if (!table.has("channel")) {
-    return;
-  }
-  const std::vector<double>& channels = table.columns.at("channel");
-  for (std::size_t row = 1; row < channels.size() && !report.full(); ++row) {
-    if (channels[row] != channels[row - 1] + 1) {
-      report.add(
-          table.lines[row],
-          fmt::format("channel = {:.15g} must be {:.15g}, one above the row before it: rows are channels in their "
-                      "order, and alive = 0 marks one that is missing",
-                      channels[row], channels[row - 1] + 1));
-    }
-  }
-}
-
-/// Rows of transducers that make no sound.
-std::vector<Eigen::Index> dead_of(FileReport& report, const NumberTable& table) {
-  if (table.has("alive") && table.has("dead")) {
-    report.add("the header must name alive or dead, one of them");
-  }
-  std::vector<Eigen::Index> dead;
-  for (const char* name : {"alive", "dead"}) {
-    for (std::size_t row = 0; table.has(name) && row < table.rows() && !report.full(); ++row) {
-      const double value = table.columns.at(name)[row];
-      if (value != 0.0 && value != 1.0) {
-        report.add(table.lines[row], fmt::format("{} = {:.15g} must be 0 or 1", name, value));
-      } else if ((value == 0.0) == (name == std::string_view("alive"))) {
-        dead.push_back(static_cast<Eigen::Index>(row));
-      }
-    }
-  }
-  return dead;
-}
-
-/// The numbers of a file that holds nothing else.
-///
-/// each   what one of them is
-std::vector<double> numbers_of(FileReport& report, const Range& range, const char* each) {
-  std::vector<double> numbers;
-  const auto text = report.text();
-  for_each_line(text.value_or(""), [&](int line, std::string_view content) {
-    for (const auto part : words(content)) {
-      if (report.full()) {
-        return;
-      }
-      const auto value = report.number(line, part);
-      const auto rule = value ? range.broken_by(*value) : std::nullopt;
-      if (rule) {
-        report.add(line, fmt::format("{} = {:.15g} must be {}", each, *value, *rule));
-      } else if (value) {
-        numbers.push_back(*value);
-      }
-    }
-  });
-  if (!report.failed() && numbers.empty()) {
-    report.add(fmt::format("no number in it, must hold at least one {}", each));
-  }
-  return numbers;
+/// The value of a row in a column of 0 and 1.
+bool is_set(const std::string& path, const NumberTable& table, const std::string& column, std::size_t row) {
+  const double value = table.columns.at(column)[row];
+  require(value == 0.0 || value == 1.0, "{}:{}: {} = {:.15g} must be 0 or 1", path, table.lines[row], column, value);
+  return value == 1.0;
 }
 
 }  // namespace
 
-std::optional<std::vector<double>> read_phases(const Input& in, const std::string& path) {
-  FileReport report(in, path);
-  auto phases = numbers_of(report, {}, "phase");
-  report.require_few(phases.size(), "phases");
-  return report.failed() ? std::nullopt : std::optional(std::move(phases));
+std::vector<double> read_phases(const std::string& path) { return read_numbers(path, "phase", {}, kMostListed); }
+
+std::vector<double> read_levels(const std::string& path) {
+  constexpr std::size_t kMostBytes = std::size_t{64} << 20U;  // of five million faces, 12 bytes each
+  auto levels = read_numbers(path, "level", between(0, 1), kMostBytes, kMostBytes);
+  require(std::ranges::any_of(levels, [](double level) { return level > 0.0; }),
+          "{}: all levels are 0, one must be > 0", path);
+  return levels;
 }
 
-std::optional<std::vector<double>> read_levels(const Input& in, const std::string& path) {
-  FileReport report(in, path, kMostLevelBytes);
-  auto levels = numbers_of(report, between(0, 1), "level");
-  if (!report.failed() && std::ranges::all_of(levels, [](double level) { return level == 0.0; })) {
-    report.add("all levels are 0, one must be > 0");
+PositionsFile read_positions(const std::string& path) {
+  const NumberTable table = read_number_table(path, positions_form());
+  PositionsFile file{points_of(table, {"x_mm", "y_mm", "z_mm"}), std::nullopt};
+  const int directions = int{table.has("nx")} + int{table.has("ny")} + int{table.has("nz")};
+  require(directions == 0 || directions == 3, "{}: the header must name nx, ny and nz, or none of them", path);
+  if (directions == 3) {
+    file.axes = points_of(table, {"nx", "ny", "nz"});
   }
-  return report.failed() ? std::nullopt : std::optional(std::move(levels));
-}
-
-std::optional<PositionsFile> read_positions(const Input& in, const std::string& path) {
-  FileReport report(in, path);
-  const TableForm form = positions_form();
-  const auto table = read_number_table(report, form);
-  if (!table) {
-    return std::nullopt;
-  }
-  PositionsFile file;
-  file.points = Points::Zero(3, static_cast<Eigen::Index>(table->rows()));
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    if (const auto column = table->columns.find(form.known[static_cast<std::size_t>(i)].name);
-        column != table->columns.end()) {
-      file.points.row(i) = Eigen::Map<const Eigen::RowVectorXd>(column->second.data(), file.points.cols());
+  require(!table.has("alive") || !table.has("dead"), "{}: the header must name alive or dead, one of them", path);
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const auto index = static_cast<Eigen::Index>(row);
+    require(!file.axes || !file.axes->col(index).isZero(0), "{}:{}: the axis must not be zero", path, table.lines[row]);
+    if (table.has("channel") && row > 0) {
+      const std::vector<double>& channels = table.columns.at("channel");
+      require(
+          channels[row] == channels[row - 1] + 1,
+          "{}:{}: channel = {:.15g} must be {:.15g}, one above the row before it: rows are channels in their order, "
+          "and alive = 0 marks one that is missing",
+          path, table.lines[row], channels[row], channels[row - 1] + 1);
+    }
+    if ((table.has("alive") && !is_set(path, table, "alive", row)) ||
+        (table.has("dead") && is_set(path, table, "dead", row))) {
+      file.dead.push_back(index);
     }
   }
-  file.axes = axes_of(report, *table);
-  check_channels(report, *table);
-  file.dead = dead_of(report, *table);
-  return report.failed() ? std::nullopt : std::optional(std::move(file));
+  return file;
 }
 
-std::optional<CalibrationFile> read_calibration(const Input& in, const std::string& path, std::size_t channels) {
-  const Unit plain = Unit::power_of_ten(0);
-  const TableForm form = {{{"channel", plain, at_least(0), true},
-                           {"gain", plain, at_least(0), true},
-                           {"phase_rad", plain},
-                           {"phase_deg", Unit::degree()},
-                           {"alive", plain, between(0, 1)}},
-                          "channels"};
-  FileReport report(in, path);
-  const auto table = read_number_table(report, form);
-  if (!table) {
-    return std::nullopt;
-  }
-  if (table->has("phase_rad") == table->has("phase_deg")) {
-    report.add("the header must name phase_rad or phase_deg, one of them");
-    return std::nullopt;
-  }
-  const auto& phases = table->columns.at(table->has("phase_rad") ? "phase_rad" : "phase_deg");
+CalibrationFile read_calibration(const std::string& path, std::size_t channels) {
+  const NumberTable table =
+      read_number_table(path, {{{.name = "channel", .unit = kPlainColumn, .range = at_least(0), .required = true},
+                                {.name = "gain", .unit = kPlainColumn, .range = between(0, 10), .required = true},
+                                {.name = "phase_rad", .unit = kPlainColumn},
+                                {.name = "phase_deg", .unit = Unit::degree()},
+                                {.name = "alive", .unit = kPlainColumn, .range = between(0, 1)}},
+                               "channels"});
+  require(table.has("phase_rad") != table.has("phase_deg"),
+          "{}: the header must name phase_rad or phase_deg, one of them", path);
+  const auto& phases = table.columns.at(table.has("phase_rad") ? "phase_rad" : "phase_deg");
   CalibrationFile file{std::vector<double>(channels), std::vector<double>(channels)};
   std::vector<int> line_of(channels, 0);
-  for (std::size_t row = 0; row < table->rows() && !report.full(); ++row) {
-    const int line = table->lines[row];
-    const double number = table->columns.at("channel")[row];
-    const double alive = table->has("alive") ? table->columns.at("alive")[row] : 1.0;
-    if (number != std::floor(number) || number >= static_cast<double>(channels)) {
-      report.add(line, fmt::format("channel = {:.15g} must be an integer from 0 to {}, the array has {} channel{}",
-                                   number, channels - 1, channels, channels == 1 ? "" : "s"));
-      continue;
-    }
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const int line = table.lines[row];
+    const double number = table.columns.at("channel")[row];
+    require(number == std::floor(number) && number < static_cast<double>(channels),
+            "{}:{}: channel = {:.15g} must be an integer from 0 to {}, the array has {}", path, line, number,
+            channels - 1, counted(static_cast<std::int64_t>(channels), "channel", "channels"));
     const auto channel = static_cast<std::size_t>(number);
-    if (line_of[channel] != 0) {
-      report.add(line, fmt::format("channel = {} is in line {} already", channel, line_of[channel]));
-    }
-    if (alive != 0.0 && alive != 1.0) {
-      report.add(line, fmt::format("alive = {:.15g} must be 0 or 1", alive));
-    }
+    require(line_of[channel] == 0, "{}:{}: channel = {} is in line {} already", path, line, channel, line_of[channel]);
     line_of[channel] = line;
-    file.gain[channel] = alive * table->columns.at("gain")[row];
+    const bool alive = !table.has("alive") || is_set(path, table, "alive", row);
+    file.gain[channel] = alive ? table.columns.at("gain")[row] : 0.0;
     file.phase[channel] = phases[row];
   }
-  const auto missing = std::ranges::count(line_of, 0);
-  if (!report.failed() && missing > 0) {
-    const auto first = std::ranges::find(line_of, 0) - line_of.begin();
-    report.add(table->lines.back(),
-               fmt::format("the last row, and {} of the array's {} channels {} missing, the first is {}", missing,
-                           channels, missing == 1 ? "is" : "are", first));
-  }
-  return report.failed() ? std::nullopt : std::optional(std::move(file));
+  const auto missing = std::ranges::find(line_of, 0);
+  require(missing == line_of.end(), "{}: channel {} is missing; the array has {}", path, missing - line_of.begin(),
+          counted(static_cast<std::int64_t>(channels), "channel", "channels"));
+  return file;
 }
 
 }  // namespace touchfield::schema

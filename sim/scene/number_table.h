@@ -1,67 +1,30 @@
 #pragma once
 
-#include <algorithm>
+#include <cstddef>
+#include <functional>
 #include <map>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "sim/core/text_number.h"
 #include "sim/scene/input.h"
 #include "sim/scene/quantity.h"
 #include "sim/scene/schema.h"
 #include "sim/scene/text_file.h"
 
-/// What files of numbers have in common: lines, # for comments, cells between commas, and how their faults are named.
+/// Tables of files: a header that names the columns, then rows. # starts a comment.
 namespace touchfield::schema {
 
-/// Lines of a text without end marks, each with its number from 1, what is before a # and what is behind it.
-template <class Visit>
-void for_each_commented_line(std::string_view text, const Visit& visit) {
-  for_each_text_line(text, [&](int number, std::string_view line) {
-    const std::string_view content = without_comment(line);
-    visit(number, content, line.substr(std::min(content.size() + 1, line.size())));
-  });
-}
+using Cells = std::vector<std::string_view>;
 
-/// The same without comments.
-template <class Visit>
-void for_each_line(std::string_view text, const Visit& visit) {
-  for_each_commented_line(text, [&](int number, std::string_view line, std::string_view) { visit(number, line); });
-}
-
-/// Reports what is wrong with a file; stops after a few lines, since the rest is usually wrong in the same way.
-class FileReport {
- public:
-  /// in     the value that names the file; it and the path outlive this
-  /// most   bytes that it may have
-  FileReport(const Input& in, const std::string& path, std::size_t most = kMostTextBytes)
-      : in_(in), path_(path), most_(most) {}
-  FileReport(const Input&&, const std::string&, std::size_t = 0) = delete;
-  FileReport(const Input&, const std::string&&, std::size_t = 0) = delete;
-
-  bool failed() const { return count_ > 0; }
-  bool full() const { return count_ >= kMost; }
-  void add(int line, const std::string& text);
-  void add(const std::string& text);
-
-  /// What is in the file, without a byte order mark; reports and returns nothing if it cannot be read or is no text.
-  std::optional<std::string> text();
-  void require_few(std::size_t count, const char* what, std::size_t most = kMostListed);
-  /// A number within the bounds every number of a scene has; reports and returns nothing otherwise.
-  std::optional<double> number(int line, std::string_view text);
-
- private:
-  static constexpr int kMost = 10;
-
-  void report(const std::string& text);
-
-  const Input& in_;
-  const std::string& path_;
-  std::size_t most_;
-  int count_ = 0;
-};
+/// Reads a table line by line. Cells stand between commas, or between blanks and tabs if the header has no comma. The
+/// header is the first line that is not a comment, or a comment before it that `header` takes (numpy.savetxt).
+///
+/// header   is given its names, and throws InputError if they are not those of a table
+/// row      is given the number of a line and as many cells as the header has
+/// throws   InputError "path:line: what" for theirs, and for a row of another length; as read_text_file
+void read_table(const std::string& path, std::size_t most_bytes, const std::function<void(const Cells&)>& header,
+                const std::function<void(int, const Cells&)>& row);
 
 /// A column that a table may have.
 struct TableColumn {
@@ -69,44 +32,43 @@ struct TableColumn {
   Unit unit;
   Range range{};
   bool required = false;
-  std::vector<std::string> also{};  // other names of it, without their unit: ax for nx
-  bool ignored = false;             // read past, whatever it holds
-  bool gaps = false;                // no value, or nan, is NaN
-  std::string refused{};            // why a table of this kind cannot hold it, and what does
-};
-
-/// Rows of numbers by the names in the header, in SI units.
-struct NumberTable {
-  std::vector<int> lines;  // of the rows
-  std::map<std::string, std::vector<double>>
-      columns;  // by their known names: one value per row; those that the file has
-
-  bool has(const std::string& name) const { return columns.contains(name); }
-  std::size_t rows() const { return lines.size(); }
+  bool length = false;   // the header may have it in another unit: um, mm, cm or m
+  bool ignored = false;  // read past, whatever it holds
+  bool gaps = false;     // no value, or nan, is NaN
 };
 
 /// What a kind of table holds.
 struct TableForm {
   std::vector<TableColumn> known;
-  const char* rows;  // how messages call what a row is, in the plural
-  /// How many columns a table without a header may have: so many of the known ones, in their order. Empty: a header
-  /// must come first. Names of lengths then mean their known unit where they have none: x is x_mm.
-  std::vector<std::size_t> without_header{};
+  const char* rows;     // how messages call what a row is, in the plural
   std::string names{};  // how messages list the columns; empty: all their names
   std::size_t most = kMostListed;
+  std::size_t most_bytes = kMostTextBytes;
 };
 
-/// A table with the names of its columns in the first line, in any order. Every other line holds a number for each.
+/// Rows of numbers in SI units, by the known names of the columns that the file has.
+struct NumberTable {
+  std::vector<int> lines;  // of the rows
+  std::map<std::string, std::vector<double>> columns;
+
+  bool has(const std::string& name) const { return columns.contains(name); }
+  std::size_t rows() const { return lines.size(); }
+};
+
+/// Reads a table whose header has known names in any order. A first column without a name is an index.
 ///
-/// Names count whatever their case and quotes. A unit is written as x_mm, x mm, x (mm), x [mm] or x/mm. Lengths may be
-/// in um, mm, cm or m, each column in its own. A first column without a name is an index. Cells stand between
-/// semicolons, else commas, else tabs, else blanks, whichever the first line has.
+/// throws   InputError naming file and line: a column that is unknown, missing or there twice, lengths with and without
+///          units, a cell that is not a number or out of its range, no row or too many; as read_table
+NumberTable read_number_table(const std::string& path, const TableForm& form);
+
+/// throws   InputError "path:line: ..." where a column does not rise
+void require_rising(const std::string& path, const NumberTable& table, const std::string& column);
+
+/// The numbers of a text file that holds nothing else, separated by commas, blanks and ends of lines.
 ///
-/// The header may also be a comment before the first row. It must have as many words as that row and name all columns
-/// that are required. The last such comment counts.
-///
-/// returns   nothing after a report: a column that is unknown, missing or there twice, lengths with and without units,
-///           a row of another length, a cell that is not a number or out of its range
-std::optional<NumberTable> read_number_table(FileReport& report, const TableForm& form);
+/// each     what one of them is, for messages
+/// throws   InputError "path:line: each = value must be rule"; if there is none or more than `most`
+std::vector<double> read_numbers(const std::string& path, const char* each, const Range& range, std::size_t most,
+                                 std::size_t most_bytes = kMostTextBytes);
 
 }  // namespace touchfield::schema

@@ -78,9 +78,8 @@ Codec<TargetLineSpec> target_line_codec() {
 Codec<TargetMaskSpec> target_mask_codec() {
   return kept_as<TargetMaskSpec, std::string>(
       absolute_file(),
-      [](const Input& in, const std::string& path) -> std::optional<TargetMaskSpec> {
-        auto levels = read_levels(in, path);
-        return levels ? std::optional(TargetMaskSpec{path, std::move(*levels)}) : std::nullopt;
+      [](const Input& in, const std::string& path) {
+        return read_named(in, [&] { return TargetMaskSpec{path, read_levels(path)}; });
       },
       [](const TargetMaskSpec& mask) { return mask.file; });
 }

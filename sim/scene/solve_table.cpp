@@ -67,7 +67,10 @@ void add_fixed_phases(Map<MethodSpec>& map) {
   const auto for_all = kept_as<Phases, double>(
       phase, [](const Input&, const double& value) { return std::optional(Phases{value}); },
       [](const Phases& phases) { return phases.front(); });
-  const auto from_file = kept_as<Phases, std::string>(file(), read_phases, nullptr);
+  const auto from_file = kept_as<Phases, std::string>(
+      file(),
+      [](const Input& in, const std::string& path) { return read_named(in, [&] { return read_phases(path); }); },
+      nullptr);
   map.maybe("phases_rad", &MethodSpec::phases,
             either<Phases>(
                 for_all, list_of(phase, 1, kMostListed), [](const Phases& phases) { return phases.size() == 1; },

@@ -43,7 +43,6 @@ struct Entry {
   std::string key;
   Place place;  // of the key
   Node value;
-  bool merges = false;  // while the text is read: a merge key, whose maps' keys take its place
 };
 
 Node scalar(std::string text);
@@ -59,9 +58,9 @@ struct SyntaxError {
 /// The one document in a text. An empty text is a null. Anchors, aliases and merge keys are resolved. `<<: *name`, or a
 /// list of maps, adds the keys of those maps that the map does not have. Of maps with the same key the first counts.
 ///
-/// throws   SyntaxError on text that is not YAML, a second document, a key that is not a word, a tag, an alias within
-///          its own anchor, more than 200,000 values (copies by anchors and aliases count each time) or 16 MiB of
-///          copied text, more than 1000 keys in a map or 50 levels
+/// throws   SyntaxError with the library's words on text that is not YAML; on a second document, a key that is not a
+///          word, a tag, more than 200,000 values (copies by aliases count each time, a long text counts as several),
+///          more than 1000 keys in a map or 50 levels
 Node parse_yaml(const std::string& text, int source);
 
 /// The value as YAML text: maps and lists of them in block style, lists of scalars in one line.

@@ -45,41 +45,27 @@ std::string image_file(const DepthCamera& camera, std::size_t frame) {
   return fmt::format("{}/{:06}.png", camera.name, frame);
 }
 
-/// Where the time and then each camera stand in a row; nothing after a report.
-std::optional<std::vector<std::size_t>> header_order(schema::FileReport& report, int line,
-                                                     const std::vector<std::string_view>& parts,
-                                                     const std::vector<std::string>& columns) {
+/// Where the time and then each camera stand in a row.
+std::vector<std::size_t> header_order(const schema::Cells& names, const std::vector<std::string>& columns) {
   std::vector<std::size_t> order;
   order.reserve(columns.size());
   for (const std::string& column : columns) {
-    order.push_back(static_cast<std::size_t>(std::ranges::find(parts, column) - parts.begin()));
+    order.push_back(static_cast<std::size_t>(std::ranges::find(names, column) - names.begin()));
   }
-  if (parts.size() != columns.size() || std::ranges::find(order, parts.size()) != order.end()) {
-    report.add(line,
-               fmt::format("a header {} must come first: the cameras of {}", fmt::join(columns, ","), kCamerasFile));
-    return std::nullopt;
-  }
+  require(names.size() == columns.size() && std::ranges::find(order, names.size()) == order.end(),
+          "a header {} must come first: the cameras of {}", fmt::join(columns, ","), kCamerasFile);
   return order;
 }
 
-/// A time of a row; reports and returns nothing if it is none, and once whatever is too large.
-std::optional<double> row_seconds(schema::FileReport& report, int line, std::string_view text, bool& too_large) {
+double row_seconds(std::string_view text) {
   const auto seconds = schema::parse_decimal(text);
-  if (!seconds) {
-    report.number(line, text);
-    return std::nullopt;
-  }
-  if (std::abs(*seconds) <= kLatest) {
-    return seconds;
-  }
-  if (!too_large) {
-    report.add(line,
-               fmt::format("time_s = {} must be at most {:g} in magnitude: it is in seconds, from any start; divide "
-                           "ms, us or ns of a clock",
-                           schema::quoted_for_message(std::string(text)), kLatest));
-  }
-  too_large = true;
-  return std::nullopt;
+  const std::string shown = schema::quoted_for_message(std::string(text));
+  require(seconds, "time_s = {} must be a number, such as 1.5", shown);
+  require(std::abs(*seconds) <= kLatest,
+          "time_s = {} must be at most {:g} in magnitude: it is in seconds, from any start; divide ms, us or ns of a "
+          "clock",
+          shown, kLatest);
+  return *seconds;
 }
 
 }  // namespace
@@ -110,51 +96,24 @@ CameraFolder::CameraFolder(std::string folder, Progress* progress) : folder_(std
 }
 
 void CameraFolder::read_rows(const std::string& table) {
-  schema::Reading reading(table, {});
-  const schema::Node named = schema::scalar(table);
-  const schema::Input in(named, kTimesFile, reading);
-  schema::FileReport report(in, table);
-  const auto text = report.text();
   std::vector<std::string> columns{kTimeColumn};
   std::ranges::transform(cameras_, std::back_inserter(columns), &DepthCamera::name);
-  std::optional<std::vector<std::size_t>> order;
-  bool too_large = false;
-  schema::for_each_line(text.value_or(""), [&](int line, std::string_view content) {
-    if (schema::trimmed(content).empty() || report.full() || (!order && report.failed())) {
-      return;
-    }
-    const auto parts = schema::cells(content);
-    if (!order) {
-      order = header_order(report, line, parts, columns);
-      return;
-    }
-    if (parts.size() != columns.size()) {
-      report.add(line, fmt::format("{} value{}, must be {} as in the header", parts.size(),
-                                   parts.size() == 1 ? "" : "s", columns.size()));
-      return;
-    }
-    const auto seconds = row_seconds(report, line, parts[order->front()], too_large);
-    if (!seconds) {
-      return;
-    }
-    if (!rows_.empty() && *seconds <= rows_.back().seconds) {
-      report.add(line, fmt::format("time_s = {:.15g} must be after {:.15g}, that of the frame before it", *seconds,
-                                   rows_.back().seconds));
-      return;
-    }
-    Row row{line, *seconds, {}};
-    for (std::size_t camera = 1; camera < order->size(); ++camera) {
-      row.files.emplace_back(parts[(*order)[camera]]);
-    }
-    rows_.push_back(std::move(row));
-  });
-  report.require_few(rows_.size(), "frames");
-  if (!report.failed() && rows_.empty()) {
-    report.add("no frame in it, must hold at least one");
-  }
-  if (report.failed()) {
-    throw InputError(reading.message());
-  }
+  std::vector<std::size_t> order;
+  schema::read_table(
+      table, schema::kMostTextBytes, [&](const schema::Cells& names) { order = header_order(names, columns); },
+      [&](int line, const schema::Cells& cells) {
+        Row row{line, row_seconds(cells[order.front()]), {}};
+        require(rows_.empty() || row.seconds > rows_.back().seconds,
+                "time_s = {:.15g} must be after {:.15g}, that of the row before it", row.seconds,
+                rows_.empty() ? 0.0 : rows_.back().seconds);
+        for (std::size_t camera = 1; camera < order.size(); ++camera) {
+          row.files.emplace_back(cells[order[camera]]);
+        }
+        rows_.push_back(std::move(row));
+      });
+  require(!rows_.empty(), "{}: no frame in it, must hold at least one", table);
+  require(rows_.size() <= schema::kMostListed, "{}: {} frames, must be at most {}", table, rows_.size(),
+          schema::kMostListed);
 }
 
 void CameraFolder::check_images(const std::string& table, Progress& progress) const {

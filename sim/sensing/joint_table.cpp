@@ -20,7 +20,7 @@ constexpr double kMostSeconds = 1e10;                        // [s]: more than s
 
 bool is_tracked(std::string_view joint) { return joint != "palm" && !joint.ends_with("_metacarpal"); }
 
-std::string column_of(const std::string& joint, char axis) { return fmt::format("{}_{}_m", joint, axis); }
+std::string column_of(const std::string& joint, char axis) { return fmt::format("{}_{}", joint, axis); }
 
 schema::TableForm joints_form() {
   const schema::Unit metres = schema::Unit::power_of_ten(0);
@@ -28,18 +28,20 @@ schema::TableForm joints_form() {
       .known =
           {{.name = "time_s", .unit = metres, .range = schema::between(-kMostSeconds, kMostSeconds), .required = true}},
       .rows = "frames",
-      .without_header = {1 + 3 * kOpenXrJoints.size()},
       .names = "time_s, or x, y and z of a joint as OpenXR names it, as wrist_x or index_tip_x, or index_tip_x_mm",
-      .most = kMostRows};
+      .most = kMostRows,
+      .most_bytes = kMostBytes};
   for (const std::string joint : kOpenXrJoints) {
     const bool tracked = is_tracked(joint);
     for (const char axis : {'x', 'y', 'z'}) {
-      form.known.push_back(
-          {.name = column_of(joint, axis), .unit = metres, .required = tracked, .ignored = !tracked, .gaps = true});
+      form.known.push_back({.name = column_of(joint, axis),
+                            .unit = metres,
+                            .required = tracked,
+                            .length = true,
+                            .ignored = !tracked,
+                            .gaps = true});
     }
-  }
-  for (const std::string joint : kOpenXrJoints) {
-    form.known.push_back({.name = joint + "_radius_m", .unit = metres, .ignored = true});
+    form.known.push_back({.name = joint + "_radius", .unit = metres, .length = true, .ignored = true});
   }
   return form;
 }
@@ -56,29 +58,14 @@ std::optional<JointPoints> placed(const JointPoints& joints, const RigidMotion& 
 }  // namespace
 
 JointRecording read_joints(const std::string& path, const RigidMotion& pose) {
-  schema::Reading reading(path, {});
-  const schema::Node nowhere;
-  const schema::Input in(nowhere, "", reading);
-  schema::FileReport report(in, path, kMostBytes);
-  const auto table = schema::read_number_table(report, joints_form());
-  if (report.failed()) {
-    throw InputError(reading.message());
-  }
-  JointRecording recording{table->columns.at("time_s"),
-                           std::vector<std::optional<JointPoints>>(table->rows(), JointPoints())};
-  for (std::size_t row = 1; row < table->rows() && !report.full(); ++row) {
-    if (recording.seconds[row] <= recording.seconds[row - 1]) {
-      report.add(table->lines[row], fmt::format("time_s = {:.15g} must be after {:.15g}, that of the frame before it",
-                                                recording.seconds[row], recording.seconds[row - 1]));
-    }
-  }
-  if (report.failed()) {
-    throw InputError(reading.message());
-  }
+  const schema::NumberTable table = schema::read_number_table(path, joints_form());
+  schema::require_rising(path, table, "time_s");
+  JointRecording recording{table.columns.at("time_s"),
+                           std::vector<std::optional<JointPoints>>(table.rows(), JointPoints())};
   Eigen::Index j = 0;
   for (const std::string joint : kOpenXrJoints) {
     for (Eigen::Index axis = 0; is_tracked(joint) && axis < 3; ++axis) {
-      const std::vector<double>& values = table->columns.at(column_of(joint, "xyz"[axis]));
+      const std::vector<double>& values = table.columns.at(column_of(joint, "xyz"[axis]));
       for (std::size_t row = 0; row < values.size(); ++row) {
         (*recording.joints[row])(axis, j) = values[row];
       }

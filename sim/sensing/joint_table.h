@@ -52,16 +52,15 @@ struct JointRecording {
 
 /// Reads a table with a header and one row per frame; # starts a comment. The columns are time_s and, for each joint,
 /// x, y and z, such as index_tip_x. Lengths are in m, or in the unit that the names end with (index_tip_x_mm). Columns
-/// of the joints that are not used may be left out. These columns and radii (index_tip_radius) are ignored. Without a
-/// header the columns are time_s and x, y, z of all 26 joints [m]. A row in which a used joint has no value, or nan, is
-/// a frame without a hand. So is a row with all used joints in one place.
+/// of the joints that are not used may be left out. These columns and radii (index_tip_radius) are ignored. A row in
+/// which a used joint has no value, or nan, is a frame without a hand. So is a row with all used joints in one place.
 ///
 /// pose     from the tracker's frame to the world's
-/// throws   InputError that names every fault as file:line: what, rule
+/// throws   InputError that names the first fault as file:line: what, rule
 JointRecording read_joints(const std::string& path, const RigidMotion& pose = {});
 
-/// The joints of a row of such a table without header, as text: 79 numbers with commas between them, of which the time
-/// is read past. A value may be missing.
+/// The joints of a row as text: time_s, which is read past, and x, y, z of all 26 joints [m], with commas between them.
+/// A value may be missing.
 ///
 /// throws   InputError saying what the line is and what it must be
 std::optional<JointPoints> joints_of_row(std::string_view row, const RigidMotion& pose = {});

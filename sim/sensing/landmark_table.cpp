@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "sim/body/hand_landmarks.h"
-#include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/scene/number_table.h"
 #include "sim/scene/quantity.h"
@@ -26,11 +26,14 @@ schema::TableForm landmarks_form() {
   schema::TableForm form{.known = {{.name = "time_s", .unit = schema::Unit::power_of_ten(0), .required = true}},
                          .rows = "times",
                          .names = "time_s, or x, y and z of a landmark of the hand, as index_pad_x_mm",
-                         .most = kMostTimes};
+                         .most = kMostTimes,
+                         .most_bytes = kMostTableBytes};
   for (const std::string& name : hand_landmark_names()) {
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      form.known.push_back(
-          {.name = coordinate_column(name, axis), .unit = schema::Unit::power_of_ten(-3), .gaps = true});
+      form.known.push_back({.name = coordinate_column(name, axis),
+                            .unit = schema::Unit::power_of_ten(-3),
+                            .length = true,
+                            .gaps = true});
     }
   }
   return form;
@@ -87,41 +90,25 @@ std::string landmarks_csv(const LandmarkRecording& recording) {
 }
 
 LandmarkRecording read_landmarks(const std::string& path) {
-  schema::Reading reading(path, {});
-  const schema::Node nowhere;
-  const schema::Input in(nowhere, "", reading);
-  schema::FileReport report(in, path, kMostTableBytes);
-  const auto table = schema::read_number_table(report, landmarks_form());
-  if (report.failed()) {
-    throw InputError(reading.message());
-  }
+  const schema::NumberTable table = schema::read_number_table(path, landmarks_form());
+  schema::require_rising(path, table, "time_s");
   LandmarkRecording recording;
-  recording.seconds = table->columns.at("time_s");
-  for (std::size_t row = 1; row < table->rows() && !report.full(); ++row) {
-    if (!(recording.seconds[row] > recording.seconds[row - 1])) {
-      report.add(table->lines[row], fmt::format("time_s = {:.15g} must be after {:.15g}, that of the row before it",
-                                                recording.seconds[row], recording.seconds[row - 1]));
-    }
-  }
+  recording.seconds = table.columns.at("time_s");
   for (const std::string& name : hand_landmark_names()) {
     int found = 0;
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      found += table->has(coordinate_column(name, axis)) ? 1 : 0;
+      found += table.has(coordinate_column(name, axis)) ? 1 : 0;
     }
+    require(found == 0 || found == 3, "{}: landmark {} must have all of {}, {}, {}", path, name,
+            coordinate_column(name, 0), coordinate_column(name, 1), coordinate_column(name, 2));
     if (found == 3) {
       recording.names.push_back(name);
-    } else if (found > 0) {
-      report.add(1, fmt::format("landmark {} must have all of {}, {}, {}", name, coordinate_column(name, 0),
-                                coordinate_column(name, 1), coordinate_column(name, 2)));
     }
   }
-  if (report.failed()) {
-    throw InputError(reading.message());
-  }
-  recording.at.assign(table->rows(), Points(3, static_cast<Eigen::Index>(recording.names.size())));
+  recording.at.assign(table.rows(), Points(3, static_cast<Eigen::Index>(recording.names.size())));
   for (std::size_t i = 0; i < recording.names.size(); ++i) {
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const std::vector<double>& values = table->columns.at(coordinate_column(recording.names[i], axis));
+      const std::vector<double>& values = table.columns.at(coordinate_column(recording.names[i], axis));
       for (std::size_t row = 0; row < values.size(); ++row) {
         recording.at[row](axis, static_cast<Eigen::Index>(i)) = values[row];
       }

@@ -33,7 +33,7 @@ std::string landmarks_csv(const LandmarkRecording& recording);
 
 /// Reads such a table, of the hand's landmarks (hand_landmark_names), any of them; units as read_number_table has them.
 ///
-/// throws   InputError that names every fault as file:line: what, rule
+/// throws   InputError that names the first fault as file:line: what, rule
 LandmarkRecording read_landmarks(const std::string& path);
 
 }  // namespace touchfield

@@ -158,7 +158,7 @@ solve: {methods: [focus]}
                 ("1 0 0 # three\n", ["has 3 levels, it must have one for each of the 320 faces of", "ball.ply"]),
                 ("0 " * 320, "mask.txt: all levels are 0, one must be > 0"),
                 ("0\n1.5\n", "mask.txt:2: level = 1.5 must be 0 to 1"),
-                ("1 x 0", "mask.txt:1: x must be a number"),
+                ("1 x 0", "mask.txt:1: level = x must be a number"),
                 ("# nothing\n", "mask.txt: no number in it, must hold at least one level"),
                 ("1 " * 320, "target.mask_file covers the whole body")]:
             self.write("mask.txt", levels)

@@ -115,7 +115,7 @@ class Joints(CommandTest):
         table = (self.folder / "hand.csv").read_text()
         self.write("hand.csv", table.replace("index_tip_x", "index_end_x"))
         self.is_refused("play", scene, "--set", SENSOR,
-                        says="hand.csv:1: column index_end_x must be one of time_s, or x, y and z of a joint")
+                        says="hand.csv:1: column 'index_end_x' must be one of time_s, or x, y and z of a joint")
         # Results never take the place of what they are made of.
         self.write("frames.csv", table)
         self.is_refused("play", scene, "--set", SENSOR.replace("hand.csv", "frames.csv"), "-o", ".")

@@ -14,37 +14,29 @@ bool finite(const std::vector<double>& values) {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())).allFinite();
 }
 
-/// What a reader of scenes makes of a file, if it does not refuse it.
-template <class Read>
-auto read_or_refused(const std::string& path, const Read& read) {
-  schema::Reading reading("scene.yaml", {});
-  const schema::Node named = schema::scalar(path);
-  const auto file = read(schema::Input(named, "file", reading));
-  fuzz::require(file.has_value() != reading.failed(), "a file is read or refused");
-  return file;
-}
-
 [[maybe_unused]] void positions(const std::string& path) {
-  if (const auto file = read_or_refused(path, [&](const auto& in) { return schema::read_positions(in, path); })) {
-    fuzz::require(file->points.cols() > 0 && file->points.allFinite(), "positions are finite");
-    fuzz::require(!file->axes || (file->axes->cols() == file->points.cols() && file->axes->allFinite()),
+  schema::PositionsFile file;
+  if (fuzz::accepts([&] { file = schema::read_positions(path); })) {
+    fuzz::require(file.points.cols() > 0 && file.points.allFinite(), "positions are finite");
+    fuzz::require(!file.axes || (file.axes->cols() == file.points.cols() && file.axes->allFinite()),
                   "an axis a position");
   }
 }
 
 [[maybe_unused]] void phases(const std::string& path) {
-  if (const auto file = read_or_refused(path, [&](const auto& in) { return schema::read_phases(in, path); })) {
-    fuzz::require(!file->empty() && finite(*file), "a file holds phases, all finite");
+  std::vector<double> file;
+  if (fuzz::accepts([&] { file = schema::read_phases(path); })) {
+    fuzz::require(!file.empty() && finite(file), "a file holds phases, all finite");
   }
 }
 
 [[maybe_unused]] void calibration(const std::string& path) {
   constexpr std::size_t kChannels = 4;
-  if (const auto file =
-          read_or_refused(path, [&](const auto& in) { return schema::read_calibration(in, path, kChannels); })) {
-    fuzz::require(file->gain.size() == kChannels && file->phase.size() == kChannels, "a row a channel");
-    fuzz::require(finite(file->gain) && finite(file->phase), "responses are finite");
-    fuzz::require(std::ranges::all_of(file->gain, [](double gain) { return gain >= 0; }), "gains are at least 0");
+  schema::CalibrationFile file;
+  if (fuzz::accepts([&] { file = schema::read_calibration(path, kChannels); })) {
+    fuzz::require(file.gain.size() == kChannels && file.phase.size() == kChannels, "a row a channel");
+    fuzz::require(finite(file.gain) && finite(file.phase), "responses are finite");
+    fuzz::require(std::ranges::all_of(file.gain, [](double gain) { return gain >= 0; }), "gains are at least 0");
   }
 }
 

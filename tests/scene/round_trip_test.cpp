@@ -300,7 +300,7 @@ TEST(ResolvedScene, NamesTheMaskOfATarget) {
 
 TEST(ResolvedScene, HoldsTheNumbersOfFiles) {
   const TempFolder folder;
-  folder.write("array.csv", "1,2,3,1,1,1\n4,5,6,0,1,1\n");
+  folder.write("array.csv", "x_mm,y_mm,z_mm,nx,ny,nz\n1,2,3,1,1,1\n4,5,6,0,1,1\n");
   folder.write("phases.txt", "0.1 0.2\n");
   const auto file = folder.write("scene.yaml", kSmallScene);
   const Scene scene =

@@ -269,8 +269,8 @@ TEST_F(Recording, FaultsOfTimesNameTheLine) {
               HasSubstr("recorded/times.csv:1: a header time_s,left,right must come first"));
   EXPECT_THAT(with("time_s,left,right", "time_s,left"), HasSubstr("times.csv:1: a header"));
   EXPECT_THAT(with("time_s,left,right", "time_s,left,left"), HasSubstr("times.csv:1: a header"));
-  EXPECT_THAT(with("\n0,", "\nsoon,"), HasSubstr("times.csv:2: soon must be a number"));
-  EXPECT_THAT(with("\n0,", "\n1e-7x,"), HasSubstr("times.csv:2: 1e-7x must be a number"));
+  EXPECT_THAT(with("\n0,", "\nsoon,"), HasSubstr("times.csv:2: time_s = soon must be a number"));
+  EXPECT_THAT(with("\n0,", "\n1e-7x,"), HasSubstr("times.csv:2: time_s = 1e-7x must be a number"));
   EXPECT_THAT(with("\n0,", "\n0,0,"), HasSubstr("times.csv:2: 4 values, must be 3 as in the header"));
   EXPECT_THAT(with("\n0,", "\n0.05,"), HasSubstr("times.csv:3: time_s = 0.0333333333333333 must be after 0.05"));
   EXPECT_THAT(with("left/000001.png", "left/1.png"),
