@@ -89,42 +89,6 @@ std::string unknown_option(const CLI::App& app, const CLI::App& command, const s
                        : fmt::format("unknown option {}; did you mean {}?", shown, meant);
 }
 
-/// Of an option that has too few or too many values.
-std::string count_problem(const CLI::App& command, const std::string& name, const std::string& otherwise) {
-  const CLI::Option* option = command.get_option_no_throw(name);
-  if (option == nullptr) {
-    return otherwise;
-  }
-  const int most = option->get_items_expected_max();
-  const auto count = static_cast<int>(option->results().size());
-  if (most == 0) {
-    return fmt::format("{} takes no value", name);
-  }
-  const std::string wanted = most == 1 ? "a value" : fmt::format("{} values", option->get_items_expected_min());
-  return count > most ? fmt::format("{} takes {}, not {}", name, wanted, count)
-                      : fmt::format("{} needs {}: {}", name, wanted, option->get_description());
-}
-
-std::string replaced(std::string text, std::string_view from, std::string_view to) {
-  if (const std::size_t at = text.find(from); at != std::string::npos) {
-    text.replace(at, from.size(), to);
-  }
-  return text;
-}
-
-std::string missing_problem(const CLI::App& command, const CLI::ParseError& error) {
-  const std::string said = error.what();
-  const std::string path = path_of_command(command);
-  const std::vector<std::string> below = shown_commands(command);
-  const std::string name = said.substr(0, said.find(" is required"));
-  const CLI::Option* option = command.get_option_no_throw(name);
-  if (option == nullptr && !below.empty()) {
-    return path.empty() ? fmt::format("a command is missing; the commands are {}", fmt::join(below, ", "))
-                        : fmt::format("{} needs one of {}", path, fmt::join(below, ", "));
-  }
-  return option == nullptr ? said : fmt::format("{}: {} is missing: {}", path, name, option->get_description());
-}
-
 }  // namespace
 
 bool is_command(const CLI::App& app, const std::string& word) {
@@ -156,26 +120,16 @@ std::string unknown_command(const CLI::App& app, const std::string& word) {
 
 std::string command_line_problem(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App& command = named_command(app);
-  const std::string said = error.what();
-  const std::string about = said.substr(0, said.find(':'));
-  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
-    return count_problem(command, about, said);
-  }
+  const std::string path = path_of_command(command);
   const std::vector<std::string> rest = app.remaining(true);
-  if (const auto option = std::ranges::find_if(rest, is_option); option != rest.end()) {
+  const bool mismatch = dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr;
+  if (const auto option = std::ranges::find_if(rest, is_option); option != rest.end() && !mismatch) {
     return unknown_option(app, command, *option);
   }
-  if (!rest.empty() && !shown_commands(command).empty()) {
+  if (!rest.empty() && !mismatch && !shown_commands(command).empty()) {
     return unknown_command(command, rest.front());
   }
-  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr && !rest.empty()) {
-    return fmt::format("{}: {} is one word too many; quote values that contain blanks", path_of_command(command),
-                       schema::quoted_for_message(rest.front()));
-  }
-  if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
-    return missing_problem(command, error);
-  }
-  return replaced(replaced(said, " requires ", " needs "), " excludes ", " does not go with ");
+  return fmt::format("{}; `touchfield {}{}--help` explains it", error.what(), path, path.empty() ? "" : " ");
 }
 
 }  // namespace touchfield

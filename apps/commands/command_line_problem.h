@@ -15,8 +15,8 @@ bool is_command(const CLI::App& app, const std::string& word);
 /// What to say of a word that stands where a command of `app` should and is none.
 std::string unknown_command(const CLI::App& app, const std::string& word);
 
-/// The error of a command line that could not be parsed, in the words of the program's other errors. It names the
-/// command or option in question and the known one that was probably meant.
+/// The error of a command line that could not be parsed, in the parser's words. An unknown command or option is named
+/// with the known one that was probably meant.
 std::string command_line_problem(const CLI::App& app, const CLI::ParseError& error);
 
 }  // namespace touchfield

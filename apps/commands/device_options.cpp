@@ -1,31 +1,21 @@
 #include "apps/commands/device_options.h"
 
-#include <algorithm>
+#include <cmath>
 
 #include "apps/commands/command_line.h"
 #include "sim/core/require.h"
-#include "sim/core/text_number.h"
-#include "sim/core/whole_file.h"
-#include "sim/scene/text_file.h"
+#include "sim/scene/number_table.h"
 
 namespace touchfield {
 
 namespace {
 
-// Numbers 0..255 between blanks, line ends or commas.
 std::vector<std::uint8_t> read_samples(const std::string& path) {
-  std::string text = read_text_file(path, schema::kMostTextBytes);
-  std::replace(text.begin(), text.end(), ',', ' ');
+  constexpr std::size_t kMostSamples = 1'000'000;
   std::vector<std::uint8_t> samples;
-  constexpr const char* kBlanks = " \t\r\n";
-  for (std::size_t at = text.find_first_not_of(kBlanks); at != std::string::npos;
-       at = text.find_first_not_of(kBlanks, at)) {
-    const std::size_t end = std::min(text.find_first_of(kBlanks, at), text.size());
-    const std::string word = text.substr(at, end - at);
-    const auto sample = number_of<std::uint8_t>(word);
-    require(sample, "{}: sample {} is '{}', it must be a whole number from 0 to 255", path, samples.size() + 1, word);
-    samples.push_back(*sample);
-    at = end;
+  for (const double sample : schema::read_numbers(path, "sample", schema::between(0, 255), kMostSamples)) {
+    require(sample == std::floor(sample), "{}: sample = {} must be a whole number from 0 to 255", path, sample);
+    samples.push_back(static_cast<std::uint8_t>(sample));
   }
   return samples;
 }

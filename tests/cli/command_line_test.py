@@ -40,7 +40,7 @@ class CommandLine(CommandTest):
         self.assertIn("touchfield mesh skin.stl", self.said("skin.stl"))
         self.assertIn("unknown command 'frobnicate'; the commands are init, check,", self.said("frobnicate"))
         self.assertNotIn("sweep-worker", self.said("sweep-work"))
-        self.assertEqual(self.said("array"), "array needs one of list, test, walk, off")
+        self.assertEqual(self.said("array"), "A subcommand is required; `touchfield array --help` explains it")
         self.assertEqual(self.said("array", "tset"), "unknown command 'tset'; did you mean test?")
 
     def test_the_program_alone_lists_its_commands(self):
@@ -77,15 +77,15 @@ class CommandLine(CommandTest):
         self.assertEqual(self.said("see", "--frames"), "unknown option --frames; `touchfield see --help` lists all options")
         self.assertEqual(self.said("--quiet", "run", "s.yaml"), "--quiet must follow the command: touchfield run --quiet")
         self.assertIn("unknown option --quite", self.said("--quite", "run", "s.yaml"))
-        self.assertIn("b.yaml is one word too many", self.said("check", "a.yaml", "b.yaml"))
+        self.assertIn("not expected: b.yaml", self.said("check", "a.yaml", "b.yaml"))
 
     def test_values(self):
-        self.assertEqual(self.said("check"), "check: SCENE is missing: Scene file (YAML)")
-        self.assertIn("hand: --output is missing", self.said("hand"))
+        self.assertEqual(self.said("check"), "SCENE is required; `touchfield check --help` explains it")
+        self.assertIn("--output is required", self.said("hand"))
         for command, option in [("run", "--threads"), ("run", "--output"), ("hand", "--edge-mm"), ("send", "--rate"), ("mesh", "--unit")]:
-            self.assertRegex(self.said(command, "x", option), rf"^{option} needs a value: \S")
-        self.assertRegex(self.said("fit", "x", "--workspace-mm", "1", "2"), r"^--workspace-mm needs 6 values")
-        self.assertEqual(self.said("run", "x", "--threads", "1", "--threads", "2"), "--threads takes a value, not 2")
+            self.assertRegex(self.said(command, "x", option), rf"^{option}: 1 required \S+ missing; `touchfield {command} --help`")
+        self.assertRegex(self.said("fit", "x", "--workspace-mm", "1", "2"), r"^--workspace-mm: 6 required X missing")
+        self.assertIn("--threads", self.said("run", "x", "--threads", "1", "--threads", "2"))
         self.assertIn("did you mean grasp?", self.said("hand", "-o", "x.obj", "--pose", "graps"))
 
     def test_bounds_are_in_the_unit_as_typed(self):
@@ -108,7 +108,7 @@ class CommandLine(CommandTest):
                 name = names.split(",")[-1]
                 for value in NO_NUMBERS if name in ("--edge-mm", "--at-mm", "--count") else ["nan", "1e400"]:
                     said = self.said(*command, name, *[value] * count)
-                    self.assertRegex(said, rf"^{name} (.* must be |needs {count} values)", f"{command} {name} {value}")
+                    self.assertRegex(said, rf"^{name}( .* must be |: {count} required)", f"{command} {name} {value}")
         self.assertGreater(seen, 60)
 
     def test_what_a_command_cannot_do(self):
@@ -138,12 +138,11 @@ class Arrays(CommandTest):
         whole = "64 transducers, 71.12 x 71.12 mm, pitch 10.16 mm, facing +z"
         self.assertEqual(self.line_of(self.positions(["x_mm,y_mm,z_mm"])), whole)
         self.assertEqual(self.line_of(self.positions(["x_m,y_mm,z_mm"], (1e-3, 1))), whole)
-        self.assertEqual(self.line_of(self.positions([])), whole)
         done = self.run_ok("run", self.scene("{grid: {count: [8, 8]}}"), "-o", "out", "-v")
         self.assertIn(f"  array: {whole}", done.stderr)
 
     def test_slips_of_units(self):
-        for scene, says in [(self.positions([], (1e-3, 1e-3)), "The header of a file says what they are in"),
+        for scene, says in [(self.positions(["x_mm,y_mm,z_mm"], (1e-3, 1e-3)), "The header of a file says what they are in"),
                             (self.scene("{grid: {count: [8, 8], pitch_mm: 0.01016}}", "grid.yaml"), "is pitch_mm in mm?")]:
             done = self.is_refused("check", scene)
             self.assertRegex(done.stderr, r"transducers 0 and \d+ are 0.01016 mm apart")
