@@ -9,6 +9,7 @@
 #include "sim/assess/check.h"
 #include "sim/batch/sweep_case.h"
 #include "sim/core/errors.h"
+#include "sim/motion/play.h"
 #include "sim/motion/sensed_motion.h"
 #include "sim/solve/warnings.h"
 
