@@ -29,11 +29,6 @@ find_path(TOUCHFIELD_SPNG_INCLUDE spng.h REQUIRED)
 add_library(touchfield_spng INTERFACE)
 target_link_libraries(touchfield_spng INTERFACE ${TOUCHFIELD_SPNG})
 target_include_directories(touchfield_spng SYSTEM INTERFACE ${TOUCHFIELD_SPNG_INCLUDE})
-find_library(TOUCHFIELD_ASSIMP assimp REQUIRED)
-find_path(TOUCHFIELD_ASSIMP_INCLUDE assimp/scene.h REQUIRED)
-add_library(touchfield_assimp INTERFACE)
-target_link_libraries(touchfield_assimp INTERFACE ${TOUCHFIELD_ASSIMP})
-target_include_directories(touchfield_assimp SYSTEM INTERFACE ${TOUCHFIELD_ASSIMP_INCLUDE})
 find_path(TOUCHFIELD_NANOFLANN_INCLUDE nanoflann.hpp REQUIRED)
 
 # The serial HDF5: VTK's packages also bring the MPI one.

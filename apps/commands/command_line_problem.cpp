@@ -103,7 +103,7 @@ std::string unknown_command(const CLI::App& app, const std::string& word) {
   };
   static const Kind kKinds[] = {{{".yaml", ".yml"}, "to run a scene", "run"},
                                 {{".h5"}, "to describe a run", "info"},
-                                {{".stl", ".obj", ".ply", ".off", ".vtp", ".glb"}, "to inspect a mesh", "mesh"}};
+                                {{".stl", ".obj", ".ply", ".off", ".glb"}, "to inspect a mesh", "mesh"}};
   const std::string shown = schema::quoted_for_message(word);
   const std::string path = path_of_command(app);
   const std::string ending = std::filesystem::path(word).extension().string();

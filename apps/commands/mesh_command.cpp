@@ -161,8 +161,7 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
 
 void add_mesh_command(CLI::App& app, Invocation& invocation) {
   const auto mesh = std::make_shared<MeshCommand>();
-  CLI::App* command =
-      app.add_subcommand("mesh", "Inspect, resurface or remesh a mesh file (STL, OBJ, PLY, OFF, VTP, GLB)");
+  CLI::App* command = app.add_subcommand("mesh", "Inspect, resurface or remesh a mesh file (STL, OBJ, PLY, OFF, GLB)");
   command->add_option("FILE", mesh->file, "Mesh file; its ending names the format")->required()->type_name(kMeshFile);
   command->add_option("-o,--output", mesh->output, "Mesh file to write; default: report only")->type_name(kMeshFile);
   command->add_flag("--force", mesh->force, "Replace the mesh file to write if it exists");

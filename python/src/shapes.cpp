@@ -174,7 +174,7 @@ void add_shapes(nb::module_& module) {
       },
       nb::arg("path"), nb::arg("unit") = nb::none(),
       nb::sig("def read_mesh(path: str | os.PathLike, unit: float | None = None) -> Mesh"),
-      "Reads an STL, OBJ, PLY, OFF, VTP or GLB file. `unit`: the unit of the file in metres. Without it the file must "
+      "Reads an STL, OBJ, PLY, OFF or GLB file. `unit`: the unit of the file in metres. Without it the file must "
       "be in "
       "mm, and its size must confirm that.");
   module.def(

@@ -312,7 +312,7 @@ def _scaled(landmarks, unit):
 
 
 def read_mesh(path, unit=None):
-    """Reads an STL, OBJ, PLY, OFF or VTP file.
+    """Reads an STL, OBJ, PLY, OFF or GLB file.
 
     Parameters
     ----------

@@ -13,6 +13,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/place_text.h"
 #include "sim/core/units.h"
+#include "sim/mesh/io/mesh_files.h"
 #include "sim/scene/quantity.h"
 #include "sim/scene/yaml_tree.h"
 #include "sim/sensing/landmark_table.h"
@@ -28,7 +29,7 @@ namespace {
 
 constexpr std::size_t kMostLearnt = 30;  // frames, spread over the time of learning
 
-std::string skin_name(std::size_t frame) { return fmt::format("skin_{:04}.vtp", frame + 1); }
+std::string skin_name(std::size_t frame) { return fmt::format("skin_{:04}.ply", frame + 1); }
 
 /// Learns from the first part of a recording, so many seconds long, in which the hand is found, at most kMostLearnt
 /// frames of it: it may come into the images later.
@@ -301,8 +302,7 @@ std::string body_yaml(const std::string& directory, const TriangleMesh& first, c
 }  // namespace
 
 std::vector<std::string> fit_files(const CameraFolder& folder) {
-  std::vector<std::string> files = {"fit.log",   "failed.json",  "fit.csv", "body.yaml",
-                                    "times.csv", kLandmarksFile, "skin.pvd"};
+  std::vector<std::string> files = {"fit.log", "failed.json", "fit.csv", "body.yaml", "times.csv", kLandmarksFile};
   for (std::size_t k = 0; k < folder.size(); ++k) {
     files.push_back(skin_name(k));
   }
@@ -396,8 +396,8 @@ class FolderFitter {
     tracker_.skin(own.fit, carrier_, world);
     const TriangleMesh skin(world, body_.mesh.triangles());
     const SeenDistance seen = seen_distance(folder_.cameras(), frame, skin);
-    write_faces_vtp(directory_.file(file), skin,
-                    {{"cameras", seen.cameras.cast<double>()}, {"distance_m", seen.distance}});
+    write_atomically(directory_.file(file),
+                     {as_ply(skin, 1.0, {{"cameras", seen.cameras.cast<double>()}, {"distance_m", seen.distance}})});
     own.file = file;
     fitted_landmarks_.seconds.push_back(own.fit.seconds);
     fitted_landmarks_.at.push_back(landmark_points(skin, body_.landmarks, fitted_landmarks_.names));
@@ -424,7 +424,6 @@ class FolderFitter {
     if (!steps_.empty()) {
       write_atomically(directory_.file("times.csv"), {times_csv(steps_)});
       write_atomically(directory_.file(kLandmarksFile), {landmarks_csv(fitted_landmarks_)});
-      write_series(directory_.file("skin.pvd"), steps_);
     }
   }
 

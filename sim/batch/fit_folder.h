@@ -44,11 +44,10 @@ std::vector<std::string> fit_files(const CameraFolder& folder);
 /// Fits the built-in hand to every frame of a recording, in order, and writes the files that
 /// `body: {meshes: {folder, times}}` takes:
 ///
-///   skin_0001.vtp, ...   the same triangles [m] for each frame, except frames in which the hand is lost. Every face
+///   skin_0001.ply, ...   the same triangles [m] for each frame, except frames in which the hand is lost. Every face
 ///                        has `cameras`, the number of cameras that saw it, and `distance_m` from the points that they
 ///                        saw (seen_distance.h)
 ///   times.csv            the times of the meshes, counted from the first frame of the recording
-///   skin.pvd             the list of the meshes
 ///   body.yaml            a scene's body of these meshes with the landmarks of the hand
 ///   landmarks.csv        the landmarks of the fitted hand (landmark_table.h)
 ///   fit.csv              one line per frame, with the times of the recording and the reason why the hand is lost

@@ -136,8 +136,7 @@ Codec<MeshShape> mesh_codec() {
   map.add(
       {.name = "file",
        .type = file.type,
-       .help =
-           "STL, OBJ, PLY, VTP, OFF or GLB file of a closed surface. A relative name starts from the scene's folder.",
+       .help = "STL, OBJ, PLY, OFF or GLB file of a closed surface. A relative name starts from the scene's folder.",
        .required = true,
        .example = "my_hand.stl"},
       [file](const Input& in, MeshShape& mesh) {

@@ -241,19 +241,6 @@ void write_field_vti(const std::string& path, const Run& run, const FieldResult&
   write_vtk<vtkXMLImageDataWriter>(path, run, image.GetPointer());
 }
 
-void write_faces_vtp(const std::string& path, const TriangleMesh& mesh,
-                     const std::vector<std::pair<std::string, Eigen::VectorXd>>& numbers) {
-  vtkNew<vtkPolyData> surface;
-  set_faces(surface, mesh);
-  for (const auto& [name, values] : numbers) {
-    require(values.size() == mesh.face_count(), "{}: {} has {} numbers for {} faces", path, name, values.size(),
-            mesh.face_count());
-    add_array<vtkDoubleArray>(surface->GetCellData(), name, values.size(),
-                              [&own = values](Eigen::Index f) { return own(f); });
-  }
-  write_encoded<vtkXMLPolyDataWriter>(path, surface.GetPointer());
-}
-
 void write_blocks(const std::string& path, const std::vector<std::string>& files) {
   std::string text =
       "<?xml version=\"1.0\"?>\n<VTKFile type=\"vtkMultiBlockDataSet\" version=\"1.0\" "

@@ -34,12 +34,6 @@ void write_array_vtp(const std::string& path, const Motion& motion);
 /// point data.
 void write_field_vti(const std::string& path, const Run& run, const FieldResult& field);
 
-/// Faces of a skin with named numbers, NaN where there is none, as cell data.
-///
-/// throws   InputError unless there are as many numbers as faces; IoError
-void write_faces_vtp(const std::string& path, const TriangleMesh& mesh,
-                     const std::vector<std::pair<std::string, Eigen::VectorXd>>& numbers);
-
 /// A .vtm, which ParaView opens as one data set whose blocks are other files; these are named as seen from its folder.
 void write_blocks(const std::string& path, const std::vector<std::string>& files);
 

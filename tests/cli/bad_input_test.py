@@ -288,19 +288,6 @@ solve: {methods: [focus]}
         scene = self.scene(MESH_SCENE.replace("unit: mm}}", "unit: mm}, edge_mm: 3}"))
         self.refused_at_once("check", scene, says=says)
 
-    def test_a_file_that_unpacks_to_eight_gigabytes(self):
-        block = zlib.compress(bytes(1 << 20), 9)
-        header = struct.pack("<1027I", 1024, 1 << 20, 0, *[len(block)] * 1024)
-        packed = base64.b64encode(header).decode() + base64.b64encode(block * 1024).decode()
-        self.write("skin.vtp", f"""\
-<VTKFile type="PolyData" version="0.1" byte_order="LittleEndian" compressor="vtkZLibDataCompressor">
-<PolyData><Piece NumberOfPoints="3" NumberOfPolys="1">
-<Points><DataArray type="Float64" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0</DataArray></Points>
-<Polys><DataArray type="UInt8" Name="connectivity" format="binary">{packed}</DataArray>
-<DataArray type="Int64" Name="offsets" format="ascii">3</DataArray></Polys></Piece></PolyData></VTKFile>
-""")
-        self.refused_at_once("mesh", "skin.vtp", says="skin.vtp: all faces are at one point, the mesh has no size")
-
     def test_a_landmark_misspelt_among_several_bodies(self):
         start, rest = FINGER.split("body:\n")
         target = "target:" + rest.split("target:")[1].replace("at: bottom", "at: one.bottom")

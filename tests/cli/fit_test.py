@@ -77,9 +77,10 @@ class Fit(CommandTest):
         self.assertLess(said["residual_mm_median"], 0.6)
         out = self.folder / "out"
         rows = list(csv.DictReader((out / "times.csv").read_text().splitlines()))
-        self.assertEqual([row["file"] for row in rows], [f"skin_{k:04d}.vtp" for k in range(1, 7)])
+        self.assertEqual([row["file"] for row in rows], [f"skin_{k:04d}.ply" for k in range(1, 7)])
         self.assertEqual(len(list(csv.DictReader((out / "fit.csv").read_text().splitlines()))), 6)
-        self.assertIn("skin_0006.vtp", (out / "skin.pvd").read_text())
+        header = (out / "skin_0006.ply").read_bytes().split(b"end_header")[0]
+        self.assertIn(b"property float cameras\nproperty float distance_m\n", header)
         # The landmarks that `see` knew, and where the fit has them.
         places = list(csv.DictReader((out / "landmarks.csv").read_text().splitlines()))
         true = list(csv.DictReader((self.folder / "seen/landmarks.csv").read_text().splitlines()))
@@ -93,8 +94,15 @@ class Fit(CommandTest):
         scene = self.write("fitted.yaml", scene + "motion: {seconds: 0.25, solve_ms: 20}\n")
         checked = json.loads(self.run_ok("check", scene, "--json").stdout)
         self.assertTrue(checked)
+        (out / "skin_0001.ply").rename(out / "skin_0001.vtp")  # of a former release
+        times = out / "times.csv"
+        kept = times.read_text()
+        times.write_text(kept.replace("skin_0001.ply", "skin_0001.vtp"))
+        self.is_refused("check", scene, says="repeat `touchfield fit`, which writes PLY")
+        times.write_text(kept)
+        (out / "skin_0001.vtp").rename(out / "skin_0001.ply")
         # 50 mm/s along x.
-        first, last = (self.vertices(out / f"skin_{k:04d}.vtp") for k in (1, 6))
+        first, last = (self.vertices(out / f"skin_{k:04d}.ply") for k in (1, 6))
         moved = (last - first).mean(axis=0)
         self.assertAlmostEqual(1e3 * moved[0], 50 * 5 / 30, delta=0.7)
 
@@ -165,7 +173,7 @@ class Fit(CommandTest):
         own = self.folder / "out/body.yaml"  # made a scene: a file of fit's all the same
         own.write_text(rest[0] + body + rest[1] + "motion: {seconds: 0.1, solve_ms: 20}\n")
         other = self.write("scene.yaml", own.read_text())
-        still = self.write("still.yaml", rest[0] + "body: {mesh: {file: out/skin_0001.vtp, unit: m}}\n"
+        still = self.write("still.yaml", rest[0] + "body: {mesh: {file: out/skin_0001.ply, unit: m}}\n"
                            + rest[1].replace("at: index_pad", "centre_mm: [0, 0, 200]"))
         for command in (("play", own), ("play", other), ("run", still), ("study", still), ("live", other)):
             self.refused(*command, "-o", "out")

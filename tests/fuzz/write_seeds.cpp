@@ -10,6 +10,7 @@
 #include "sim/body/shapes.h"
 #include "sim/mesh/io/mesh_io.h"
 #include "tests/sensing/recording_support.h"
+#include "tests/support/files.h"
 
 namespace {
 
@@ -38,7 +39,7 @@ void write_sweeps(const fs::path& from, const fs::path& to) {
 }
 
 void write_meshes(const fs::path& to) {
-  for (const std::string ending : {"stl", "obj", "ply", "off", "vtp"}) {
+  for (const std::string ending : {"stl", "obj", "ply", "off"}) {
     fs::create_directories(to / ending);
     write_mesh(to / ending / ("box." + ending), box({2, 3, 4}, 10).mesh, 1e-3);
     write_mesh(to / ending / ("ball." + ending), icosphere(1.0, 1), 1e-3);

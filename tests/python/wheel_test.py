@@ -17,14 +17,14 @@ SKIPPED = 77
 # one that is taken. Some of these files name the GPL too: for the packages' scripts, programs and tests. Two leave the
 # library out: libcom-err2 is as its sources say (lib/et), libidn2-0 as its README.md.
 LICENCES = {
-    "fonts-dejavu-core": "Bitstream Vera", "libaec0": "BSD-2-Clause", "libassimp5": "BSD-3-Clause", "libbrotli1": "MIT", "libbsd0": "BSD-3-Clause",
-    "libcairo2": "MPL-1.1, or LGPL-2.1", "libcom-err2": "MIT", "libcurl4": "curl", "libdouble-conversion3": "BSD-3-Clause", "libdraco7": "Apache-2.0",
+    "fonts-dejavu-core": "Bitstream Vera", "libaec0": "BSD-2-Clause", "libbrotli1": "MIT", "libbsd0": "BSD-3-Clause",
+    "libcairo2": "MPL-1.1, or LGPL-2.1", "libcom-err2": "MIT", "libcurl4": "curl", "libdouble-conversion3": "BSD-3-Clause",
     "libexpat1": "MIT", "libffi8": "MIT", "libfmt9": "MIT", "libfontconfig1": "MIT", "libfreetype6": "FTL",
     "libgfortran5": "GPL-3 with the GCC runtime exception", "libgcc-s1": "GPL-3 with the GCC runtime exception",
     "libgmp10": "LGPL-3", "libgnutls30": "LGPL-2.1", "libgomp1": "GPL-3 with the GCC runtime exception",
     "libgssapi-krb5-2": "MIT", "libhdf5-103-1": "BSD-3-Clause", "libhogweed6": "LGPL-3", "libidn2-0": "LGPL-3",
     "libk5crypto3": "MIT", "libkeyutils1": "LGPL-2", "libkrb5-3": "MIT", "libkrb5support0": "MIT", "liblbfgs0": "MIT",
-    "libldap-2.5-0": "OpenLDAP-2.8", "liblz4-1": "BSD-2-Clause", "liblzma5": "public domain", "libmd0": "BSD-3-Clause", "libminizip1": "Zlib",
+    "libldap-2.5-0": "OpenLDAP-2.8", "liblz4-1": "BSD-2-Clause", "liblzma5": "public domain", "libmd0": "BSD-3-Clause",
     "libnettle8": "LGPL-3", "libnghttp2-14": "MIT", "libopenblas0-openmp": "BSD-3-Clause", "libp11-kit0": "BSD-3-Clause",
     "libpixman-1-0": "MIT", "libpng16-16": "libpng", "libpsl5": "MIT", "libquadmath0": "LGPL-2", "librtmp1": "LGPL-2.1",
     "libsasl2-2": "BSD-4-Clause of Carnegie Mellon", "libspng0": "BSD-2-Clause", "libssh2-1": "BSD-3-Clause",

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sim/core/types.h"
@@ -31,17 +32,16 @@ inline constexpr std::int64_t kMostFileBytes = std::int64_t{1} << 30;  // four m
 void require_few(std::int64_t points, std::int64_t faces, const std::string& name);
 
 /// Each takes a file's whole content; `name` is how messages call the file. Coordinates are read in double precision.
-/// VTP is read by VTK and binary glTF by assimp, in a process of its own (isolated_surface.h). For the other formats
-/// neither will do: both keep coordinates as floats and take damaged text for other numbers or faces.
 ///
 /// throws   InputError with line or byte if the content is cut short, is of another kind, or has a coordinate that is
-///          not a finite number or a corner that is no point
+///          not a finite number or a corner that is not a point
 FileSurface parse_stl(const std::string& content, const std::string& name);
 FileSurface parse_obj(const std::string& content, const std::string& name);
 FileSurface parse_ply(const std::string& content, const std::string& name);
 FileSurface parse_off(const std::string& content, const std::string& name);
-FileSurface parse_vtp(const std::string& content, const std::string& name);
-/// Of binary glTF: the triangles of all nodes, each where its node or its bones put it at rest; in metres.
+/// Of binary glTF 2.0: the triangles of all nodes of the scene, in metres. Each is where its node or its bones put it at
+/// rest, morphed by its default weights. A file that needs an extension that changes the shape is refused by its name,
+/// except KHR_mesh_quantization. No other file is opened.
 FileSurface parse_glb(const std::string& content, const std::string& name);
 
 /// Adds polygons as triangles, once all points are known. A polygon of four corners or more need not be convex. A
@@ -61,11 +61,14 @@ std::string bytes_behind_text(std::size_t bytes);
 /// point twice only join strips and are left out.
 void add_strip(std::vector<std::vector<std::int64_t>>& polygons, std::span<const std::int64_t> corners);
 
+/// A number for each face of a mesh, by name; NaN where there is none.
+using FaceNumbers = std::vector<std::pair<std::string, Eigen::VectorXd>>;
+
 /// A mesh as the content of a file, in file units of `unit` metres. STL and PLY are binary, OFF and OBJ are text. VTP
-/// has its arrays inline and compressed.
+/// has its arrays inline and compressed. PLY keeps `numbers` as properties of its faces.
 std::string as_stl(const TriangleMesh& mesh, double unit);
 std::string as_obj(const TriangleMesh& mesh, double unit);
-std::string as_ply(const TriangleMesh& mesh, double unit);
+std::string as_ply(const TriangleMesh& mesh, double unit, const FaceNumbers& numbers = {});
 std::string as_off(const TriangleMesh& mesh, double unit);
 std::string as_vtp(const TriangleMesh& mesh, double unit);
 

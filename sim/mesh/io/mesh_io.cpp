@@ -12,6 +12,7 @@
 
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/whole_file.h"
 #include "sim/mesh/io/weld.h"
 
@@ -23,16 +24,17 @@ namespace fs = std::filesystem;
 
 struct Format {
   const char* ending;
-  FileSurface (*parse)(const std::string& content, const std::string& name);
-  std::string (*as_file)(const TriangleMesh& mesh, double unit);  // null: is only read
+  FileSurface (*parse)(const std::string& content, const std::string& name);  // null: is only written
+  std::string (*as_file)(const TriangleMesh& mesh, double unit);              // null: is only read
 };
 
-constexpr std::array<Format, 6> kFormats = {{{".stl", parse_stl, as_stl},
-                                             {".obj", parse_obj, as_obj},
-                                             {".ply", parse_ply, as_ply},
-                                             {".off", parse_off, as_off},
-                                             {".vtp", parse_vtp, as_vtp},
-                                             {".glb", parse_glb, nullptr}}};
+constexpr std::array<Format, 6> kFormats = {
+    {{".stl", parse_stl, as_stl},
+     {".obj", parse_obj, as_obj},
+     {".ply", parse_ply, [](const auto& mesh, double unit) { return as_ply(mesh, unit); }},
+     {".off", parse_off, as_off},
+     {".vtp", nullptr, as_vtp},
+     {".glb", parse_glb, nullptr}}};
 
 const Format& format_of(const std::string& path) {
   std::string ending = fs::path(path).extension().string();
@@ -40,7 +42,8 @@ const Format& format_of(const std::string& path) {
   const auto* found =
       std::find_if(kFormats.begin(), kFormats.end(), [&](const Format& format) { return format.ending == ending; });
   if (found == kFormats.end()) {
-    throw InputError(fmt::format("{}: a mesh file must end in .stl, .obj, .ply, .off, .vtp or .glb", path));
+    throw InputError(fmt::format(
+        "{}: a mesh file must end in .stl, .obj, .ply, .off, .vtp (only written) or .glb (only read)", path));
   }
   return *found;
 }
@@ -86,6 +89,9 @@ std::string bytes_behind_text(std::size_t bytes) {
 
 FileSurface read_surface(const std::string& path) {
   const Format& format = format_of(path);
+  require(format.parse != nullptr,
+          "{}: VTP is only written; save the file as PLY (ParaView does), or repeat `touchfield fit`, which writes PLY",
+          path);
   const std::string content = content_of(path);
   FileSurface surface = format.parse(content, path);
   if (surface.triangles.empty()) {

@@ -7,7 +7,7 @@
 
 namespace touchfield {
 
-/// Reads the points and triangles of an STL (ASCII or binary), OBJ, PLY, OFF, VTP or GLB file, in its own units. The
+/// Reads the points and triangles of an STL (ASCII or binary), OBJ, PLY, OFF or GLB file, in its own units. The
 /// ending of the path tells the format. No point or triangle is merged or left out, except triangles that only join
 /// strips. Polygons are cut into triangles.
 ///

@@ -338,19 +338,26 @@ FileSurface parse_ply(const std::string& content, const std::string& name) {
   return surface;
 }
 
-std::string as_ply(const TriangleMesh& mesh, double unit) {
+std::string as_ply(const TriangleMesh& mesh, double unit, const FaceNumbers& numbers) {
   std::string bytes = fmt::format(
       "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double "
       "z\n"
-      "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+      "element face {}\nproperty list uchar int vertex_indices\n",
       mesh.vertex_count(), mesh.face_count());
+  for (const auto& [name, values] : numbers) {
+    bytes += fmt::format("property float {}\n", name);
+  }
+  bytes += "end_header\n";
   for (Eigen::Index v = 0; v < mesh.vertex_count(); ++v) {
     append_bytes<double>(bytes, mesh.vertices().col(v) / unit);
   }
-  for (const auto& triangle : mesh.triangles().colwise()) {
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
     append_bytes(bytes, std::uint8_t{3});
-    for (const int v : triangle) {
+    for (const int v : mesh.triangles().col(f)) {
       append_bytes(bytes, static_cast<std::int32_t>(v));
+    }
+    for (const auto& [name, values] : numbers) {
+      append_bytes(bytes, static_cast<float>(values(f)));
     }
   }
   return bytes;

@@ -7,22 +7,12 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <iterator>
 #include <random>
 #include <stdlib.h>
 #include <string>
 #include <sys/stat.h>
 #include <vector>
-
-#include <vtkCellArray.h>
-#include <vtkDoubleArray.h>
-#include <vtkFloatArray.h>
-#include <vtkNew.h>
-#include <vtkPointData.h>
-#include <vtkPoints.h>
-#include <vtkPolyData.h>
-#include <vtkXMLPolyDataWriter.h>
 
 #include "sim/body/shapes.h"
 #include "sim/mesh/io/byte_string.h"
@@ -95,84 +85,6 @@ void expect_tetrahedron(const TriangleMesh& mesh, double unit) {
 
 const char* const kOff = "OFF\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
 
-const char* const kVtp = R"(<?xml version="1.0"?>
-<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">
-  <!-- made by hand -->
-  <PolyData>
-    <FieldData><DataArray type="Int32" Name="connectivity" format="ascii">99</DataArray></FieldData>
-    <Piece NumberOfPoints="4" NumberOfVerts="0" NumberOfLines="0" NumberOfStrips="0" NumberOfPolys="4">
-      <PointData><DataArray type="Float32" Name="Points" format="ascii">1 2 3 4</DataArray></PointData>
-      <Points>
-        <DataArray type="Float64" NumberOfComponents="3" format="ascii">
-          0 0 0  1 0 0  0 1 0
-          0 0 1e0
-          <InformationKey name="L2_NORM_RANGE" location="vtkDataArray" length="2">
-            <Value index="0">0</Value><Value index="1">7</Value></InformationKey>
-        </DataArray>
-      </Points>
-      <Polys>
-        <DataArray type="Int32" Name="connectivity" format="ascii">0 2 1  0 1 3  0 3 2  1 2 3</DataArray>
-        <DataArray type="UInt8" Name="offsets" format="ascii">3 6 9 12</DataArray>
-      </Polys>
-    </Piece>
-  </PolyData>
-</VTKFile>
-)";
-
-/// The tetrahedron as VTK writes it, its faces as triangles or as one strip, with data that does not matter.
-std::string vtk_tetrahedron(const std::function<void(vtkXMLPolyDataWriter*)>& choose, bool single, bool strip) {
-  vtkNew<vtkPoints> points;
-  single ? points->SetDataTypeToFloat() : points->SetDataTypeToDouble();
-  for (const auto& point : std::vector<std::array<double, 3>>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) {
-    points->InsertNextPoint(point.data());
-  }
-  vtkNew<vtkPolyData> surface;
-  surface->SetPoints(points);
-  vtkNew<vtkCellArray> cells;
-  if (strip) {
-    cells->InsertNextCell({0, 2, 1, 3, 0, 2});
-    surface->SetStrips(cells);
-  } else {
-    for (const auto& face : std::vector<std::array<vtkIdType, 3>>{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}) {
-      cells->InsertNextCell(3, face.data());
-    }
-    surface->SetPolys(cells);
-  }
-  vtkNew<vtkDoubleArray> data;
-  data->SetName("pressure");
-  data->SetNumberOfTuples(4);
-  data->Fill(2.0);
-  surface->GetPointData()->AddArray(data);
-  vtkNew<vtkXMLPolyDataWriter> writer;
-  writer->SetInputData(surface);
-  writer->WriteToOutputStringOn();
-  choose(writer);
-  EXPECT_EQ(writer->Write(), 1);
-  return writer->GetOutputString();
-}
-
-/// Every way in which VTK and ParaView store arrays that can be read.
-std::vector<std::pair<std::string, std::string>> vtk_tetrahedra() {
-  std::vector<std::pair<std::string, std::string>> files;
-  for (const int mode : {vtkXMLWriter::Ascii, vtkXMLWriter::Binary, vtkXMLWriter::Appended}) {
-    for (const int bits : {0, 1, 2, 3, 4, 5, 6, 7, 8, 15, 16, 31, 32, 63, 100}) {
-      const bool strip = (bits & 8) != 0;
-      const auto choose = [&](vtkXMLPolyDataWriter* writer) {
-        writer->SetDataMode(mode);
-        (bits & 1) != 0 ? writer->SetCompressorTypeToZLib() : writer->SetCompressorTypeToNone();
-        (bits & 2) != 0 ? writer->SetHeaderTypeToUInt64() : writer->SetHeaderTypeToUInt32();
-        (bits & 4) != 0 ? writer->EncodeAppendedDataOn() : writer->EncodeAppendedDataOff();
-        (bits & 16) != 0 ? writer->SetByteOrderToBigEndian() : writer->SetByteOrderToLittleEndian();
-        (bits & 32) != 0 ? writer->SetIdTypeToInt32() : writer->SetIdTypeToInt64();
-        writer->SetBlockSize(32);  // several blocks an array, the last one smaller
-      };
-      files.emplace_back(std::to_string(mode) + "/" + std::to_string(bits),
-                         vtk_tetrahedron(choose, (bits & 64) != 0, strip));
-    }
-  }
-  return files;
-}
-
 TEST_F(MeshIo, ReadsOffAndItsVariants) {
   expect_tetrahedron(read_mesh(write("a.off", kOff), kMm), kMm);
   const std::string off = kOff;
@@ -190,97 +102,6 @@ TEST_F(MeshIo, ReadsOffAndItsVariants) {
     dos.insert(at, "\r");
   }
   expect_tetrahedron(read_mesh(write("dos.off", dos), kMm), kMm);
-}
-
-TEST_F(MeshIo, ReadsVtpMadeByHandAndByVtk) {
-  expect_tetrahedron(read_mesh(write("a.vtp", kVtp), kMm), kMm);
-  for (const auto& [way, bytes] : vtk_tetrahedra()) {
-    SCOPED_TRACE(way);
-    expect_tetrahedron(read_mesh(write("b.vtp", bytes), kMm), kMm);
-  }
-}
-
-/// A binary glTF of the tetrahedron's points and faces; `nodes` places mesh 0 and may follow with more of the JSON.
-std::string glb(const std::string& nodes, const std::string& points_count = "4") {
-  std::string bytes;
-  for (const float x : {0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F}) {
-    append_bytes(bytes, x);
-  }
-  for (const int v : {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3}) {
-    append_bytes(bytes, static_cast<std::uint16_t>(v));
-  }
-  std::string json =
-      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[)" + nodes +
-      R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],"accessors":[{"bufferView":0,)"
-      R"("componentType":5126,"count":)" +
-      points_count +
-      R"(,"type":"VEC3"},{"bufferView":1,"componentType":5123,"count":12,"type":"SCALAR"}],"bufferViews":)"
-      R"([{"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":24}],"buffers":[{"byteLength":72}]})";
-  json.resize((json.size() + 3) / 4 * 4, ' ');
-  std::string file = "glTF";
-  for (const std::size_t number : {std::size_t{2}, 28 + json.size() + bytes.size(), json.size()}) {
-    append_bytes(file, static_cast<std::uint32_t>(number));
-  }
-  file += "JSON" + json;
-  append_bytes(file, static_cast<std::uint32_t>(bytes.size()));
-  return file + std::string("BIN\0", 4) + bytes;
-}
-
-TEST_F(MeshIo, ReadsBinaryGltfAsItsNodesPlaceIt) {
-  const auto volume_and_middle = [&](const std::string& nodes) {
-    const TriangleMesh mesh = read_mesh(write("t.glb", glb(nodes)), 1.0);
-    EXPECT_EQ(mesh.face_count(), 4);
-    return std::pair(mesh.signed_volume(), Vector3(mesh.vertices().rowwise().mean()));
-  };
-  const auto [volume, middle] = volume_and_middle(R"({"mesh":0}])");
-  EXPECT_NEAR(volume, 1.0 / 6.0, 1e-7);
-  EXPECT_LT((middle - Vector3::Constant(0.25)).norm(), 1e-7);
-  // A parent that moves, a child that makes it twice as large and mirrors it: the faces still look outwards.
-  const auto [mirrored, there] =
-      volume_and_middle(R"({"children":[1],"translation":[1,2,3]},{"mesh":0,"scale":[-2,2,2]}])");
-  EXPECT_NEAR(mirrored, 8.0 / 6.0, 1e-6);
-  EXPECT_LT((there - Vector3(0.5, 2.5, 3.5)).norm(), 1e-6);
-}
-
-TEST_F(MeshIo, RefusesBrokenGltf) {
-  const std::string good = glb(R"({"mesh":0}])");
-  const std::string assimp = "n.glb: assimp cannot read it as binary glTF: ";
-  expect_refused("n.glb", "glTF", assimp);
-  expect_refused("n.glb", kObj, "not a binary glTF file");
-  expect_refused("n.glb", with(good, R"({"asset")", R"(["asset")"), assimp);
-  expect_refused("n.glb", glb(R"({"name":"empty"}])"), "has no face");
-  expect_refused("n.glb", glb(R"({"mesh":0}])", "400000000"), "n.glb: ");
-  for (std::size_t cut = 1; cut < good.size(); cut += 31) {
-    EXPECT_THROW(read_mesh(write("t.glb", good.substr(0, cut)), 1.0), InputError) << cut;
-  }
-  std::mt19937_64 random(3);
-  for (int trial = 0; trial < 30; ++trial) {
-    std::string bad = good;
-    for (int i = 0; i <= trial / 3; ++i) {
-      bad[(random() >> 20U) % bad.size()] = static_cast<char>(random() >> 40U);
-    }
-    try {
-      read_mesh(write("d.glb", bad), 1.0);
-    } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr("d.glb"));
-    }
-  }
-  EXPECT_THAT([&] { write_mesh(path("w.glb"), icosphere(0.01, 1), kMm); },
-              ThrowsMessage<InputError>(HasSubstr("w.glb: .glb is only read; write .stl, ")));
-}
-
-TEST_F(MeshIo, JoinsThePiecesOfVtp) {
-  const std::string text = kVtp;
-  const std::size_t begin = text.find("    <Piece");
-  const std::size_t end = text.find("  </PolyData>");
-  const std::string piece = text.substr(begin, end - begin);
-  std::string both = text;
-  both.insert(end, with(piece, "0 0 0  1 0 0  0 1 0", "5 5 5  6 5 5  5 6 5"));
-  const FileSurface surface = read_surface(write("two.vtp", with(both, "0 0 1e0\n", "0 0 1e0\n")));
-  ASSERT_EQ(surface.triangles.size(), 8u);
-  EXPECT_EQ(surface.points.size(), 8u);
-  EXPECT_THAT(surface.triangles[4], ElementsAre(4, 6, 5));
-  EXPECT_EQ(surface.points[6], Vector3(5, 6, 5));
 }
 
 TEST_F(MeshIo, ReadsObj) {
@@ -350,8 +171,6 @@ TEST_F(MeshIo, ReadsLinesOfAnyEnd) {
       expect_tetrahedron(read("a.off", kOff), kMm);
       expect_tetrahedron(read("a.ply", ply), kMm);
       expect_tetrahedron(read("a.stl", ascii_stl()), kMm);
-      const std::size_t head = std::string(kVtp).find("<VTKFile");  // a mark stands before the XML declaration too
-      expect_tetrahedron(read("a.vtp", std::string(kVtp).substr(head)), kMm);
       expect_refused("n.obj", with_ends(with(kObj, "v 1 0 0", "v 1 zero 0"), end, marked), "n.obj:4: a coordinate");
     }
   }
@@ -388,7 +207,7 @@ TEST_F(MeshIo, JoinsContinuedLinesOfObj) {
   expect_tetrahedron(read_mesh(write("d.obj", with(kObj, "f -3/1/1 -2/1/1 -1/1/1\n", "f 2 3 4 \\")), kMm), kMm);
 }
 
-// Faces 021, 123 turned by a strip's second, 013, 032: the strip of vtk_tetrahedron() and others of the same surface.
+// Faces 021, 123 turned by a strip's second, 013, 032: one strip and others of the same surface.
 TEST_F(MeshIo, ReadsStrips) {
   const std::string header =
       with(with(kPlyHeader, "element face 4\nproperty list uchar int vertex_indices\nproperty float quality\n",
@@ -471,6 +290,15 @@ TEST_F(MeshIo, CutsPolygonsThatAreNotConvex) {
   EXPECT_NEAR(mesh.normals().row(2).minCoeff(), 1.0, 1e-12);
 }
 
+// Numbers of faces, for ParaView and scripts, do not matter to the surface.
+TEST_F(MeshIo, WritesNumbersOfFacesAsPly) {
+  const TriangleMesh mesh = icosphere(0.02, 1);
+  const std::string bytes = as_ply(mesh, 1.0, {{"share", Eigen::VectorXd::LinSpaced(mesh.face_count(), 0.0, 19.0)}});
+  EXPECT_EQ(number_at<float>(bytes.data() + bytes.size() - 4, false), 19.0F);
+  EXPECT_THAT(bytes, HasSubstr("property float share\nend_header\n"));
+  EXPECT_EQ(read_mesh(write("n.ply", bytes), 1.0).vertices(), mesh.vertices());
+}
+
 TEST_F(MeshIo, MergesEqualCoordinatesOnly) {
   const std::string apart = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 1.0000001 0\nv -0.0 0 0\nv -1 0 0\nf 1 2 3\nf 5 4 6\n";
   const TriangleMesh mesh = read_mesh(write("m.obj", apart), 1.0);
@@ -483,7 +311,7 @@ TEST_F(MeshIo, WritesWhatItReads) {
   const TriangleMesh mesh = transformed(icosphere(0.0123, 5), Eigen::Matrix3d::Identity(), {0.1, -0.2, 0.05});
   // All keep doubles but binary STL, which has floats, of coordinates up to 0.25 m.
   for (const auto& [name, tolerance] :
-       {std::pair{"s.obj", 1e-16}, {"s.ply", 1e-16}, {"s.off", 1e-16}, {"s.vtp", 1e-16}, {"s.stl", 0.25 * 6e-8}}) {
+       {std::pair{"s.obj", 1e-16}, {"s.ply", 1e-16}, {"s.off", 1e-16}, {"s.stl", 0.25 * 6e-8}}) {
     write_mesh(path(name), mesh, kMm);
     const TriangleMesh back = read_mesh(path(name), kMm);
     ASSERT_EQ(back.face_count(), mesh.face_count()) << name;
@@ -491,7 +319,9 @@ TEST_F(MeshIo, WritesWhatItReads) {
     EXPECT_LT((back.centroids() - mesh.centroids()).cwiseAbs().maxCoeff(), tolerance) << name;
     EXPECT_THAT(inspect(back).faults, IsEmpty()) << name;
   }
-  EXPECT_EQ(folder_.entries(), 5U) << "something is left behind";
+  EXPECT_EQ(folder_.entries(), 4U) << "something is left behind";
+  write_mesh(path("s.vtp"), mesh, kMm);
+  EXPECT_THAT(message_of<InputError>([&] { read_mesh(path("s.vtp"), kMm); }), HasSubstr("VTP is only written"));
 }
 
 TEST_F(MeshIo, BinaryStlHasItsPublishedLayout) {
@@ -510,9 +340,9 @@ TEST_F(MeshIo, RefusesPathsThatAreNoMeshFile) {
   EXPECT_THAT([&] { read_mesh(path("folder.stl"), kMm); }, ThrowsMessage<InputError>(HasSubstr("is a directory")));
   ASSERT_EQ(mkfifo(path("pipe.stl").c_str(), 0600), 0);
   EXPECT_THROW(read_mesh(path("pipe.stl"), kMm), InputError);
-  expect_refused("a.step", kObj, "must end in .stl, .obj, .ply, .off, .vtp or .glb");
-  expect_refused("noending", kObj, "must end in .stl, .obj, .ply, .off, .vtp or .glb");
-  for (const char* name : {"e.stl", "e.obj", "e.ply", "e.off", "e.vtp", "e.glb"}) {
+  expect_refused("a.step", kObj, "must end in .stl, .obj, .ply, .off, .vtp (only written) or .glb (only read)");
+  expect_refused("noending", kObj, "must end in .stl, .obj, .ply, .off, .vtp (only written) or .glb (only read)");
+  for (const char* name : {"e.stl", "e.obj", "e.ply", "e.off", "e.glb"}) {
     expect_refused(name, "", "the file is empty");
     expect_refused(name, "\n\n", "");
   }
@@ -601,41 +431,6 @@ TEST_F(MeshIo, RefusesBrokenOff) {
   }
 }
 
-// VTK reads it in a process of its own, and says what is wrong.
-TEST_F(MeshIo, RefusesBrokenVtp) {
-  const std::string good = kVtp;
-  const std::string vtk = "n.vtp: VTK cannot read it as PolyData: ";
-  expect_refused("n.vtp", "<svg>" + good.substr(22), vtk);
-  expect_refused("n.vtp", with(good, "LittleEndian", "MiddleEndian"), vtk);
-  expect_refused("n.vtp", with(good, "UInt64", "UInt16"), vtk);
-  expect_refused("n.vtp", with(good, "NumberOfPoints=\"4\"", "NumberOfPoints=\"400000000000\""),
-                 "is damaged: reading it needs more than");
-  expect_refused("n.vtp", with(good, "NumberOfPoints=\"4\"", "NumberOfPoints=\"400\""), "may be too short");
-  expect_refused("n.vtp", with(good, "NumberOfPoints=\"4\"", "NumberOfPoints=\"-4\""), vtk);
-  expect_refused("n.vtp", with(good, "NumberOfPoints=\"4\"", "NumberOfPoints=\"3\""), "face 1 names vertex 3");
-  expect_refused("n.vtp", with(good, "NumberOfPolys=\"4\"", "NumberOfPolys=\"5\""), "array is not long enough");
-  expect_refused("n.vtp", with(good, "NumberOfPolys=\"4\"", "NumberOfPolys=\"0\""), "has no face");
-  expect_refused("n.vtp", with(good, "NumberOfPolys=\"4\"", "NumberOfPolys=\"9223372036854775807\""), "is damaged");
-  expect_refused("n.vtp", with(good, "3 6 9 12", "3 6 9 11"), "face 3 has 2 corners");
-  expect_refused("n.vtp", with(good, "3 6 9 12", "3 9 6 12"), "not monotonically increasing");
-  expect_refused("n.vtp", with(good, "3 6 9 12", "3 6 9.5 12"), "array is not long enough");
-  expect_refused("n.vtp", with(good, "0 2 1  ", "0 4 1  "), "face 0 names vertex 4");
-  expect_refused("n.vtp", with(good, "1e0", "nan"), "point 3 has a coordinate that is not a finite number");
-  expect_refused("n.vtp", with(good, "1e0", "one"), "may be too short");
-  expect_refused("n.vtp", with(good, "Name=\"offsets\"", "Name=\"ends\""), "\"offsets\" array could not be found");
-  expect_refused("n.vtp", with(good, "\"UInt8\"", "\"String\""), vtk);
-  expect_refused("n.vtp", with(good, "NumberOfComponents=\"3\"", "NumberOfComponents=\"2\""), vtk);
-  expect_refused("n.vtp", "vtk\n", vtk);
-  std::string deep = "<VTKFile type=\"PolyData\">";
-  for (int i = 0; i < 100000; ++i) {
-    deep += "<a>";
-  }
-  expect_refused("n.vtp", deep, vtk);
-  for (std::size_t cut = 1; cut + 2 < good.size(); cut += 3) {
-    EXPECT_THROW(read_mesh(write("t.vtp", good.substr(0, cut)), kMm), InputError) << cut;
-  }
-}
-
 // What a file announces is refused before memory is taken for it.
 TEST_F(MeshIo, RefusesMoreThanAnyMeshHas) {
   const std::string says = "a mesh file may have at most 15000000 and 5000000";
@@ -648,33 +443,6 @@ TEST_F(MeshIo, RefusesMoreThanAnyMeshHas) {
   fs::resize_file(sparse, std::uintmax_t{1} << 40U);
   EXPECT_THAT([&] { read_mesh(sparse, kMm); },
               ThrowsMessage<InputError>(HasSubstr("1099511627776 bytes, a mesh file may have at most 1073741824")));
-}
-
-// A header that announces 2^60 bytes, or blocks of them, must be refused by what is stored, not by trying.
-TEST_F(MeshIo, RefusesVtpWithHugeLengths) {
-  const auto appended = [&](const std::vector<std::uint64_t>& header, bool compressed) {
-    std::string text = kVtp;
-    const std::string ascii = "0 2 1  0 1 3  0 3 2  1 2 3";
-    text = with(text, "Name=\"connectivity\" format=\"ascii\">" + ascii,
-                "Name=\"connectivity\" format=\"appended\" offset=\"0\">");
-    if (compressed) {
-      text = with(text, "header_type", "compressor=\"vtkZLibDataCompressor\" header_type");
-    }
-    std::string bytes(8 * header.size(), '\0');
-    std::memcpy(bytes.data(), header.data(), bytes.size());
-    return with(text, "</VTKFile>", "<AppendedData encoding=\"raw\">\n_" + bytes + "xxxx</AppendedData></VTKFile>");
-  };
-  const std::uint64_t huge = std::uint64_t{1} << 60U;
-  for (const auto& [header, compressed] :
-       std::vector<std::pair<std::vector<std::uint64_t>, bool>>{{{huge}, false},
-                                                                {{1000}, false},
-                                                                {{1, huge, 0, 4}, true},
-                                                                {{huge, 8, 0, 4}, true},
-                                                                {{2, 8, huge, 4, 4}, true},
-                                                                {{2, 8, 0, huge, 4}, true},
-                                                                {{1, 8, 0, 4}, true}}) {
-    expect_refused("h.vtp", appended(header, compressed), "h.vtp: ");
-  }
 }
 
 // Faces without area are the reader's business only if a mesh is wanted.
@@ -697,14 +465,9 @@ TEST_F(MeshIo, SurvivesDamage) {
                                                             {"d.obj", kObj},
                                                             {"d.stl", ascii_stl()},
                                                             {"d.ply", std::string(kPlyHeader) + kPlyBody},
-                                                            {"d.off", kOff},
-                                                            {"d.vtp", kVtp}};
-  for (const auto& [way, bytes] : vtk_tetrahedra()) {
-    files.emplace_back("d.vtp", bytes);
-  }
+                                                            {"d.off", kOff}};
   for (const auto& [name, good] : files) {
-    const bool isolated = name == "d.vtp" || name == "d.glb";  // a process for each: the fuzzers do more
-    const int changes = isolated ? 30 : 300;
+    const int changes = 300;
     for (int trial = 0; trial < changes; ++trial) {
       std::string bad = good;
       for (std::size_t i = 0; i < 1 + 10 * static_cast<std::size_t>(trial) / static_cast<std::size_t>(changes); ++i) {
