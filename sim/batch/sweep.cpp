@@ -45,7 +45,7 @@ class SweepRun {
 
   void compute();
   SweepResult result() const { return {table(), computed_}; }
-  /// Drops the cases under way.
+  /// Drops the cases under way, and writes the table of those that are finished.
   void stop();
   /// The table of what there is, which it writes unless some cases alone are asked for.
   SweepSummary table() const;
@@ -297,6 +297,12 @@ void SweepRun::stop() {
       worker.lock.reset();
     }
   }
+  try {
+    if (computed_ > 0) {
+      table();
+    }
+  } catch (const IoError&) {  // NOLINT(bugprone-empty-catch): there is no room; the same command writes it
+  }
 }
 
 SweepSummary SweepRun::table() const {
@@ -353,7 +359,6 @@ SweepResult run_sweep(const SweepInput& input, const SweepDirectory& directory, 
     throw IoError(fmt::format("{}; {}", error.what(), run.kept_text()));
   } catch (...) {
     run.stop();
-    run.table();
     throw;
   }
 }

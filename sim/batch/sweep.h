@@ -67,7 +67,7 @@ struct SweepResult {
 /// progress   is told of damaged cases and of the share that is done, twice a second or more often; what it throws ends
 ///            the sweep
 /// throws     InputError where the file system has no locks; IoError if there is no room for a case, or if it cannot be
-///            kept. What has landed stays and is in the table, cases under way are dropped
+///            kept. What has landed stays, cases under way are dropped
 SweepResult run_sweep(const SweepInput& input, const SweepDirectory& directory, const SweepOptions& options,
                       Progress& progress);
 
