@@ -86,34 +86,6 @@ void add_compare_command(CLI::App& app, Invocation& invocation) {
   command->add_option("--picture", points.picture, "Draw measured against computed values: a .png, .pdf or .svg file")
       ->needs(file)
       ->type_name(kAnyFile);
-  command
-      ->add_option("--map", points.map,
-                   "Draw measured and computed values and their difference in the plane of the points: likewise")
-      ->needs(file)
-      ->type_name(kAnyFile);
-  command
-      ->add_option(
-          "--fit", points.fit,
-          "Fit how the points were measured: place and turn of them all, their size, the receiver's radius, the "
-          "sound speed; several, separated by commas")
-      ->needs(file)
-      ->delimiter(',')
-      ->type_name("NAMES")
-      ->check(one_of({"place", "turn", "size", "receiver", "sound_speed"}));
-  command
-      ->add_option("--fit-from", points.fit_from,
-                   "Start at a fit that --fit-out wrote; what --fit does not name remains as it is there")
-      ->needs(file)
-      ->type_name(kAnyFile);
-  command->add_option("--fit-out", points.fit_out, "Write how the points were measured: a CSV file with one row")
-      ->needs(file)
-      ->type_name(kAnyFile);
-  command
-      ->add_option(
-          "--calibration-out", points.calibration,
-          "Write the gain and phase of each channel that complex points tell: a CSV file for array.calibration")
-      ->needs(file)
-      ->type_name(kAnyFile);
   command->add_flag("--force", points.force, "Replace these files")->needs(file);
   add_number(command, "--tolerance", compare->tolerance, schema::at_least(0),
              "Exit code 1 if a result, or the field at measured points, differs by more than this relative amount");

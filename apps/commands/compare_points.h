@@ -2,7 +2,6 @@
 
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "apps/commands/command_line.h"
 
@@ -10,16 +9,11 @@ namespace touchfield {
 
 /// What `compare RUN --points FILE` is asked for.
 struct PointsComparison {
-  std::string points;            // measured points
-  std::string method;            // empty: the run's first
-  std::string rows;              // CSV file with a row a point; empty: none
-  std::string picture;           // its ending says what it is; empty: none
-  std::string map;               // measured, computed and their difference in the plane; likewise
-  std::vector<std::string> fit;  // groups of kScanValueInfo to fit
-  std::string fit_from;          // a setting to start at; empty: the file of the points is right
-  std::string fit_out;           // where the setting goes; empty: nowhere
-  std::string calibration;       // where the responses of the channels go; likewise
-  bool force = false;            // whether these files replace others
+  std::string points;   // measured points
+  std::string method;   // empty: the run's first
+  std::string rows;     // CSV file with a row a point; empty: none
+  std::string picture;  // its ending says what it is; empty: none
+  bool force = false;   // whether these files replace others
 };
 
 /// Compares a run's field with measured points and prints what comes of it.

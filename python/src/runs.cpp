@@ -9,6 +9,7 @@
 #include "python/src/models.h"
 #include "python/src/parts.h"
 #include "sim/assess/check.h"
+#include "sim/assess/scan_comparison.h"
 #include "sim/batch/run_model.h"
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
@@ -117,12 +118,17 @@ auto views_by_method(Member member) {
   };
 }
 
-nb::dict field_at(const SharedRun& run, nb::handle points, std::optional<int> threads) {
+Wave wave_of(const Run& run) {
+  const Scene scene = scene_of(run);
+  return {build_medium(scene.medium, scene.frequency), scene.frequency};
+}
+
+nb::dict field_at(const SharedRun& run, nb::handle points, std::optional<int> threads,
+                  const std::optional<Wave>& wave) {
   const Points at = point_rows(points, "Run.field: points");
-  const Eigen::MatrixXcd pressure = computed(thread_count(threads), [run, at](Progress&) {
-    const Scene scene = scene_of(*run);
-    return run_field(*run, Wave(build_medium(scene.medium, scene.frequency), scene.frequency), at).pressure;
-  });
+  const Wave sound = wave ? *wave : wave_of(*run);
+  const Eigen::MatrixXcd pressure =
+      computed(thread_count(threads), [run, at, sound](Progress&) { return run_field(*run, sound, at).pressure; });
   nb::dict values;
   for (std::size_t s = 0; s < run->methods.size(); ++s) {
     values[run->methods[s].name.c_str()] = owned(Eigen::VectorXcd(pressure.col(static_cast<Eigen::Index>(s))));
@@ -250,9 +256,19 @@ void add_evaluation(nb::class_<SharedRun>& run) {
       .def_prop_ro("warnings", [](const SharedRun& self) { return self->warnings; })
       .def_prop_ro("notes", [](const SharedRun& self) { return self->notes; })
       .def_prop_ro("provenance", &provenance, nb::sig("def provenance(self) -> dict[str, typing.Any]"))
-      .def("field", &field_at, nb::arg("points"), nb::arg("threads") = nb::none(),
-           nb::sig("def field(self, points: numpy.typing.ArrayLike, threads: int | None = None) -> dict[str, "
-                   "numpy.typing.NDArray[numpy.complex128]]"),
+      .def_prop_ro(
+          "wave", [](const SharedRun& self) { return wave_of(*self); }, nb::sig("def wave(self) -> Wave"))
+      .def(
+          "clear",
+          [](const SharedRun& self, nb::handle points) {
+            return clear_points(*self, point_rows(points, "Run.clear: points"));
+          },
+          nb::arg("points"), nb::sig("def clear(self, points: numpy.typing.ArrayLike) -> list[bool]"),
+          "Whether points lie off the body, no nearer to its skin than the longest edge of the face there.")
+      .def("field", &field_at, nb::arg("points"), nb::arg("threads") = nb::none(), nb::arg("wave") = nb::none(),
+           nb::sig(
+               "def field(self, points: numpy.typing.ArrayLike, threads: int | None = None, wave: Wave | None = None) "
+               "-> dict[str, numpy.typing.NDArray[numpy.complex128]]"),
            "By method, the pressure at points off the skin [Pa]: 0 inside the body, NaN on a transducer.")
       .def("save", &save, nb::arg("path"), nb::arg("force") = false,
            nb::sig("def save(self, path: str | os.PathLike, force: bool = False) -> None"),

@@ -48,6 +48,7 @@ from ._models import Model, Picture, Run, check, compare, judge, read_run, run, 
 from ._motions import Motion, fit, play, read_motion, see
 from ._phases import (Problem, Solution, certify, eigen, field, focus, force, gs, gs_pat, lbfgs, paper, scatter, surface, transfer,
                       unscattered, wgs)
+from ._scans import Calibration, Scan, compare_scan, fit_calibration, fit_scan, read_scan
 from ._sweeps import Sweep, list_sweep, read_sweep, sweep
 from ._targets import Target
 

@@ -297,7 +297,7 @@ class Run(Part):
         """Program, machine, threads and time."""
         return self._core.provenance
 
-    def field(self, points, threads=None):
+    def field(self, points, threads=None, wave=None):
         """The pressure off the skin.
 
         Parameters
@@ -305,6 +305,8 @@ class Run(Part):
         points : array_like, shape (J, 3)
             [m]
         threads : int, optional
+        wave : Wave, optional
+            Another than that of the run, whose pressures on the skin stay.
 
         Returns
         -------
@@ -317,7 +319,7 @@ class Run(Part):
         >>> run.field([[0, 0, 0.05]])["focus"].shape
         (1,)
         """
-        return self._core.field(points, threads)
+        return self._core.field(points, threads, wave and core(wave, Wave, "wave"))
 
     def save(self, path, force=False):
         """Writes one file if the name ends in .h5, otherwise a folder with the files that the scene's `write` lists.

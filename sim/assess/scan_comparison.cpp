@@ -50,6 +50,14 @@ Eigen::VectorXcd picked(const std::vector<ScanPoint>& points, Complex ScanPoint:
   return values.head(used);
 }
 
+/// The run with this method alone.
+Run run_of_method(Run run, const std::string& method) {
+  const auto found = std::ranges::find(run.methods, method, &MethodResult::name);
+  require(found != run.methods.end(), "method {}: the run has no method of that name", method);
+  run.methods = {MethodResult(*found)};
+  return run;
+}
+
 /// Scales what was computed and finds where it differs most.
 void apply_fit(ScanComparison& comparison, bool complex) {
   const Complex factor = std::polar(comparison.fit.scale, complex ? comparison.fit.turn : 0.0);
@@ -101,24 +109,16 @@ ScanFit fit_scan(const Eigen::VectorXcd& computed, const Eigen::VectorXcd& measu
   return fit;
 }
 
-Run run_of_method(Run run, const std::string& method) {
-  const auto found = std::ranges::find(run.methods, method, &MethodResult::name);
-  require(found != run.methods.end(), "method {}: the run has no method of that name", method);
-  run.methods = {MethodResult(*found)};
-  return run;
-}
-
-ScanComparison compare_scan(const Run& run, const Wave& wave, const std::string& method, const MeasuredPoints& measured,
-                            const ScanSetting& setting) {
-  const Points placed = placed_points(measured.points, measured.points.rowwise().mean(), setting);
-  const Eigen::VectorXcd reading = scan_reading(run_of_method(run, method), wave, placed, setting);
+ScanComparison compare_scan(const Run& run, const Wave& wave, const std::string& method,
+                            const MeasuredPoints& measured) {
+  const Eigen::VectorXcd reading = run_field(run_of_method(run, method), wave, measured.points).pressure;
   const TriangleMesh& mesh = field_mesh(run);
-  const std::vector<PointClearance> clearances = point_clearances(mesh, placed);
+  const std::vector<PointClearance> clearances = point_clearances(mesh, measured.points);
   ScanComparison comparison;
   for (Eigen::Index j = 0; j < measured.points.cols(); ++j) {
     const auto place = static_cast<std::size_t>(j);
     const Complex computed = reading(j);
-    comparison.points.push_back({measured.lines[place], placed.col(j), measured.pressure(j),
+    comparison.points.push_back({measured.lines[place], measured.points.col(j), measured.pressure(j),
                                  measured.complex ? computed : Complex(std::abs(computed)), 0.0,
                                  fault_of(mesh, clearances[place], computed)});
     comparison.used += comparison.points.back().left_out.empty() ? 1U : 0U;
@@ -135,6 +135,15 @@ ScanComparison compare_scan(const Run& run, const Wave& wave, const std::string&
   }
   apply_fit(comparison, measured.complex);
   return comparison;
+}
+
+std::vector<bool> clear_points(const Run& run, const Points& points) {
+  const TriangleMesh& mesh = field_mesh(run);
+  std::vector<bool> clear;
+  for (const PointClearance& clearance : point_clearances(mesh, points)) {
+    clear.push_back(fault_of(mesh, clearance, 0.0).empty());
+  }
+  return clear;
 }
 
 Json scan_value(const ScanComparison& comparison, bool complex) {

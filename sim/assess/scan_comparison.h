@@ -3,7 +3,6 @@
 #include <string>
 #include <vector>
 
-#include "sim/assess/scan_setting.h"
 #include "sim/core/json.h"
 #include "sim/scene/measured_points.h"
 #include "sim/store/run_data.h"
@@ -51,14 +50,12 @@ struct ScanComparison {
 /// count. Points nearer to the skin than the longest edge of the face there do not count either. So near, the field
 /// shows that the pressure is constant on each face.
 ///
-/// setting   how the scan was taken
-/// throws    InputError if the run has no such method, no field (see run_field) or fewer than two points count
-ScanComparison compare_scan(const Run& run, const Wave& wave, const std::string& method, const MeasuredPoints& measured,
-                            const ScanSetting& setting = unchanged_scan());
+/// throws   InputError if the run has no such method, no field (see run_field) or fewer than two points count
+ScanComparison compare_scan(const Run& run, const Wave& wave, const std::string& method,
+                            const MeasuredPoints& measured);
 
-/// The run with this method alone.
-/// throws   InputError if it has none of that name
-Run run_of_method(Run run, const std::string& method);
+/// Whether each of some points lies off the body and no nearer to its skin than the longest edge of the face there.
+std::vector<bool> clear_points(const Run& run, const Points& points);
 
 /// What came out but for the points, and a CSV file with one row per point.
 Json scan_value(const ScanComparison& comparison, bool complex);

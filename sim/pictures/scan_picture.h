@@ -23,11 +23,4 @@ struct ScanPicture {
 void draw_scan(const std::string& path, const ScanPicture& picture, const Eigen::VectorXd& computed,
                const Eigen::VectorXd& measured, PictureFormat format);
 
-/// A picture of that size with three maps: |measured|, |computed|, and |computed - measured|, all in the same colours.
-/// A point is a square in the plane of the two axes along which the points extend most.
-///
-/// at   3 x J [m]
-void draw_scan_map(const std::string& path, const ScanPicture& picture, const Points& at,
-                   const Eigen::VectorXcd& computed, const Eigen::VectorXcd& measured, PictureFormat format);
-
 }  // namespace touchfield

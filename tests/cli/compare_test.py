@@ -212,27 +212,6 @@ class Points(CommandTest):
         self.assertRegex(other.stdout, r"within tolerance +no\n")
         self.assertIn("correlation", other.stdout)
 
-    def test_a_misplaced_scan_is_fitted_and_the_fit_is_applied_again(self):
-        beside = self.SCAN.replace("[0, 0, 40]", "[0, 4, 40]")  # in the plane of symmetry nothing tells y from -y
-        self.run_ok("run", self.write("scene.yaml", beside), "-o", "a", "--quiet")
-        self.scan("scan.csv", 0.02, False)
-        header, *lines = (self.folder / "scan.csv").read_text().splitlines()
-        moved = [[float(cell) for cell in line.split(",")] for line in lines]
-        self.write("moved.csv", "\n".join([header, *(f"{x + 1},{y},{z - 0.5},{p!r}" for x, y, z, p in moved)]) + "\n")
-        compare = ["compare", "a", "--points", "moved.csv", "--method", "focus", "--json", "--force"]
-        found = json.loads(self.run_ok(*compare, "--fit", "place", "--fit-out", "fit.csv", "--map", "map.png").stdout)
-        self.assertAlmostEqual(found["setting"]["x_mm"], -1, delta=0.05)
-        self.assertAlmostEqual(found["setting"]["z_mm"], 0.5, delta=0.05)
-        self.assertEqual(found["setting"]["size"], 1)
-        self.assertLess(found["relative"], 0.2 * found["relative_before"])
-        self.assertTrue((self.folder / "map.png").read_bytes().startswith(b"\x89PNG"))
-        again = json.loads(self.run_ok(*compare, "--fit-from", "fit.csv").stdout)
-        self.assertAlmostEqual(again["relative"], found["relative"], 9)
-        self.assertEqual(again["relative_before"], again["relative"])
-        same = self.touchfield("compare", "a", "--points", "moved.csv", "--fit", "place", "--fit-out", "x.png", "--map", "x.png")
-        self.assertEqual(same.returncode, 2)
-        self.assertIn("two of --out, --picture, --map, --fit-out and --calibration-out are x.png", same.stderr)
-
     def test_what_is_no_scan_is_bad_input(self):
         self.run_ok("run", self.write("scene.yaml", SHORT), "-o", "a", "--quiet")
         self.write("bad.csv", "x_mm,y_mm,z_mm,p_pa\n0,0,1,1\n0,0,two,1\n")
@@ -241,6 +220,7 @@ class Points(CommandTest):
                                 (("--points", "none.csv"), "none.csv"),
                                 (("--points", "good.csv", "--method", "gs"), "method gs"),
                                 (("--points", "good.csv", "--picture", "plot.jpg"), "plot.jpg"),
+                                (("--points", "good.csv", "--out", "x.png", "--picture", "x.png"), "--out and --picture are both x.png"),
                                 (("a", "--points", "good.csv"), "--points"),
                                 (("--out", "rows.csv"), "--points")]:
             done = self.touchfield("compare", "a", *arguments)

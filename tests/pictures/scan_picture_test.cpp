@@ -39,22 +39,4 @@ TEST(ScanPicture, IsDrawnOfSilenceToo) {
   EXPECT_EQ(directory.entries(), 1U);
 }
 
-// Maps of 345 pixels, of measured, computed and their difference, begin at (60, 300), (427, 300) and (794, 300).
-TEST(ScanPicture, MapsShowEachPointInThePlaneOfAll) {
-  const TemporaryDirectory directory;
-  Points at(3, 4);
-  at << 0, 1, 0, 1, 5, 5, 5, 5, 0, 0, 1, 1;  // x to the right, z up
-  const Eigen::VectorXcd measured = Eigen::Vector4d(10, 0, 0, 10);
-  const Eigen::VectorXcd computed = Eigen::Vector4d(10, 0, 10, 0);
-  draw_scan_map(directory.file("map.png"), {"a run", "one", "two"}, at, computed, measured, PictureFormat::kPng);
-  const Picture picture(directory.file("map.png"));
-  const auto shows = [&](int left, double right, double up) {
-    return has_colour(picture.at(left + static_cast<int>(345 * right), 300 + static_cast<int>(345 * up)), viridis(1));
-  };
-  EXPECT_TRUE(shows(60, 0.2, 0.2) && shows(60, 0.8, 0.8));
-  EXPECT_TRUE(shows(427, 0.2, 0.2) && shows(427, 0.2, 0.8));
-  EXPECT_TRUE(shows(794, 0.2, 0.8) && shows(794, 0.8, 0.8));
-  EXPECT_FALSE(shows(60, 0.8, 0.2) || shows(427, 0.8, 0.8) || shows(794, 0.2, 0.2));
-}
-
 }  // namespace touchfield::scan_picture_test
