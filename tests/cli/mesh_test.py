@@ -61,7 +61,7 @@ class Inspection(Mesh):
     def test_faults_are_said_with_place_and_count(self):
         done = self.run_ok("mesh", self.cube(CUBE[1:]), "--unit", "mm")
         self.assertRegex(done.stdout, r"faults +3 boundary edges \(1 hole of 341\.42 mm\), the first between")
-        self.assertRegex(done.stdout, r"edges +length \[mm\] +at \[mm\]\n +3 +341\.42 +66\.67, 33\.33, 0\n")
+        self.assertRegex(done.stdout, r"edges +length \[mm\] +at \[mm\]\n +3 +341\.4 +66\.67, 33\.33, 0\n")
         self.assertFalse(self.report(self.cube(CUBE[1:]), "--unit", "mm")["usable"])
 
     def test_the_unit_is_guessed_from_the_size(self):
