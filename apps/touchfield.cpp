@@ -2,7 +2,7 @@
 #include <unistd.h>
 
 #include "apps/commands/program.h"
-#include "solvers/linear/system_limits.h"
+#include "sim/core/program_start.h"
 
 namespace {
 

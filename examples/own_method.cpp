@@ -7,12 +7,12 @@
 
 #include <Eigen/Cholesky>
 
+#include <touchfield/sim/core/program_start.h>
 #include <touchfield/sim/field/pressure_metrics.h>
 #include <touchfield/sim/scene/scene_reader.h>
 #include <touchfield/sim/solve/solve_model.h>
 #include <touchfield/sim/solve/transfer.h>
 #include <touchfield/sim/store/run_file.h>
-#include <touchfield/solvers/linear/program_start.h>
 
 namespace {
 

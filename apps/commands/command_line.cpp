@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <malloc.h>
 #include <utility>
 
 #include <fmt/format.h>
@@ -13,6 +14,7 @@
 #include "sim/core/atomic_file.h"
 #include "sim/core/counted.h"
 #include "sim/core/errors.h"
+#include "sim/core/program_start.h"
 #include "sim/core/require.h"
 #include "sim/core/utf8.h"
 #include "sim/core/version.h"
@@ -20,9 +22,7 @@
 #include "sim/scene/input.h"
 #include "sim/scene/suggest.h"
 #include "sim/store/text_table.h"
-#include "solvers/linear/blas_core.h"
 #include "solvers/linear/instruction_level.h"
-#include "solvers/linear/system_limits.h"
 
 namespace touchfield {
 
@@ -186,6 +186,11 @@ int apply_threads(const CommonFlags& flags) {
   }
   take_blas_buffers(omp_get_max_threads());
   return omp_get_max_threads();
+}
+
+void keep_freed_memory() {
+  mallopt(M_MMAP_THRESHOLD, 1 << 30);
+  mallopt(M_TRIM_THRESHOLD, -1);  // never
 }
 
 std::string first_log_line(const std::string& scene, int threads) {

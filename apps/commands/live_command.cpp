@@ -29,7 +29,6 @@
 #include "sim/solve/stages.h"
 #include "sim/store/checksum.h"
 #include "sim/store/run_file.h"
-#include "solvers/linear/program_start.h"
 
 namespace touchfield {
 

@@ -15,7 +15,6 @@
 #include "sim/motion/sensed_motion.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/store/motion_text.h"
-#include "solvers/linear/program_start.h"
 
 namespace touchfield {
 

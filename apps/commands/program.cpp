@@ -18,10 +18,9 @@
 #include "apps/commands/help_formatter.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/core/errors.h"
+#include "sim/core/program_start.h"
 #include "sim/core/version.h"
 #include "solvers/linear/instruction_level.h"
-#include "solvers/linear/program_start.h"
-#include "solvers/linear/system_limits.h"
 
 namespace touchfield {
 
@@ -83,7 +82,8 @@ int dispatch(int argc, char** argv) {
 
 /// A level that TOUCHFIELD_LEVEL misnames, and variables that libraries crash by, are found before anything is
 /// computed.
-void check_instruction_level() {
+void check_variables() {
+  require_sound_variables();
   try {
     instruction_level();
   } catch (const std::invalid_argument& error) {
@@ -107,7 +107,7 @@ int report(const std::string& message, int code) {
 
 int exit_code_of(int argc, char** argv) {
   try {
-    check_instruction_level();
+    check_variables();
     return dispatch(argc, argv);
   } catch (const InputError& error) {
     return report(error.what(), kBadInput);

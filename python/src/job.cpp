@@ -17,7 +17,7 @@
 #include <omp.h>
 
 #include "sim/core/errors.h"
-#include "solvers/linear/system_limits.h"
+#include "sim/core/program_start.h"
 
 namespace nb = nanobind;
 

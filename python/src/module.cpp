@@ -3,8 +3,8 @@
 #include "python/src/job.h"
 #include "python/src/parts.h"
 #include "sim/batch/sweep_case.h"
+#include "sim/core/program_start.h"
 #include "sim/core/version.h"
-#include "solvers/linear/blas_core.h"
 
 NB_MODULE(_core, module) {
   using namespace touchfield;

@@ -94,10 +94,8 @@ def test_limits_that_leave_no_room_are_named(limit):
     assert done.returncode == 1 and f"ImportError: touchfield: `ulimit {limit}` leaves OpenBLAS no room" in done.stderr
 
 
-@pytest.mark.parametrize("name, value", [("OMP_NUM_THREADS", "100000"), ("OPENBLAS_CORETYPE", "Bulldozer")])
-def test_variables_that_libraries_crash_by(finger, name, value):
-    if "fma4" in open("/proc/cpuinfo").read() and value == "Bulldozer":
-        pytest.skip("this processor has FMA4")
+def test_variables_that_libraries_crash_by(finger):
+    name, value = "OMP_NUM_THREADS", "100000"
     done = subprocess.run([sys.executable, "-c", f"import touchfield; touchfield.run({str(finger)!r})"], capture_output=True,
                           text=True, timeout=100, env=os.environ | {name: value})
     assert done.returncode == 1 and f"InputError: {name} = '{value}'" in done.stderr

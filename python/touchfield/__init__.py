@@ -7,7 +7,7 @@ import os as _os
 
 
 def _require_room():
-    """As the program does (solvers/linear/system_limits.h): OpenBLAS takes a buffer for each thread when it is loaded, and
+    """As the program does (sim/core/program_start.h): OpenBLAS takes a buffer for each thread when it is loaded, and
     where that is refused it tries again for ever."""
     import mmap
     import resource
@@ -31,7 +31,7 @@ def _require_room():
 
 
 _require_room()
-# As the program does (solvers/linear/program_start.h). OpenMP reads it when it is loaded, which may have been before.
+# As the program does (sim/core/program_start.h). OpenMP reads it when it is loaded, which may have been before.
 _open = "OMP_WAIT_POLICY" not in _os.environ and "GOMP_SPINCOUNT" not in _os.environ
 if _open:
     _os.environ["GOMP_SPINCOUNT"] = "4000"

@@ -1,21 +1,21 @@
 #include "sim/assess/doctor.h"
 
+#include <cstdlib>
 #include <filesystem>
-#include <sched.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
+#include <omp.h>
 
 #include "sim/core/counted.h"
+#include "sim/core/program_start.h"
 #include "sim/core/version.h"
 #include "sim/gpu/gpu_library.h"
 #include "sim/pictures/canvas.h"
 #include "sim/solve/solver_choice.h"
 #include "sim/solve/speed.h"
 #include "sim/store/libraries.h"
-#include "solvers/linear/blas_core.h"
 #include "solvers/linear/instruction_level.h"
-#include "solvers/linear/program_start.h"
 
 namespace touchfield {
 
@@ -50,24 +50,24 @@ Finding blas() {
   return finding;
 }
 
-/// Cores that this process may use: affinity, as a batch system or a container sets it.
-int usable_cores() {
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  return sched_getaffinity(0, sizeof set, &set) == 0 ? CPU_COUNT(&set)
-                                                     : static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN));
-}
-
 Finding threads_of(int threads) {
-  const int cores = usable_cores();
+  const auto set = [](const char* name) { return std::string(std::getenv(name) == nullptr ? "" : std::getenv(name)); };
+  const std::string spins = set(kSpinsVariable);
+  const std::string policy = set("OMP_WAIT_POLICY");
+  const bool wait_long = spins.empty() && (policy.empty() || policy == "active" || policy == "ACTIVE");
+  const int cores = omp_get_num_procs();  // that this process may use, as a batch system or a container says
   Finding finding{"threads",
-                  fmt::format("{} on {} usable cores; while they wait they {}", threads, cores, thread_waiting()), ""};
+                  fmt::format("{} on {} usable cores; while they wait they {}", threads, cores,
+                              !spins.empty() ? fmt::format("look {} times, then sleep", spins)
+                              : wait_long    ? "look for milliseconds, then sleep"
+                                             : "sleep at once"),
+                  ""};
   if (threads > cores) {
     finding.advice = "more threads than cores wait for each other: use --threads or OMP_NUM_THREADS";
   } else if (threads < cores) {
     finding.advice =
         fmt::format("OMP_NUM_THREADS or --threads leaves {} idle", counted(cores - threads, "core", "cores"));
-  } else if (threads_wait_long()) {
+  } else if (wait_long) {
     finding.advice =
         fmt::format("with other programs running, a run may take ten times as long: set {}={} before it starts",
                     kSpinsVariable, kSpins);

@@ -23,13 +23,13 @@
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/core/json_text.h"
+#include "sim/core/program_start.h"
 #include "sim/core/version.h"
 #include "sim/core/whole_file.h"
 #include "sim/motion/frame_budget.h"
 #include "sim/motion/sensed_motion.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/store/motion_summary.h"
-#include "solvers/linear/system_limits.h"
 
 namespace touchfield {
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <fcntl.h>
 #include <iterator>
 #include <sys/socket.h>
@@ -13,6 +14,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/program_start.h"
 
 namespace touchfield {
 
@@ -26,6 +28,7 @@ namespace {
 [[noreturn]] void become(char* const* arguments, int socket, int log, pid_t parent) {
   setpgid(0, 0);
   die_with(parent);
+  restore_processors();
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
@@ -47,6 +50,9 @@ WorkerProcess::WorkerProcess(std::vector<std::string> arguments, const std::stri
   std::vector<char*> pointers;
   std::ranges::transform(arguments, std::back_inserter(pointers), [](std::string& word) { return word.data(); });
   pointers.push_back(nullptr);
+  for (const char* name : {"OMP_PROC_BIND", "OMP_PLACES", "GOMP_CPU_AFFINITY"}) {
+    unsetenv(name);  // each worker would be bound to the first processors
+  }
   const pid_t parent = getpid();
   pid_ = fork();
   if (pid_ < 0) {

@@ -10,6 +10,7 @@
 #include <omp.h>
 
 #include "sim/core/counted.h"
+#include "sim/core/program_start.h"
 #include "sim/core/text_hash.h"
 #include "sim/core/version.h"
 #include "sim/gpu/gpu_library.h"
@@ -22,7 +23,6 @@
 #include "sim/solve/speed.h"
 #include "sim/solve/stages.h"
 #include "sim/solve/warnings.h"
-#include "solvers/linear/blas_core.h"
 #include "solvers/linear/instruction_level.h"
 #include "solvers/phase/certificate.h"
 #include "solvers/phase/skin_field.h"

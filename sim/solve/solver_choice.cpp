@@ -7,9 +7,9 @@
 
 #include <fmt/format.h>
 
+#include "sim/core/program_start.h"
 #include "sim/gpu/body_on_card.h"
 #include "sim/gpu/gpu_library.h"
-#include "solvers/linear/system_limits.h"
 
 namespace touchfield {
 

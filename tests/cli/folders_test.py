@@ -59,9 +59,10 @@ class FolderTest(CommandTest):
         began = time.monotonic()
         self.run_ok(*MINE, "--set", "array.level=0.5")
         lasts = time.monotonic() - began
-        held, killed, replaced = 0.5, 0, 0
-        for number in range(count):
-            new = round(0.5 + 0.4 * (number + 1) / count, 4)
+        held, number, killed, replaced = 0.5, 0, 0, 0
+        while killed < count:
+            number += 1
+            new = round(0.5 + 0.4 * number / (4 * count), 5)
             run = self.start("--force", "--set", f"array.level={new}")
             if number % 2:  # about when the folders change places
                 while run.poll() is None and not (self.folder / "out.partial/run.vtm").exists():
@@ -80,7 +81,7 @@ class FolderTest(CommandTest):
         self.run_ok(*MINE, "--force", "--set", "array.level=1")
         self.assertEqual(self.level(), 1)
         self.nothing_else()
-        print(f"{count} starts, {killed} killed, {replaced} times the new run")
+        print(f"{number} starts, {killed} killed, {replaced} times the new run")
 
 
 class Folders(FolderTest):
@@ -88,7 +89,7 @@ class Folders(FolderTest):
         self.pairs(5)
 
     def test_a_kill_leaves_the_old_or_the_new_run(self):
-        self.kills(16)
+        self.kills(12)
 
     def test_what_is_not_a_runs_is_refused_and_named(self):
         self.run_ok(*MINE)

@@ -2,18 +2,18 @@
 
 import json
 import os
+import pathlib
 import re
 import subprocess
 import time
 import unittest
 
-from support import FINGER, PROGRAM, CommandTest, open_run
+from support import FINGER, PROGRAM, CommandTest
 
 SCENE = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[focus]").replace(
     "write: [h5, vtp, vti]", "judge: none\nwrite: [h5]")
 # Cores of OpenBLAS that some processors have no instructions for, and names of none.
-CORES = ["Opteron", "Barcelona", "Bulldozer", "Excavator", "Sandybridge", "Haswell", "zen", "SkylakeX", "SKYLAKEX",
-         "Cooperlake", "SapphireRapids", "Neoverse", "x"]
+CORES = ["Sandybridge", "Haswell", "zen", "SkylakeX", "Cooperlake", "x"]
 
 
 class Limits(CommandTest):
@@ -69,7 +69,7 @@ class Limits(CommandTest):
             self.assertEqual((done.returncode, done.stderr), (0, ""), command)
 
     def test_processor_time_that_runs_out(self):
-        self.write("long.yaml", SCENE.replace("edge_mm: 2.6", "edge_mm: 0.6").replace("solve:", "solve:\n  solver: matrix_free"))
+        self.write("long.yaml", SCENE.replace("edge_mm: 2.6", "edge_mm: 0.5").replace("solve:", "solve:\n  solver: matrix_free"))
         done = self.under("-t 4", "run long.yaml -o out", {"OMP_NUM_THREADS": "1"})
         self.assertEqual(done.returncode, 128 + 24, done.stderr)  # SIGXCPU
         self.assertIn("ulimit -t", done.stderr)
@@ -81,30 +81,42 @@ class Limits(CommandTest):
         self.assertRegex(done.stderr, r"case [12]: its process reached the limit on processor time \(ulimit -t\); [01] of 2 cases are kept")
 
     def test_threads_of_variables_are_held_to_those_of_the_option(self):
-        for value in ("100000", "4097", "4,100000", " 2 , 5000"):
+        for value in ("100000", "4097"):
             with self.subTest(value):
                 self.is_refused("run", "scene.yaml", "-o", "out", env={"OMP_NUM_THREADS": value},
                                 says=f"OMP_NUM_THREADS = '{value}' must be 1 to 4096")
-        for name, value in (("OMP_STACKSIZE", "100k"), ("OMP_STACKSIZE", " 512 "), ("GOMP_STACKSIZE", "1000 B")):
-            self.is_refused("run", "scene.yaml", "-o", "out", env={name: value}, says=f"{name} = '{value}' must be 1M or more")
         self.assertFalse((self.folder / "out").exists())
-        for setting in ({"OMP_STACKSIZE": "2 M"}, {"OMP_STACKSIZE": "x"}, {"OMP_NUM_THREADS": "100000", "OMP_THREAD_LIMIT": "2"}, {"OMP_NUM_THREADS": "0"},
-                        {"OMP_NUM_THREADS": "x"}, {"OMP_NUM_THREADS": "2,1"}, {"OPENBLAS_NUM_THREADS": "100000"}):
+        for setting in ({"OMP_NUM_THREADS": "100000", "OMP_THREAD_LIMIT": "2"}, {"OMP_NUM_THREADS": "x"}, {"OMP_NUM_THREADS": "2,1"}, {"OPENBLAS_NUM_THREADS": "100000"}):
             with self.subTest(setting):
                 self.run_ok("run", "scene.yaml", "-o", "out", "--force", "--quiet", env=setting)
 
-    def test_a_core_runs_or_is_refused_or_named(self):
+    def test_bound_threads_have_all_processors(self):
+        own = sorted(os.sched_getaffinity(0))
+        self.assertGreater(len(own), 1, "needs two processors")
+        lists = {}
+        for binding in ({}, {"OMP_PROC_BIND": "true"}, {"OMP_PROC_BIND": "spread", "OMP_PLACES": "threads"},
+                        {"GOMP_CPU_AFFINITY": ",".join(map(str, own))}):
+            with self.subTest(binding):
+                self.run_ok("run", "scene.yaml", "-o", "out", "--force", "--quiet", env=binding)
+                self.assertIn(f", {len(own)} threads,", (self.folder / "out/run.log").read_text())
+        slow = self.write("slow.yaml", SCENE.replace("edge_mm: 2.6", "edge_mm: 0.6"))
+        run = subprocess.Popen([PROGRAM, "run", slow, "-o", "slow", "--quiet"], cwd=self.folder, stderr=subprocess.DEVNULL,
+                               env=os.environ | {"OMP_PROC_BIND": "true"})
+        self.addCleanup(run.wait)
+        self.addCleanup(run.kill)
+        while run.poll() is None and not set(lists.values()) >= {(number,) for number in own}:
+            for task in pathlib.Path(f"/proc/{run.pid}/task").iterdir():
+                lists[task.name] = tuple(os.sched_getaffinity(int(task.name)))
+            time.sleep(0.02)
+        self.assertGreaterEqual(set(lists.values()), {(number,) for number in own})
+
+    def test_a_core_runs_or_is_refused(self):
         for core in CORES:
             with self.subTest(core):
                 done = self.touchfield("run", "scene.yaml", "-o", "out", "--force", env={"OPENBLAS_CORETYPE": core})
-                if done.returncode == 0:
-                    with open_run(self.folder / "out") as run:
-                        taken = run["provenance"].attrs["blas_core"]
-                    said = f"OPENBLAS_CORETYPE = '{core}' names no kernels that this OpenBLAS has; it runs those for '{taken}'"
-                    self.assertEqual(said in done.stderr, taken.lower() != core.lower(), done.stderr)
-                else:
+                if done.returncode != 0:
                     self.assertEqual(done.returncode, 2, done.stderr)
-                    self.assertRegex(done.stderr, f"OPENBLAS_CORETYPE = '{core}' needs .*, which this processor lacks: unset it")
+                    self.assertRegex(done.stderr, f"OPENBLAS_CORETYPE = '{core}' needs instructions of level v[34], which this processor lacks: unset it")
 
 
 if __name__ == "__main__":
