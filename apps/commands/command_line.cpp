@@ -210,7 +210,6 @@ void require_free_output(const std::string& path, bool force, const std::vector<
   if (!force && std::filesystem::exists(std::filesystem::symlink_status(path, error))) {
     throw InputError(fmt::format("{}: the file exists; give another with -o, or --force to replace it", path));
   }
-  remove_leftovers_of({path});
 }
 
 std::string joined_command_line(int argc, char** argv) {

@@ -56,15 +56,12 @@ void DryRunLink::open() {
   if (files_.file.empty()) {
     return;
   }
-  std::vector<std::string> paths;
   for (std::size_t frame = 0; frame < files_.frames; ++frame) {
-    paths.push_back(files_.of(frame));
     std::error_code error;
-    if (!files_.replace && std::filesystem::exists(std::filesystem::symlink_status(paths.back(), error))) {
-      throw InputError(fmt::format("dry-run: {} exists already; --force replaces it", paths.back()));
+    if (!files_.replace && std::filesystem::exists(std::filesystem::symlink_status(files_.of(frame), error))) {
+      throw InputError(fmt::format("dry-run: {} exists already; --force replaces it", files_.of(frame)));
     }
   }
-  remove_leftovers_of(paths);
 }
 
 void DryRunLink::set_modulation(const Modulation& modulation) {

@@ -114,7 +114,6 @@ void save(const SharedMotion& motion, nb::handle path, bool force) {
     if (!force && std::filesystem::exists(place)) {
       throw InputError(fmt::format("{}: the file exists; force=True replaces it", place));
     }
-    remove_leftovers_of({place});
     write_motion_file(place, *motion);
   });
 }

@@ -78,7 +78,6 @@ void save(const SharedRun& run, nb::handle path, bool force) {
     } else if (!force && std::filesystem::exists(place)) {
       throw InputError(fmt::format("{}: the file exists; force=True replaces it", place));
     } else {
-      remove_leftovers_of({place});
       write_run_file(place, *run);
     }
   });

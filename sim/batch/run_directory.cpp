@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fcntl.h>
+#include <filesystem>
 #include <iterator>
 #include <set>
 #include <sys/stat.h>
@@ -44,6 +45,12 @@ struct Contents {
   std::vector<fs::path> folders;  // of such files
   std::string other;              // the name of something else, if there is any
 };
+
+/// Whether there is something of a name, be it a link that leads nowhere.
+bool there(const fs::path& file) {
+  std::error_code error;
+  return fs::symlink_status(file, error).type() != fs::file_type::not_found;
+}
 
 std::set<std::string> listed_files(const fs::path& directory) {
   try {
@@ -156,11 +163,6 @@ std::string without_slash(const std::string& directory) {
 
 }  // namespace
 
-bool there(const fs::path& file) {
-  std::error_code error;
-  return fs::symlink_status(file, error).type() != fs::file_type::not_found;
-}
-
 void make_directory(const std::string& path) {
   std::error_code error;
   require(!there(path) || fs::is_directory(path, error), "output directory {}: a file of that name is in the way",
@@ -266,6 +268,7 @@ void RunDirectory::empty_place(bool force) {
   refuse_others(name_, older);
   require(older.own.empty() || force,
           "output directory {} already holds a run; give another with -o, or --force to replace it", name_);
+  replaces_ = !older.own.empty();
   const Contents left = contents_of(path_);
   refuse_others(path_, left);
   require(std::ranges::none_of(left.own, is_result) || force,
@@ -290,9 +293,8 @@ void RunDirectory::publish() {
   const std::lock_guard lock(*mutex_);
   std::erase_if(files_, [&](const std::string& name) { return !there(file(name)); });
   const Contents older = contents_of(name_, in_place_ ? kWithin : "");
-  if (!older.other.empty()) {  // since the run began
-    throw IoError(fmt::format("output directory {}: its {} does not belong to a run; the results are in {}", name_,
-                              older.other, path_));
+  if (!older.other.empty() || (!older.own.empty() && !replaces_)) {  // since the run began
+    throw IoError(fmt::format("output directory {} holds files of others by now; the results are in {}", name_, path_));
   }
   try {
     write_manifest(path_, files_);

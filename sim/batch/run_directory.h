@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -9,9 +8,6 @@
 #include "sim/core/file_lock.h"
 
 namespace touchfield {
-
-/// Whether there is something of a name, be it a link that leads nowhere.
-bool there(const std::filesystem::path& file);
 
 /// Makes a directory for results, and those above it.
 /// throws   InputError if it cannot be made, or a file is in the way
@@ -76,6 +72,7 @@ class RunDirectory {
   std::string name_;
   std::string path_;
   bool in_place_ = false;
+  bool replaces_ = false;
   std::string warning_;
   std::vector<FileLock> locks_;
   std::vector<std::string> files_;

@@ -257,8 +257,6 @@ void SweepDirectory::land(int number, const std::string& scratch) const {
 }
 
 void SweepDirectory::clear_leftovers(const std::map<int, SweepRecord>& known) const {
-  remove_leftovers(Descriptor(::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)),
-                   [](const std::string& name) { return name.starts_with("sweep"); });
   std::error_code error;
   std::vector<fs::path> found;
   std::ranges::transform(fs::directory_iterator(file("cases"), error), std::back_inserter(found),

@@ -1,13 +1,10 @@
 #pragma once
 
-#include <functional>
 #include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
-#include "sim/core/child_process.h"
 #include "sim/core/errors.h"
 
 namespace touchfield {
@@ -29,17 +26,5 @@ void write_atomically(const std::string& path, std::initializer_list<std::string
 
 /// The file that this is the temporary name of: what a process leaves that is killed while it writes.
 std::optional<std::string> target_of_temporary(std::string_view name);
-
-/// Removes the temporary files that dead processes have left in a directory. One that is being written is locked
-/// (flock, shared), so that nothing of a process that lives is removed.
-///
-/// directory     descriptor; -1: none, nothing is done
-/// is_own        whether a file of this name is one whose temporaries are to go
-/// even_living   also those that are being written, by this process
-void remove_leftovers(const Descriptor& directory, const std::function<bool(const std::string&)>& is_own,
-                      bool even_living = false);
-
-/// The same for files that are to be written into one folder.
-void remove_leftovers_of(const std::vector<std::string>& paths);
 
 }  // namespace touchfield

@@ -1,4 +1,4 @@
-"""A directory of results is of one process at a time, what links in it lead to stays, and the killed leave nothing."""
+"""A directory of results is of one process at a time."""
 
 import fcntl
 import os
@@ -11,7 +11,6 @@ from support import CommandTest
 from sweep_test import TINY
 
 MOVING = TINY.replace("methods: [focus, paper]", "methods: [focus]") + "motion: {seconds: 0.1, change: [{path: 'body.place.at_mm[0]', rate: 40}]}\n"
-DEAD = "0123456789abcdef"
 
 
 class Claims(CommandTest):
@@ -50,19 +49,6 @@ class Claims(CommandTest):
         self.assertFalse((self.folder / "out.partial").exists())
         fcntl.flock(held, fcntl.LOCK_UN)
         self.run_ok("run", "tiny.yaml", "-o", "out", "--quiet")
-
-    def test_leftovers_of_sweeps_and_single_files_go(self):
-        self.run_ok("sweep", "sweep.yaml", "-o", "out", "--quiet")
-        names = [f"out/.{name}.tmp-{DEAD}" for name in ("sweep.csv", "sweep.json", "sweep_relative_error.png")]
-        for name in names:
-            self.write(name, "half")
-        self.run_ok("sweep", "sweep.yaml", "-o", "out", "--quiet")
-        self.assertEqual([path for path in self.out.iterdir() if path.name.startswith(".")], [])
-        self.write(f".hand.stl.tmp-{DEAD}", "half")
-        self.run_ok("hand", "-o", "hand.stl", "--edge-mm", 8)
-        self.write(f".frame.txt.tmp-{DEAD}", "half")
-        self.run_ok("send", "out/cases/00001", "--method", "focus", "--to", "dry-run:frame.txt")
-        self.assertEqual([name for name in self.entries() if name.startswith(".")], [])
 
 
 if __name__ == "__main__":

@@ -2,12 +2,10 @@
 
 #include "sim/core/atomic_file.h"
 
-#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <sys/stat.h>
-#include <thread>
 #include <unistd.h>
 
 #include "tests/support/files.h"
@@ -66,23 +64,6 @@ TEST(Leftover, IsKnownByItsName) {
         ".b.txt.tmp-0123456789abcdef", ".a.txt.tmp-0123456789abcdef0", "a.txt.tmp-0123456789abcdef"}) {
     EXPECT_NE(target_of_temporary(other), "a.txt") << other;
   }
-}
-
-// A cleaner that comes between the steps of a writer makes it begin again, and takes nothing of what it has written.
-TEST_F(AtomicFile, AWriterOutlivesACleaner) {
-  std::atomic<bool> done = false;
-  std::thread cleaner([&] {
-    while (!done) {
-      remove_leftovers_of({(folder_ / "a.txt").string()});
-    }
-  });
-  for (int i = 0; i < 200; ++i) {
-    write_atomically((folder_ / "a.txt").string(), {std::to_string(i)});
-    EXPECT_EQ(read_bytes(folder_ / "a.txt"), std::to_string(i));
-  }
-  done = true;
-  cleaner.join();
-  EXPECT_EQ(temporary_.entries(), 1U);
 }
 
 }  // namespace touchfield::atomic_file_test
