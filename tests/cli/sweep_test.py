@@ -605,20 +605,6 @@ class SweepTest(CommandTest):
             for name in ("relative_error", "leakage", "force_target_n", "judge_difference", "peak_pa"):
                 self.assertAlmostEqual(float(row[name]) / float(alone[name]), 1.0, delta=1e-8, msg=name)
 
-    def test_a_body_beyond_is_not_left_out_where_that_is_an_error(self):
-        # The second body lies beyond as a whole: with `nothing` there would be nothing of it. The worker has it so from case 1.
-        two = TINY.replace("body:\n  sphere: {radius_mm: 6}\n  place: {at_mm: [0, 0, 60]}\n  edge_mm: 3\n", """\
-bodies:
-  - {name: a, sphere: {radius_mm: 6}, place: {at_mm: [0, 0, 60]}, edge_mm: 3}
-  - {name: b, sphere: {radius_mm: 6}, place: {at_mm: [40, 0, 60]}, edge_mm: 3, keep_within_mm: 14}
-""").replace("at: nearest_array", "centre_mm: [0, 0, 54]")
-        self.write("two.yaml", two)
-        self.write("s.yaml", "base: two.yaml\ngrid: {bodies.1.beyond: [incident, nothing]}\n")
-        self.assertEqual(self.touchfield("sweep", "s.yaml", "-o", "out", "--jobs", 1, "--quiet").returncode, 1)
-        rows = {row["case"]: row for row in table(self.folder / "out")}
-        self.assertEqual([rows[case]["status"] for case in ("1", "2")], ["ok", "failed"])
-        self.assertIn("no skin of bodies: b within 7 mm", rows["2"]["reason"])
-
     def test_progress_for_machines(self):
         self.sweep("s.yaml", "grid: {array.level: [1, 0.9]}\n")
         done = self.run_ok("sweep", "s.yaml", "-o", "out", "--json")
