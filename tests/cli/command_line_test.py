@@ -83,8 +83,8 @@ class CommandLine(CommandTest):
         self.assertEqual(self.said("check"), "SCENE is required; `touchfield check --help` explains it")
         self.assertIn("--output is required", self.said("hand"))
         for command, option in [("run", "--threads"), ("run", "--output"), ("hand", "--edge-mm"), ("send", "--rate"), ("mesh", "--unit")]:
-            self.assertRegex(self.said(command, "x", option), rf"^{option}: 1 required \S+ missing; `touchfield {command} --help`")
-        self.assertRegex(self.said("fit", "x", "--workspace-mm", "1", "2"), r"^--workspace-mm: 6 required X missing")
+            self.assertRegex(self.said(command, "x", option), rf"^{option}: 1 required .* missing; `touchfield {command} --help`")
+        self.assertRegex(self.said("fit", "x", "--workspace-mm", "1", "2"), r"^--workspace-mm: .*6 required")
         self.assertIn("--threads", self.said("run", "x", "--threads", "1", "--threads", "2"))
         self.assertIn("did you mean grasp?", self.said("hand", "-o", "x.obj", "--pose", "graps"))
 
@@ -108,7 +108,7 @@ class CommandLine(CommandTest):
                 name = names.split(",")[-1]
                 for value in NO_NUMBERS if name in ("--edge-mm", "--at-mm", "--count") else ["nan", "1e400"]:
                     said = self.said(*command, name, *[value] * count)
-                    self.assertRegex(said, rf"^{name}( .* must be |: {count} required)", f"{command} {name} {value}")
+                    self.assertRegex(said, rf"^{name}( .* must be |: .*{count} required)", f"{command} {name} {value}")
         self.assertGreater(seen, 60)
 
     def test_what_a_command_cannot_do(self):
