@@ -30,7 +30,7 @@ TEST(MotionCsv, HasALineAScoreAndMethod) {
   const auto rows = cells_of(directory.file("motion.csv"));
   ASSERT_EQ(rows.size(), 1 + 2 * 6U);
   for (const auto& row : rows) {
-    ASSERT_EQ(row.size(), 9 + metric_fields().size());
+    ASSERT_EQ(row.size(), 8 + metric_fields().size());
   }
   EXPECT_THAT(std::vector<std::string>(rows[0].begin(), rows[0].begin() + 9),
               ElementsAre("method", "time_s", "frame", "age_s", "dx_mm", "dy_mm", "dz_mm", "displacement_mm",
