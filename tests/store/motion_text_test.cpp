@@ -48,7 +48,7 @@ TEST(MotionCsv, HasALineAScoreAndMethod) {
   EXPECT_DOUBLE_EQ(number(5), -2.0);
   EXPECT_DOUBLE_EQ(number(6), 0.5);
   EXPECT_DOUBLE_EQ(number(7), std::sqrt(1.0 / 9 + 4 + 0.25));
-  EXPECT_EQ(number(9), score.metrics.relative_error);
+  EXPECT_EQ(number(8), score.metrics.relative_error);
 }
 
 TEST(FramesCsv, HasALineAFrameAndMethod) {
