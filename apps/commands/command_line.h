@@ -109,7 +109,7 @@ void add_pictures(CLI::App* command, Format& format, const std::string& what) {
 /// Sets the number of threads of our loops and of OpenBLAS; returns the number in use.
 int apply_threads(const CommonFlags& flags);
 
-/// Keeps freed memory instead of giving it back to the system: taking the matrices of each frame again, page by page,
+/// Keeps freed memory instead of giving it back to the system. Taking the matrices of each frame again, page by page,
 /// costs a quarter of a frame on 16 cores.
 void keep_freed_memory();
 

@@ -22,9 +22,9 @@ std::string next_directory(const std::string& root, const std::string& name);
 std::string unfinished_run(const std::string& directory);
 
 /// The directory NAME that gets a run. The run is written into NAME.partial, of which this process has the lock, and
-/// becomes NAME by one rename. An older run is exchanged for it (renameat2); where a file system cannot exchange, the
-/// older one is NAME.replaced for a moment, and the next start repairs what a kill in between left. A NAME that cannot
-/// be renamed (a mount point, a link, the current directory, one whose parent is read-only) is written in
+/// becomes NAME by one rename. An older run is exchanged for it (renameat2). Where a file system cannot exchange, the
+/// older one is NAME.replaced for a moment, and the next start repairs what a kill left. Mount points, links, the
+/// current directory and directories in a read-only parent cannot be renamed. Such a NAME is written in
 /// NAME/run.partial and gets its files one by one, *.h5 last.
 ///
 /// files.json lists the files of a run, in the directory or a folder of it. Only these are ever removed, by name.

@@ -64,8 +64,8 @@ class SweepDirectory {
   /// throws   IoError; the scratch folder is then still there
   void land(int number, const std::string& scratch) const;
 
-  /// Removes what processes left: half-written files, the locks of finished cases, and the scratch folders of cases
-  /// that are finished or that no process has locked.
+  /// Removes what processes left: half-written files, locks of finished cases, and scratch folders. A scratch folder
+  /// goes if its case is finished, or if no process has locked it.
   /// throws   as lock
   void clear_leftovers(const std::map<int, SweepRecord>& known) const;
 

@@ -1,5 +1,6 @@
 """Limits of the system and variables that libraries crash by: an error that says what to do, and no result lost."""
 
+import contextlib
 import json
 import os
 import pathlib
@@ -97,16 +98,18 @@ class Limits(CommandTest):
         for binding in ({}, {"OMP_PROC_BIND": "true"}, {"OMP_PROC_BIND": "spread", "OMP_PLACES": "threads"},
                         {"GOMP_CPU_AFFINITY": ",".join(map(str, own))}):
             with self.subTest(binding):
-                self.run_ok("run", "scene.yaml", "-o", "out", "--force", "--quiet", env=binding)
+                env = binding | {"OMP_NUM_THREADS": str(len(own))}
+                self.run_ok("run", "scene.yaml", "-o", "out", "--force", "--quiet", env=env)
                 self.assertIn(f", {len(own)} threads,", (self.folder / "out/run.log").read_text())
         slow = self.write("slow.yaml", SCENE.replace("edge_mm: 2.6", "edge_mm: 0.6"))
         run = subprocess.Popen([PROGRAM, "run", slow, "-o", "slow", "--quiet"], cwd=self.folder, stderr=subprocess.DEVNULL,
-                               env=os.environ | {"OMP_PROC_BIND": "true"})
+                               env=os.environ | {"OMP_PROC_BIND": "true", "OMP_NUM_THREADS": str(len(own))})
         self.addCleanup(run.wait)
         self.addCleanup(run.kill)
         while run.poll() is None and not set(lists.values()) >= {(number,) for number in own}:
             for task in pathlib.Path(f"/proc/{run.pid}/task").iterdir():
-                lists[task.name] = tuple(os.sched_getaffinity(int(task.name)))
+                with contextlib.suppress(ProcessLookupError):  # it ended meanwhile
+                    lists[task.name] = tuple(os.sched_getaffinity(int(task.name)))
             time.sleep(0.02)
         self.assertGreaterEqual(set(lists.values()), {(number,) for number in own})
 

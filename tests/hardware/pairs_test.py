@@ -1,7 +1,7 @@
 """Ordered pairs of signals, stops and kills to a program and its guard, with a random time between them, while a board is on.
 
 usage: pairs_test.py [COUNT [SEED]]   default: 30 pairs, seed 1. As many dry runs, of which the program is the only process, as a tenth of
-that. Prints how long the array stayed on: after a kill or a signal, after a stop, where both processes had failed, and after each signal alone.
+that. Prints how long the array stayed on: after a kill or a signal, after a stop, where both processes failed, and after each signal alone.
 """
 
 import os

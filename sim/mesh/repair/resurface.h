@@ -9,8 +9,8 @@
 
 namespace touchfield {
 
-/// Distances of the points of one surface from another [m]: of the middles of its faces, cut until none has an edge
-/// longer than the skin's, weighted by area.
+/// Distances of the points of one surface from another [m]. The points are the middles of its faces, cut until none has
+/// an edge longer than the skin's, weighted by area.
 struct SurfaceDistance {
   double counted = 0;            // share of the surface's area whose points were asked for, 0..1
   double most_of_it = 0;         // 95 % of that area is nearer
