@@ -149,7 +149,7 @@ class Compare(CommandTest):
         (self.folder / "cut.h5").write_bytes(whole[:len(whole) // 2])
         (self.folder / "text.h5").write_text("no run")
         os.mkdir(self.folder / "empty")
-        for bad, says in [("flipped.h5", "is damaged"), ("cut.h5", "truncated file"), ("text.h5", "is not an HDF5 file"),
+        for bad, says in [("flipped.h5", "is damaged"), ("cut.h5", "is cut off"), ("text.h5", "is not an HDF5 file"),
                           ("empty", "empty/run.h5"), ("missing.h5", "missing.h5")]:
             for pair in [("a", bad), (bad, "a")]:
                 done = self.touchfield("compare", *pair, "--tolerance", "1")
