@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <utility>
@@ -28,8 +29,9 @@ struct Patch {
   std::vector<Index> faces;
   double area = 0;
   Vector3 middle = Vector3::Zero();
-  double volume = 0;  // about its middle
-  bool closed = true;
+  double volume = 0;   // about its middle
+  double border = 0;   // length of its edges of one face, or of more than two
+  bool closed = true;  // but for small holes
 };
 
 void turn(Triangles& triangles, const std::vector<Index>& faces) {
@@ -40,7 +42,7 @@ void turn(Triangles& triangles, const std::vector<Index>& faces) {
 
 /// The patches, their faces turned so that the two at each edge run opposite ways, as most of the patch's faces ran.
 /// What is not orientable keeps edges whose faces run the same way. Says how many faces were turned.
-std::vector<Patch> consistent_patches(Triangles& triangles, std::vector<std::string>& log) {
+std::vector<Patch> consistent_patches(const Points& points, Triangles& triangles, std::vector<std::string>& log) {
   struct Across {  // a side, 3 face + corner
     Index face = -1;
     bool same_way = false;
@@ -67,8 +69,10 @@ std::vector<Patch> consistent_patches(Triangles& triangles, std::vector<std::str
       const std::size_t face = at(patch.faces[next]);
       for (std::size_t side = 3 * face; side < 3 * face + 3; ++side) {
         const auto [other, same_way] = across[side];
-        patch.closed = patch.closed && other >= 0;
-        if (other >= 0 && reached[at(other)] == 0) {
+        if (other < 0) {
+          const auto end = [&](std::size_t corner) { return points.col(triangles(Index(corner % 3), Index(face))); };
+          patch.border += (end(side + 1) - end(side)).norm();
+        } else if (reached[at(other)] == 0) {
           reached[at(other)] = 1;
           against[at(other)] = (against[face] != 0) != same_way ? 1 : 0;
           patch.faces.push_back(other);
@@ -101,6 +105,8 @@ void measure(Patch& patch, const TriangleMesh& mesh) {
   for (const Index f : patch.faces) {
     patch.volume += mesh.areas()(f) * mesh.normals().col(f).dot(mesh.centroids().col(f) - patch.middle) / 3.0;
   }
+  constexpr double kSmallHole = 0.05;  // of the area; a border goes round no more than a circle as long
+  patch.closed = patch.border * patch.border / (4.0 * std::numbers::pi) <= kSmallHole * patch.area;
 }
 
 /// How much the winding number of other faces rises along a patch's normals, over half its size: the mean over some of
@@ -186,7 +192,7 @@ OrientedSoup oriented_soup(const FileSurface& surface, double unit, const std::s
                                 counted(left_out, "face", "faces")));
   }
   drop_unused_points(points, triangles);
-  std::vector<Patch> patches = consistent_patches(triangles, steps);
+  std::vector<Patch> patches = consistent_patches(points, triangles, steps);
   const TriangleMesh mesh(points, triangles);
   Index turned = 0;
   Triangles outward = turned_outwards(mesh, patches, turned);

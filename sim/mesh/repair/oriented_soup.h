@@ -21,7 +21,8 @@ struct OrientedSoup {
 /// turned:
 ///
 /// - in each patch, connected by edges of two faces, to run as most of its faces do;
-/// - closed patches outwards;
+/// - closed patches outwards, also those with holes of up to a twentieth of their area. What is beside or in such a
+///   patch says nothing of it;
 /// - open patches, those with the largest areas first: against the winding number w of the patches before them (closed
 ///   ones, and open ones of more than twice the area) where that rises along their normals; where it does neither rise
 ///   nor fall, so that they bulge outwards: their volume about their own middle is positive. Flat ones stay.

@@ -93,6 +93,21 @@ TEST(OrientedSoup, ALidLooksAwayFromItsBowl) {
               1e-12);
 }
 
+// The box takes up more of the space about the ball than of that in it, which is no reason to turn the ball.
+TEST(OrientedSoup, ABallWithAHoleLooksOutwardsBesideALargeBox) {
+  const TriangleMesh ball = icosphere(8e-3, 8);
+  const TriangleMesh block = box({80e-3, 80e-3, 80e-3}, 10e-3).mesh;
+  for (const double apart : {-2e-3, 1e-3}) {
+    const Points beside =
+        block.vertices().colwise() + Vector3(0, 0, -8e-3 - apart - block.vertices().row(2).maxCoeff());
+    const FileSurface all = together(file_of(TriangleMesh(beside, block.triangles())), without_face(file_of(ball), 5));
+    for (const FileSurface& surface : {all, turned(all)}) {
+      EXPECT_NEAR(oriented_soup(surface, 1.0, "skin.stl").mesh.signed_volume() - block.signed_volume(),
+                  ball.signed_volume(), 0.01 * ball.signed_volume());
+    }
+  }
+}
+
 TEST(OrientedSoup, PatchesOfAHandLookOutwards) {
   const TriangleMesh skin = hand({.pose = "flat", .edge = 4e-3}).mesh;
   constexpr std::size_t kPatches = 30;
