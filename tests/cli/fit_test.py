@@ -247,17 +247,6 @@ class Fit(CommandTest):
         found = [row["file"] for row in self.rows("out.partial/fit.csv") if row["lost"] == "0"]
         self.assertEqual([row["file"] for row in self.rows("out.partial/times.csv")], found)
 
-    def test_images_too_large_together(self):
-        """Two kilobytes that would take gigabytes."""
-        names = [f"c{k}" for k in range(8)]
-        (self.folder / "bomb").mkdir()
-        self.write("bomb/times.csv", f"time_s,{','.join(names)}\n" + "".join(f"{k / 30},,,,,,,,\n" for k in range(30)))
-        self.write("bomb/cameras.yaml", "format: touchfield-cameras\nversion: 1\ncameras:\n" + "".join(
-            f"  - {{name: {name}, width: 4096, height: 4096, fx: 4000, fy: 4000, cx: 2048, cy: 2048, depth_unit_mm: 1, "
-            f"distortion: {{model: none}}, pose: {{quaternion_wxyz: [1, 0, 0, 0], translation_mm: [{100 * k}, 0, 0]}}}}\n"
-            for k, name in enumerate(names)))
-        self.is_refused("fit", "bomb", "-o", "out", says="134217728 pixels together, must be at most 33554432")
-
     def test_the_other_hand(self):
         """The side is found, or a wrong one is named."""
         self.seen()

@@ -76,16 +76,25 @@ class Warnings(CommandTest):
         self.assertIn(said[0], self.run_ok("check", "scene.yaml", "--set", "body.edge_mm=4").stdout)
         self.assertEqual(self.warned(FINGER, "body.edge_mm=4", "solve.methods=[focus]"), ["coarse_mesh"])
 
-    def test_slivers(self):
-        self.assertIn("slivers", self.model_warnings(text=MESH, mesh=cut(*icosphere(2, 6), [0.49, 0.49, 0.02])))
-
-    def test_size_jump(self):
-        # Areas of 0.9 and 0.05 side by side: edges of 4.2 to 1.
-        self.assertIn("size_jump", self.model_warnings(text=MESH, mesh=cut(*icosphere(2, 6), [0.05, 0.05, 0.9])))
-
-    def test_thin_body(self):
-        self.assertEqual(self.model_warnings(text=BOX), ["thin_body"])
-        self.assertEqual(self.model_warnings("body.box.size_mm=[16, 16, 8]", text=BOX), [])
+    def test_names_of_the_model(self):
+        ball, turned, near = icosphere(2, 6), "array.rotate_deg=[180, 0, 0]", "array.at_mm=[5.08, 5.08, 0]"
+        twice = [together(ball, (ball[0] + [apart, 0, 0], ball[1])) for apart in (9, 15)]
+        for name, there, changes, scene in [
+                ("slivers", True, [], {"text": MESH, "mesh": cut(*ball, [0.49, 0.49, 0.02])}),
+                # Areas of 0.9 and 0.05 side by side: edges of 4.2 to 1.
+                ("size_jump", True, [], {"text": MESH, "mesh": cut(*ball, [0.05, 0.05, 0.9])}),
+                ("cutting_faces", True, [], {"text": MESH, "mesh": twice[0]}),
+                ("cutting_faces", False, [], {"text": MESH, "mesh": twice[1]}),
+                ("thin_body", True, [], {"text": BOX}),
+                ("thin_body", False, ["body.box.size_mm=[16, 16, 8]"], {"text": BOX}),
+                ("behind_array", True, [turned], {}),
+                ("behind_array", False, [turned, "array.directivity=omni"], {}),
+                ("behind_array", False, ["array.rotate_deg=[30, 0, 0]"], {}),
+                ("near_source", True, [near, "body.place.at_mm=[0, 0, 1.3]"], {}),
+                ("near_source", False, [near, "body.place.at_mm=[0, 0, 4]"], {})]:
+            with self.subTest(name, changes=changes):
+                self.assertEqual(name in self.model_warnings(*changes, **scene), there)
+        self.assertRegex(self.checked(turned)["warnings"][0], r"^behind_array: 64 of 64 transducers point away from the target, at \(")
 
     def test_narrow_gap(self):
         # 320 faces each: edges of 1.2 mm.
@@ -94,17 +103,6 @@ class Warnings(CommandTest):
         for gap, names in [(0.5, ["narrow_gap"]), (4, [])]:
             pair = together((vertices, triangles), (vertices + [wide + gap, 0, 0], triangles))
             self.assertEqual(self.model_warnings(text=MESH, mesh=pair), names, f"{gap} mm")
-
-    def test_behind_array(self):
-        turned = "array.rotate_deg=[180, 0, 0]"
-        self.assertRegex(self.checked(turned)["warnings"][0], r"^behind_array: 64 of 64 transducers point away from the target, at \(")
-        self.assertNotIn("behind_array", self.model_warnings(turned, "array.directivity=omni"))
-        self.assertEqual(self.model_warnings("array.rotate_deg=[30, 0, 0]"), [])
-
-    def test_near_source(self):
-        near = "array.at_mm=[5.08, 5.08, 0]"
-        self.assertIn("near_source", self.model_warnings(near, "body.place.at_mm=[0, 0, 1.3]"))
-        self.assertNotIn("near_source", self.model_warnings(near, "body.place.at_mm=[0, 0, 4]"))
 
     def test_facing_away(self):
         for degrees, names in [(0, []), (60, []), (-60, []), (84, ["facing_away"]), (90, ["facing_away"]), (180, ["facing_away"])]:
@@ -199,12 +197,6 @@ class Warnings(CommandTest):
         fixed = "solve.methods=[{fixed: {phases_rad: 0}}]"
         self.assertEqual(self.warned(FINGER, fixed, "target.box.at=top"), ["facing_away", "deep_shadow"])
         self.assertEqual(self.warned(FINGER, fixed), [])
-
-    def test_cutting_faces(self):
-        ball = icosphere(2, 8)
-        for apart, cut in [(12, True), (20, False)]:
-            pair = together(ball, (ball[0] + [apart, 0, 0], ball[1]))
-            self.assertEqual("cutting_faces" in self.model_warnings(text=MESH, mesh=pair), cut, apart)
 
     def note_names(self):
         return [text.split(":")[0] for text in self.notes]

@@ -86,28 +86,34 @@ INSTANTIATE_TEST_SUITE_P(SceneReader, BadScene, ::testing::ValuesIn(bad_scenes()
 
 // ---- What is no scene file
 
-TEST(SceneReader, NamesAMissingFile) {
+TEST(SceneReader, WhatIsNoSceneFileIsRefused) {
+  const TempFolder folder;
   EXPECT_THAT(problems_of("no/such/scene.yaml"), ElementsAre("no/such/scene.yaml: no such file"));
-}
-
-TEST(SceneReader, RefusesAFolder) {
-  const TempFolder folder;
-  EXPECT_THAT(problems_of(folder.path().string()),
-              ElementsAre(folder.path().string() + ": a directory, must be a file"));
-}
-
-TEST(SceneReader, RefusesAnEmptyFile) {
-  const TempFolder folder;
-  const auto file = folder.write("empty.yaml", "");
-  EXPECT_THAT(problems_of(file), ElementsAre(file + ":1:1: empty, a scene must be a map of keys"));
-}
-
-TEST(SceneReader, RefusesBinaryData) {
-  const TempFolder folder;
-  const auto file = folder.write("binary.yaml", std::string("\x7f"
-                                                            "ELF\x02\x01\0\0",
-                                                            8));
-  EXPECT_THAT(problems_of(file), ElementsAre(HasSubstr(":1:1: byte 0x7f is not UTF-8 text")));
+  const std::string path = folder.path().string();
+  EXPECT_THAT(problems_of(path), ElementsAre(path + ": a directory, must be a file"));
+  std::string aliases = "a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]\n";
+  for (int i = 1; i <= 9; ++i) {
+    const std::string alias = "*a" + std::to_string(i - 1);
+    aliases += "a" + std::to_string(i) + ": &a" + std::to_string(i) + " [" + alias;
+    for (int k = 1; k < 10; ++k) aliases += ", " + alias;
+    aliases += "]\n";
+  }
+  std::string long_aliases = "a: &a " + std::string(1'000'000, 'x') + "\nb: [*a";
+  for (int i = 1; i < 20'000; ++i) long_aliases += ", *a";
+  const std::pair<std::string, const char*> table[] = {
+      {"", ":1:1: empty, a scene must be a map of keys"},
+      {std::string("\x7f"
+                   "ELF\x02\x01\0\0",
+                   8),
+       ":1:1: byte 0x7f is not UTF-8 text"},
+      {aliases, "more than 200000 values up to here"},
+      {long_aliases + "]\n", "more than 200000 values up to here"},
+      {"name: " + std::string(60, '[') + std::string(60, ']'), "nested deeper than 50 levels"},
+      {"name: " + std::string(20000, '['), "not YAML: "},
+  };
+  for (const auto& [text, phrase] : table) {
+    EXPECT_THAT(problems_of(folder.write("scene.yaml", text)), ElementsAre(HasSubstr(phrase)));
+  }
 }
 
 TEST(SceneReader, ReadsLinesOfWindows) {
@@ -117,7 +123,7 @@ TEST(SceneReader, ReadsLinesOfWindows) {
   EXPECT_EQ(resolved_yaml(read_scene(file)), resolved_yaml(scene_from(text)));
 }
 
-TEST(SceneReader, TakesTheKeysOfMergedMaps) {
+TEST(SceneReader, TakesAnchorsAndTheKeysOfMergedMaps) {
   const std::string shared = "bodies:\n  - &finger {name: one, sphere: {radius_mm: 8}, edge_mm: 3}\n  - ";
   const std::string others =
       "\nname: merge\narray: {grid: {count: [4, 4]}}\nsolve: {methods: [{fixed: {phases_rad: 0}}]}\n";
@@ -126,38 +132,11 @@ TEST(SceneReader, TakesTheKeysOfMergedMaps) {
   EXPECT_EQ(merged.name, "two");
   EXPECT_DOUBLE_EQ(std::get<SphereShape>(merged.shape).radius, 8e-3);
   EXPECT_DOUBLE_EQ(merged.place.at.x(), 30e-3);
+  const Placement twice = second("{<<: *finger, name: two, place: {at_mm: &a [30, 0, 0], rotate_deg: *a}}").place;
+  EXPECT_DOUBLE_EQ(twice.angles.x(), std::numbers::pi / 6);
   // The map's own keys come first, then those of the first map in a list.
   EXPECT_DOUBLE_EQ(second("{name: two, edge_mm: 2, <<: *finger}").edge->far, 2e-3);
   EXPECT_DOUBLE_EQ(second("{name: two, <<: [{edge_mm: 4}, *finger]}").edge->far, 4e-3);
-}
-
-TEST(SceneReader, StopsAliasesThatMultiply) {
-  const TempFolder folder;
-  std::string text = "a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]\n";
-  for (int i = 1; i <= 9; ++i) {
-    const std::string alias = "*a" + std::to_string(i - 1);
-    text += "a" + std::to_string(i) + ": &a" + std::to_string(i) + " [" + alias;
-    for (int k = 1; k < 10; ++k) text += ", " + alias;
-    text += "]\n";
-  }
-  EXPECT_THAT(problems_of(folder.write("bomb.yaml", text)),
-              ElementsAre(HasSubstr("more than 200000 values up to here")));
-}
-
-TEST(SceneReader, StopsAliasesThatMultiplyALongText) {
-  const TempFolder folder;
-  std::string text = "a: &a " + std::string(1'000'000, 'x') + "\nb: [*a";
-  for (int i = 1; i < 20'000; ++i) text += ", *a";
-  EXPECT_THAT(problems_of(folder.write("bomb.yaml", text + "]\n")),
-              ElementsAre(HasSubstr("more than 200000 values up to here")));
-}
-
-TEST(SceneReader, RefusesDeepNesting) {
-  const TempFolder folder;
-  EXPECT_THAT(problems_of(folder.write("deep.yaml", "name: " + std::string(60, '[') + std::string(60, ']'))),
-              ElementsAre(HasSubstr("nested deeper than 50 levels")));
-  EXPECT_THAT(problems_of(folder.write("deep.yaml", "name: " + std::string(20000, '['))),
-              ElementsAre(HasSubstr("not YAML: ")));
 }
 
 // A list of a thousand faults would hide the first.
@@ -307,7 +286,9 @@ TEST(SceneReader, EverySchemeIsKnownByItsName) {
   }
 }
 
-TEST(SceneReader, AJudgeMayHaveAModelOfItsOwn) {
+TEST(SceneReader, AJudgeIsChosenUnlessTheSceneDoes) {
+  EXPECT_EQ(scene_from(kSmallScene, {"judge=auto"}).judge.kind, JudgeSpec::Kind::kAuto);
+  EXPECT_EQ(scene_from(kSmallScene, {"judge=same"}).judge.kind, JudgeSpec::Kind::kSame);
   const Scene none = scene_from(kSmallScene, {"judge=none"});
   EXPECT_EQ(none.judge.kind, JudgeSpec::Kind::kNone);
   const Scene edge = scene_from(kSmallScene, {"judge={edge_mm: 0.7}"});
@@ -320,12 +301,6 @@ TEST(SceneReader, AJudgeMayHaveAModelOfItsOwn) {
   EXPECT_EQ(split.judge.scheme, Scheme::kChief);
   const Scene of_file = scene_from(kSmallScene, {"body={mesh: {file: hand.stl}}", "judge={split: 1}"});
   EXPECT_EQ(of_file.judge.kind, JudgeSpec::Kind::kSplit);
-}
-
-TEST(SceneReader, AJudgeIsChosenUnlessTheSceneDoes) {
-  EXPECT_EQ(scene_from(kSmallScene, {}).judge.kind, JudgeSpec::Kind::kAuto);
-  EXPECT_EQ(scene_from(kSmallScene, {"judge=auto"}).judge.kind, JudgeSpec::Kind::kAuto);
-  EXPECT_EQ(scene_from(kSmallScene, {"judge=same"}).judge.kind, JudgeSpec::Kind::kSame);
 }
 
 TEST(SceneReader, PutsAPlanesSizeOnItsAxes) {
@@ -350,15 +325,13 @@ TEST(SceneReader, AFieldOfOnePointHasNoSize) {
   const Scene scene = scene_from(field("at_mm: [1, 2, 3]"));
   EXPECT_EQ(scene.fields.at(0).centre, Vector3(1e-3, 2e-3, 3e-3));
   EXPECT_TRUE(scene.fields.at(0).size.isZero());
-  const auto refusal = [&](const std::string& keys) {
-    return message_of<InputError>([&] { scene_from(field(keys)); });
-  };
-  EXPECT_THAT(refusal("at_mm: [1, 2, 3], size_mm: [1, 1, 1]"), HasSubstr("size_mm"));
-  EXPECT_THAT(refusal("at_mm: [1, 2, 3], spacing_mm: 2"), HasSubstr("spacing_mm"));
-  EXPECT_THAT(refusal("at_mm: [1, 2, 3], plane: xy, size_mm: [1, 1]"), HasSubstr("plane"));
-  EXPECT_THAT(refusal("at_mm: [1, 2]"), HasSubstr("at_mm"));
-  EXPECT_THAT(refusal("at_mm: [1, 2, 3]}, {name: ear, at_mm: [4, 5, 6]"), HasSubstr("ear"));
-  EXPECT_THAT(refusal("plane: xy"), HasSubstr("size_mm"));
+  for (const auto& [keys, phrase] : {std::pair{"at_mm: [1, 2, 3], size_mm: [1, 1, 1]", "size_mm"},
+                                     {"at_mm: [1, 2, 3], spacing_mm: 2", "spacing_mm"},
+                                     {"at_mm: [1, 2, 3], plane: xy, size_mm: [1, 1]", "plane"},
+                                     {"at_mm: [1, 2]", "at_mm"},
+                                     {"plane: xy", "size_mm"}}) {
+    EXPECT_THAT(message_of<InputError>([&] { scene_from(field(keys)); }), HasSubstr(phrase));
+  }
 }
 
 // 20 million points are allowed, one more is not: 4000 x 5000 points are 3999 x 4999 steps of 1 mm.
@@ -368,15 +341,6 @@ TEST(SceneReader, AllowsTwentyMillionFieldPoints) {
   };
   EXPECT_NO_THROW(scene_from(field("[3999, 4999]")));
   EXPECT_THROW(scene_from(field("[3999, 5000]")), InputError);
-}
-
-TEST(SceneReader, ReadsAnchors) {
-  const Scene scene = scene_from(
-      "name: anchors\n"
-      "array: {grid: {}, at_mm: &centre [1, 2, 3]}\n"
-      "body: {sphere: {radius_mm: 8}, edge_mm: 2, place: {at_mm: *centre}}\n"
-      "solve: {methods: [{fixed: {phases_rad: 0}}]}\n");
-  EXPECT_EQ(scene.bodies.at(0).place.at, Vector3(1e-3, 2e-3, 3e-3));
 }
 
 // ---- Files beside the scene
