@@ -61,7 +61,7 @@ class Accuracy(CommandTest):
         for key in ["l2", "max", "target_l2", "target_max", "split", "split_target"]:
             self.assertTrue(0 < said[key] < 0.15, key)
         told = self.run_ok("check", scene, "--accuracy").stdout
-        for phrase in ["16 sources inside", rf"accuracy l2 +{100 * said['l2']:.4g} %", "accuracy split target +[0-9]", r"for 5 percent +\d[\d.]* mm"]:
+        for phrase in ["16 sources inside", rf"accuracy l2 +{100 * said['l2']:.3g} %", "accuracy split target +[0-9]", r"for 5 percent +\d[\d.]* mm"]:
             self.assertRegex(told, phrase)
 
     def test_without_the_flag_nothing_is_solved(self):

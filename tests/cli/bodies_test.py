@@ -101,15 +101,16 @@ class Bodies(CommandTest):
                     "body.keep_within_mm=24", "--set", judge)
         with open_run(self.folder / "part") as run:
             centroids, _ = faces(run)
-            self.assertLess(numpy.linalg.norm(centroids - [0, 0, 0.060], axis=1).max(), 0.0245)
+            # The cap in the side of a cube, which may be 6 % larger or smaller.
+            self.assertAlmostEqual(numpy.abs(centroids - [0, 0, 0.060]).max(), 0.024, delta=0.06 * 0.024)
             corners = run["judge/mesh/vertices"][:]
             self.assertGreater(numpy.ptp(corners[:, 1]), 0.075)  # 60 mm and the two ends of 8 mm
             difference = run["methods/focus"].attrs["judge_difference"]
             # The ends that are missing scatter less than the sound that goes round them: 5 to 20 % here, not 100.
             self.assertGreater(difference, 0.01)
             self.assertLess(difference, 0.4)
-        said = self.refused("check", scene, "--set", "body.keep_within_mm=7")
-        self.assertIn("body.keep_within_mm", said)
+        said = self.refused("check", scene, "--set", "body.keep_within_mm=5")  # the box reaches 6 mm
+        self.assertRegex(said, r"body\.keep_within_mm: \d+ of the target's \d+ faces are beyond")
 
     def test_seen_otherwise_than_it_is(self):
         scene = self.write("scene.yaml", FINGER)

@@ -87,8 +87,9 @@ Scene by_drives(Scene scene) {
 }
 
 // Ten steps that follow end where five of Levenberg-Marquardt do, to 2 % of the cost, which is 1 % of the error.
+// Frames of so few faces follow where skin lies beyond.
 TEST(FrameSolver, FollowsTheLeastOfTheSameCostAsFramesByDrives) {
-  for (const auto& [scheme, kept] : {std::pair("burton_miller", "15"), std::pair("burton_miller_polished", "15")}) {
+  for (const auto& [scheme, kept] : {std::pair("burton_miller", "10"), std::pair("burton_miller_polished", "10")}) {
     const Scene scene =
         scene_from(kMovingCapsule, {std::string("solve.scheme=") + scheme, std::string("body.keep_within_mm=") + kept});
     const MovingModel moving(scene);

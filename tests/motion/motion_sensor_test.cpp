@@ -76,7 +76,7 @@ TEST(NoisySensor, GivesTheSameBitsInAnyOrder) {
 }
 
 TEST(NoisySensor, SkinBeyondIsSeenWithTheSameNoise) {
-  const SensedMotion sensed = sensed_motion(noisy_scene({"body.keep_within_mm=16"}));
+  const SensedMotion sensed = sensed_motion(noisy_scene({"body.keep_within_mm=10"}));
   const Seen seen = sensed.sensor->sample(2, 0.1);
   const Model truth = sensed.truth->at(sensed.truth->state(0.1));
   ASSERT_FALSE(truth.beyond.empty());
