@@ -132,7 +132,7 @@ class Docs(CommandTest):
             self.check_touchfield(rest)
         elif re.match(r"(\./)?scripts/", program):
             self.check_script(words)
-        elif program == "pvpython":
+        elif program in ("pvpython", "build/python/bin/python"):
             self.check_script(rest)
         elif program == "source":
             self.check_command(re.fullmatch(r"<\((.*)\)", " ".join(rest))[1].split())
