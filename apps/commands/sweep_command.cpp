@@ -99,8 +99,7 @@ class SweepConsole : public ConsoleProgress {
       warn(fmt::format("{} failed: {}", name, record.reason));
     } else {
       const std::string line =
-          fmt::format("  {}: {:.1f} s, {} of {} models used again; {} of {} cases", name, record.seconds,
-                      record.models_reused, record.models, progress.done, progress.cases);
+          fmt::format("  {}: {:.1f} s; {} of {} cases", name, record.seconds, progress.done, progress.cases);
       terminal_ ? detail(line) : note(line);
     }
   }

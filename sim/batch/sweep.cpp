@@ -5,9 +5,11 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <poll.h>
+#include <ranges>
 #include <utility>
 
 #include <fmt/format.h>
@@ -306,11 +308,10 @@ void SweepRun::stop() {
 }
 
 SweepSummary SweepRun::table() const {
-  SweepSummary summary =
-      summary_of(input_.plan, is_complete() || options_.only ? records_ : read_records(directory_.path()).whole);
-  if (options_.only) {
-    summary.cases = static_cast<int>(cases_.size());
-  } else {
+  SweepSummary summary{input_.plan.name, static_cast<int>(cases_.size()), input_.plan.parameters, {}};
+  const auto there = is_complete() || options_.only ? records_ : read_records(directory_.path()).whole;
+  std::ranges::copy(there | std::views::values, std::back_inserter(summary.records));
+  if (!options_.only) {
     write_sweep_csv(directory_.file("sweep.csv"), summary);
   }
   return summary;
@@ -324,7 +325,7 @@ std::string SweepRun::kept_text() const {
 }  // namespace
 
 SweepInput read_sweep_input(const std::string& path, const std::vector<std::string>& overrides) {
-  SweepInput input{{read_sweep(path, overrides), {}}, {}};
+  SweepInput input{read_sweep(path, overrides), {}};
   input.scenes = read_cases(input.plan);
   require_named_files(input.scenes);
   input.plan.hash = plan_hash(input.plan, input.scenes);

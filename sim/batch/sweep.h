@@ -12,7 +12,7 @@ namespace touchfield {
 
 /// A sweep file as it was read, whole: its plan and the scenes of all its cases.
 struct SweepInput {
-  SweepIdentity plan;
+  SweepPlan plan;
   std::vector<Scene> scenes;
 };
 

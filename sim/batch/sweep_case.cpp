@@ -16,7 +16,6 @@
 #include <omp.h>
 
 #include "sim/assess/check.h"
-#include "sim/assess/peak_memory.h"
 #include "sim/batch/play_scene.h"
 #include "sim/batch/run_directory.h"
 #include "sim/batch/sweep_directory.h"
@@ -111,8 +110,6 @@ SweepRecord run_case(const CaseJob& job, const std::string& scratch, KeptWork& k
   record.revision = build_info().revision;
   record.status = "failed";
   const auto start = std::chrono::steady_clock::now();
-  reset_peak_memory();
-  kept.models.take_count();
   kept.models.expect(job.scenes);
   try {
     compute(job, scratch, kept, record);
@@ -124,11 +121,7 @@ SweepRecord run_case(const CaseJob& job, const std::string& scratch, KeptWork& k
   } catch (const std::exception& error) {
     record.reason = error.what();
   }
-  const KeptModels::Count count = kept.models.take_count();
-  record.models = count.asked;
-  record.models_reused = count.reused;
   record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  record.peak_mib = peak_memory_mib();
   return record;
 }
 

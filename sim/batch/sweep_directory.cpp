@@ -54,55 +54,33 @@ Json changes_json(const std::vector<SceneChange>& changes) {
   return json;
 }
 
-std::vector<SceneChange> json_changes(const Json& json) {
-  std::vector<SceneChange> changes;
-  for (const auto& [path, value] : json.items()) {
-    changes.push_back({path, value.get<std::string>()});
-  }
-  return changes;
-}
-
-void write_identity(const std::string& directory, const SweepIdentity& identity) {
+void write_plan(const std::string& path, const SweepPlan& plan) {
   Json cases = Json::array();
-  for (const SweepCase& item : identity.cases) {
+  for (const SweepCase& item : plan.cases) {
     cases.push_back(changes_json(item.changes));
   }
-  const Json json = {{"format", kPlanFormat},
-                     {"format_version", kPlanVersion},
-                     {"name", identity.name},
-                     {"hash", identity.hash},
-                     {"parameters", identity.parameters},
-                     {"set", changes_json(identity.common)},
-                     {"cases", cases},
-                     {"sweep", identity.text},
-                     {"base", identity.base_text}};
-  write_text_file(directory + "/sweep.json", json_text(json, 1) + "\n");
+  const Json json = {
+      {"format", kPlanFormat},         {"format_version", kPlanVersion},   {"name", plan.name}, {"hash", plan.hash},
+      {"parameters", plan.parameters}, {"set", changes_json(plan.common)}, {"cases", cases},    {"sweep", plan.text},
+      {"base", plan.base_text}};
+  write_text_file(path, json_text(json, 1) + "\n");
 }
 
-std::string describe(const std::vector<SceneChange>& changes) {
-  std::string text;
-  for (const SceneChange& change : changes) {
-    text += fmt::format("{}{}={}", text.empty() ? "" : " ", change.path, change.value);
+/// What a directory says of its sweep: the hash of the plan, and the table without a case.
+std::pair<std::string, SweepSummary> read_plan(const std::string& path) {
+  try {
+    const Json json = json_from_text<Json>(read_whole_file(path, kMostRecordBytes));
+    require(json.at("format") == kPlanFormat, "{}: is not the plan of a sweep (its format must be {})", path,
+            kPlanFormat);
+    require_format(path, json.at("format_version").get<int>(), kPlanVersion);
+    return {json.at("hash").get<std::string>(),
+            {json.at("name").get<std::string>(),
+             static_cast<int>(json.at("cases").size()),
+             json.at("parameters").get<std::vector<std::string>>(),
+             {}}};
+  } catch (const Json::exception& error) {
+    throw IoError(fmt::format("{}: damaged: {}", path, error.what()));
   }
-  return text.empty() ? "no change" : text;
-}
-
-/// The first thing in which two plans differ, for a person.
-std::string difference(const SweepIdentity& kept, const SweepIdentity& asked) {
-  if (kept.common != asked.common) {
-    return fmt::format("changes of all cases: {} there, {} requested", describe(kept.common), describe(asked.common));
-  }
-  for (std::size_t i = 0; i < std::min(kept.cases.size(), asked.cases.size()); ++i) {
-    if (kept.cases[i].changes != asked.cases[i].changes) {
-      return fmt::format("case {}: {} there, {} requested", i + 1, describe(kept.cases[i].changes),
-                         describe(asked.cases[i].changes));
-    }
-  }
-  if (kept.cases.size() != asked.cases.size()) {
-    return fmt::format("{} cases there, {} requested", kept.cases.size(), asked.cases.size());
-  }
-  return kept.base_text != asked.base_text ? "the base scene has changed"
-                                           : "a file that the scenes name, or a default of the program, has changed";
 }
 
 SweepRecord read_case_json(const fs::path& folder) {
@@ -170,7 +148,7 @@ SweepDirectory::SweepDirectory(std::string path) : path_(std::move(path)) {
   require(!error, "output directory {} cannot be written to: cases: {}", path_, error.message());
 }
 
-SweepDirectory SweepDirectory::open(const std::string& path, const SweepIdentity& identity) {
+SweepDirectory SweepDirectory::open(const std::string& path, const SweepPlan& plan) {
   make_directory(path);
   SweepDirectory directory(path);
   const bool has_cases = std::ranges::any_of(fs::directory_iterator(directory.file("cases")), [](const auto& entry) {
@@ -180,16 +158,16 @@ SweepDirectory SweepDirectory::open(const std::string& path, const SweepIdentity
   if (!fs::exists(directory.file("sweep.json"))) {  // another process writes it before its first case
     require(!has_cases, "output directory {}: cases without a sweep.json are in the way", path);
     try {
-      write_identity(path, identity);
+      write_plan(directory.file("sweep.json"), plan);
     } catch (const Error& failure) {
       throw InputError(fmt::format("output directory {} cannot be written to: {}", path, failure.what()));
     }
   }
-  const SweepIdentity kept = read_identity(path);
-  if (kept.hash != identity.hash) {
-    throw InputError(fmt::format("output directory {} holds another sweep: {}; give another with -o", path,
-                                 difference(kept, identity)));
-  }
+  require(
+      read_plan(directory.file("sweep.json")).first == plan.hash,
+      "output directory {} holds another sweep: {}/sweep.json is not of {} as it is now, with --set, its base scene "
+      "and the files that they name; give another with -o",
+      path, path, plan.path);
   return directory;
 }
 
@@ -299,30 +277,6 @@ void write_record(SweepRecord record, const std::string& scratch) {
   flush_folder(scratch);
 }
 
-SweepIdentity read_identity(const std::string& directory) {
-  const std::string path = directory + "/sweep.json";
-  require(fs::exists(path), "{} does not hold a sweep: sweep.json is missing", directory);
-  try {
-    const Json json = json_from_text<Json>(read_whole_file(path, kMostRecordBytes));
-    require(json.at("format") == kPlanFormat, "{}: is not the plan of a sweep (its format must be {})", path,
-            kPlanFormat);
-    require_format(path, json.at("format_version").get<int>(), kPlanVersion);
-    SweepIdentity identity;
-    identity.name = json.at("name").get<std::string>();
-    identity.hash = json.at("hash").get<std::string>();
-    identity.parameters = json.at("parameters").get<std::vector<std::string>>();
-    identity.common = json_changes(json.at("set"));
-    identity.text = json.at("sweep").get<std::string>();
-    identity.base_text = json.at("base").get<std::string>();
-    for (const Json& item : json.at("cases")) {
-      identity.cases.push_back({static_cast<int>(identity.cases.size()) + 1, json_changes(item)});
-    }
-    return identity;
-  } catch (const Json::exception& error) {
-    throw IoError(fmt::format("{}: damaged: {}", path, error.what()));
-  }
-}
-
 CaseRecords read_records(const std::string& directory) {
   CaseRecords records;
   std::error_code error;
@@ -339,14 +293,12 @@ CaseRecords read_records(const std::string& directory) {
   return records;
 }
 
-SweepSummary summary_of(const SweepPlan& plan, const std::map<int, SweepRecord>& records) {
-  SweepSummary summary{plan.name, static_cast<int>(plan.cases.size()), plan.parameters, {}};
-  std::ranges::copy(records | std::views::values, std::back_inserter(summary.records));
-  return summary;
-}
-
 SweepSummary read_sweep_summary(const std::string& directory) {
-  return summary_of(read_identity(directory), read_records(directory).whole);
+  const std::string path = directory + "/sweep.json";
+  require(fs::exists(path), "{} does not hold a sweep: sweep.json is missing", directory);
+  SweepSummary summary = read_plan(path).second;
+  std::ranges::copy(read_records(directory).whole | std::views::values, std::back_inserter(summary.records));
+  return summary;
 }
 
 }  // namespace touchfield

@@ -14,11 +14,6 @@ namespace touchfield {
 /// throws   IoError with this message unless `holds`
 void require_io(bool holds, const std::string& message);
 
-/// What a sweep set out to do, as sweep.json in its directory keeps it; without `base`, the path of the scene file.
-struct SweepIdentity : SweepPlan {
-  std::string hash;  // plan_hash
-};
-
 /// What the cases of a directory came to.
 struct CaseRecords {
   std::map<int, SweepRecord> whole;
@@ -37,9 +32,9 @@ struct CaseRecords {
 class SweepDirectory {
  public:
   /// Makes the directory, or opens it to continue.
-  /// throws   InputError if it holds another plan than this one (naming the first difference) or cases without a plan,
+  /// throws   InputError if it holds another plan than this one or cases without a plan,
   ///          or if it cannot be made or written to
-  static SweepDirectory open(const std::string& path, const SweepIdentity& identity);
+  static SweepDirectory open(const std::string& path, const SweepPlan& plan);
 
   const std::string& path() const { return path_; }
   std::string file(const std::string& name) const { return path_ + "/" + name; }
@@ -80,19 +75,12 @@ class SweepDirectory {
 /// throws   IoError
 void write_record(SweepRecord record, const std::string& scratch);
 
-/// The plan of a directory.
-/// throws   InputError if it holds none, IoError if it cannot be read
-SweepIdentity read_identity(const std::string& directory);
-
 /// The cases in a directory, by number. A case is whole if its record can be read and each file that it lists has the
 /// length and the CRC-32 in the record.
 CaseRecords read_records(const std::string& directory);
 
-/// The table of a plan from what there is of its cases.
-SweepSummary summary_of(const SweepPlan& plan, const std::map<int, SweepRecord>& records);
-
 /// The table of a directory as it is now.
-/// throws   as read_identity
+/// throws   InputError if it holds no sweep, IoError if its plan cannot be read
 SweepSummary read_sweep_summary(const std::string& directory);
 
 }  // namespace touchfield

@@ -10,6 +10,7 @@
 #include <sys/socket.h>
 #include <system_error>
 #include <unistd.h>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -78,17 +79,16 @@ void WorkerProcess::send(const std::string& line) {
 
 WorkerProcess::Answer WorkerProcess::receive() {
   std::array<char, 4096> bytes;
-  while (buffer_.find('\n') == std::string::npos) {
-    const ssize_t count = ::recv(socket_.number(), bytes.data(), bytes.size(), MSG_DONTWAIT);
-    if (count <= 0) {
-      return {std::nullopt, count == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)};
-    }
-    buffer_.append(bytes.data(), static_cast<std::size_t>(count));
+  const ssize_t count = ::recv(socket_.number(), bytes.data(), bytes.size(), MSG_DONTWAIT);
+  if (count <= 0) {
+    return {std::nullopt, count == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)};
   }
-  const std::size_t end = buffer_.find('\n');
-  Answer answer{buffer_.substr(0, end)};
-  buffer_.erase(0, end + 1);
-  return answer;
+  buffer_.append(bytes.data(), static_cast<std::size_t>(count));
+  if (!buffer_.ends_with('\n')) {
+    return {};
+  }
+  buffer_.pop_back();
+  return {std::exchange(buffer_, {})};
 }
 
 std::string WorkerProcess::how_it_ended() { return end_text(wait_for(std::exchange(pid_, -1))); }

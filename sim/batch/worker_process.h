@@ -8,8 +8,8 @@
 
 namespace touchfield {
 
-/// A child process that is given lines and answers lines. It dies with its parent, however that ends, and does not get
-/// the terminal's interrupts.
+/// A child process that answers each line that it is given by one line. It dies with its parent, however that ends, and
+/// does not get the terminal's interrupts.
 class WorkerProcess {
  public:
   /// arguments   program and its arguments
@@ -24,14 +24,15 @@ class WorkerProcess {
   /// The descriptor to wait for with poll(): readable once there is an answer or the process has ended.
   int socket() const { return socket_.number(); }
 
-  /// Sends a line of at most 64 KiB. One that has ended is met when its answer is read.
+  /// Sends a line of at most 64 KiB, once the last one is answered. A process that has ended is met when its answer is
+  /// read.
   void send(const std::string& line);
 
   struct Answer {
     std::optional<std::string> line;  // nothing yet if empty and not ended
     bool ended = false;
   };
-  /// Reads what is there without waiting.
+  /// Reads what is there without waiting; to be called again until there is a line.
   Answer receive();
 
   /// Waits for the end of a process that has closed its answers, and says how it ended: end_text.
@@ -40,7 +41,7 @@ class WorkerProcess {
  private:
   Descriptor socket_;
   pid_t pid_ = -1;
-  std::string buffer_;  // read and not yet a line
+  std::string buffer_;  // a part of an answer
 };
 
 }  // namespace touchfield

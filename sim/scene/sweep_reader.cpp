@@ -1,14 +1,11 @@
 #include "sim/scene/sweep_reader.h"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
-#include <optional>
 #include <set>
 #include <system_error>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
@@ -17,7 +14,8 @@
 #include "sim/scene/input.h"
 #include "sim/scene/random_range.h"
 #include "sim/scene/scene_reader.h"
-#include "sim/scene/suggest.h"
+#include "sim/scene/schema.h"
+#include "sim/scene/schema_map.h"
 #include "sim/scene/text_file.h"
 
 namespace touchfield {
@@ -25,13 +23,24 @@ namespace touchfield {
 namespace {
 
 using schema::Entry;
+using schema::Input;
 using schema::Node;
 using schema::Reading;
 
 /// Changes that go together, several times over: one part of a sweep.
 using Part = std::vector<std::vector<SceneChange>>;
 
-const std::vector<std::string> kKeys = {"name", "base", "set", "grid", "zip", "cases", "random"};
+/// Whether a map has the required keys, and no others than these.
+bool has_keys(const Input& in, const std::vector<std::string>& required, const std::vector<std::string>& others) {
+  schema::MapInfo info;
+  for (const std::string& key : required) {
+    info.keys.push_back({.name = key, .required = true});
+  }
+  for (const std::string& key : others) {
+    info.keys.push_back({.name = key});
+  }
+  return schema::check_keys(in, info);
+}
 
 /// Each of `part` combined with each of `next`, which varies faster.
 Part times(const Part& part, const Part& next) {
@@ -51,17 +60,7 @@ Part times(const Part& part, const Part& next) {
 class SweepFile {
  public:
   SweepFile(const Node& root, Reading& reading) : root_(root), reading_(reading) {
-    std::set<std::string> seen;
-    for (const Entry& entry : root_.entries) {
-      if (std::ranges::find(kKeys, entry.key) == kKeys.end()) {
-        const std::string near = schema::nearest_word(kKeys, entry.key);
-        reading_.add(entry.place, fmt::format("unknown key {}{}", schema::quoted_for_message(entry.key),
-                                              near.empty() ? fmt::format("; a sweep has {}", fmt::join(kKeys, ", "))
-                                                           : fmt::format("; did you mean {}?", near)));
-      } else if (!seen.insert(entry.key).second) {
-        reading_.add(entry.place, fmt::format("{} is given twice", entry.key));
-      }
-    }
+    has_keys(Input(root_, "", reading_), {"base"}, {"name", "set", "grid", "zip", "cases", "random"});
   }
 
   const Node* find(const char* key, Node::Kind kind, const char* rule) {
@@ -134,30 +133,20 @@ class SweepFile {
   }
 
   Part random(const Node& node) {
-    for (const Entry& entry : node.entries) {
-      if (entry.key != "count" && entry.key != "seed" && entry.key != "ranges") {
-        reading_.add(entry.place, fmt::format("random: unknown key {}; it has count, seed, ranges", entry.key));
-      }
-    }
-    const auto whole = [&](const char* key, double least, double most) {
-      const Entry* entry = node.find(key);
-      const double value = (entry != nullptr ? schema::number_in(entry->value) : std::nullopt).value_or(-1);
-      if (value < least || value > most || value != std::floor(value)) {
-        reading_.add(entry != nullptr ? entry->value.place : node.place,
-                     fmt::format("random.{}: must be a whole number, {:.0f} to {:.0f}", key, least, most));
-      }
-      return value;
-    };
-    const double count = whole("count", 1, kMostCases);
-    const double seed = whole("seed", 0, 4294967295.0);
-    const Entry* table = node.find("ranges");
-    if (table == nullptr || table->value.kind != Node::Kind::kMap || table->value.entries.empty()) {
-      reading_.add(table != nullptr ? table->value.place : node.place,
-                   "random.ranges: must be a map of paths to ranges");
+    const Input in(node, "random", reading_);
+    if (!has_keys(in, {"count", "seed", "ranges"}, {})) {
       return {};
     }
+    int count = 0;
+    unsigned seed = 0;
+    schema::integer(schema::between(1, kMostCases)).read(in.key("count"), count);
+    schema::seed().read(in.key("seed"), seed);
+    const Node& table = in.key("ranges").node();
+    if (table.kind != Node::Kind::kMap || table.entries.empty()) {
+      in.key("ranges").must_be("a map of paths to ranges");
+    }
     std::vector<std::pair<std::string, schema::RandomRange>> ranges;
-    for (const Entry& entry : table->value.entries) {
+    for (const Entry& entry : table.entries) {
       claim(entry, "random");
       if (const auto range = schema::read_range(entry, reading_)) {
         ranges.emplace_back(entry.key, *range);
@@ -166,7 +155,7 @@ class SweepFile {
     if (reading_.failed()) {
       return {};
     }
-    schema::Uniform uniform(static_cast<std::uint64_t>(seed));
+    schema::Uniform uniform(seed);
     Part part(static_cast<std::size_t>(count));
     for (auto& changes : part) {
       for (const auto& [path, range] : ranges) {
@@ -222,6 +211,7 @@ bool is_sweep_file(const std::string& path) {
 SweepPlan read_sweep(const std::string& path, const std::vector<std::string>& overrides) {
   Reading reading(path, {});
   SweepPlan plan;
+  plan.path = path;
   plan.text = read_whole_file(path, schema::kMostTextBytes);
   const Node root = schema::read_map(plan.text, "a sweep", reading);
   SweepFile file(root, reading);
@@ -236,8 +226,6 @@ SweepPlan read_sweep(const std::string& path, const std::vector<std::string>& ov
   }
   if (const Node* base = file.find("base", Node::Kind::kScalar, "the path of a scene file")) {
     plan.base = reading.resolve(base->place, base->text);
-  } else if (root.find("base") == nullptr) {
-    reading.add(root.place, "base is missing: the path of a scene file");
   }
   if (const Node* set = file.find("set", Node::Kind::kMap, "a map of paths to values")) {
     plan.common = file.changes(*set, "set");

@@ -41,12 +41,14 @@ struct SweepCase {
 /// the count.
 struct SweepPlan {
   std::string name;
-  std::string text;       // of the sweep file
-  std::string base;       // path of the scene file
-  std::string base_text;  // of it
+  std::string path;  // of the sweep file
+  std::string text;  // of it
+  std::string base;  // path of the scene file
+  std::string base_text;
   std::vector<SceneChange> common;
   std::vector<std::string> parameters;  // every path that a case changes, in the order of the file
   std::vector<SweepCase> cases;
+  std::string hash{};  // plan_hash, once the scenes are read
 };
 
 inline constexpr int kMostCases = 1'000'000;

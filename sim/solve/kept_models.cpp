@@ -15,13 +15,11 @@ bool same_wave(const Wave& a, const Wave& b) {
 
 std::shared_ptr<SkinModel> KeptModels::get(const std::string& role, const TriangleMesh& mesh, const Wave& wave,
                                            Scheme scheme, const SolverSpec& spec, Eigen::Index right_hand_sides) {
-  ++count_.asked;
   const auto found = entries_.find(role);
   if (found != entries_.end()) {
     const ScatteringSystem& system = found->second.model->system();
     if (system.scheme() == scheme && found->second.spec == spec && same_wave(system.wave(), wave)) {
       if (same_mesh(system.mesh(), mesh)) {
-        ++count_.reused;
         return found->second.model;
       }
       if (found->second.model.use_count() == 1 && found->second.model->follow(mesh)) {
@@ -36,8 +34,6 @@ std::shared_ptr<SkinModel> KeptModels::get(const std::string& role, const Triang
   entries_.emplace(role, Entry{spec, model});
   return model;
 }
-
-KeptModels::Count KeptModels::take_count() { return std::exchange(count_, {}); }
 
 std::unique_ptr<SkinScattering> make_scattering(const std::string& role, const TriangleMesh& mesh, Scheme scheme,
                                                 const SolverSpec& spec, Eigen::Index right_hand_sides,

@@ -32,13 +32,6 @@ class KeptModels {
   std::shared_ptr<SkinModel> get(const std::string& role, const TriangleMesh& mesh, const Wave& wave, Scheme scheme,
                                  const SolverSpec& spec, Eigen::Index right_hand_sides);
 
-  /// How many models were asked for since the last call of this, and how many of them had been made before.
-  struct Count {
-    int asked = 0;
-    int reused = 0;
-  };
-  Count take_count();
-
  private:
   struct Entry {
     SolverSpec spec;
@@ -48,7 +41,6 @@ class KeptModels {
   const KeptBodies* bodies_;
   int scenes_ = 1;
   std::map<std::string, Entry> entries_;
-  Count count_;
 };
 
 /// A body of a scene in a scheme with the scene's array. Where models are kept it is set up in the first body's own

@@ -26,9 +26,6 @@ void visit_ends(Record& record, const Visit& visit) {
   visit("faces", record.faces);
   visit("channels", record.channels);
   visit("seconds", record.seconds);
-  visit("peak_mib", record.peak_mib);
-  visit("models", record.models);
-  visit("models_reused", record.models_reused);
   visit("revision", record.revision);
 }
 

@@ -28,10 +28,7 @@ struct SweepRecord {
   std::vector<Method> methods;  // empty if the case failed
   int faces = 0;
   int channels = 0;
-  double seconds = kNotComputed;   // of the whole case
-  double peak_mib = kNotComputed;  // largest memory of its process meanwhile [MiB]
-  int models = 0;                  // scattering models it needed
-  int models_reused = 0;           // those that an earlier case had set up and factorised
+  double seconds = kNotComputed;  // of the whole case
   std::vector<std::string> warnings;
   std::string revision;  // of the program that computed it
   struct File {
@@ -84,7 +81,7 @@ std::string column_of(const std::string& parameter);
 ///   name, method, scheme
 ///   every metric
 ///   of motions, the statistics over time (motion_summary.h)
-///   method_status, faces, channels, seconds, peak_mib, models, models_reused, revision, reason
+///   method_status, faces, channels, seconds, revision, reason
 Json sweep_columns(const SweepSummary& summary);
 Json sweep_lines(const SweepSummary& summary);
 

@@ -1,6 +1,5 @@
 #include <csignal>
 #include <iostream>
-#include <poll.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -94,7 +93,6 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
 
   SweepDirectory open() const { return SweepDirectory::open(folder_.path(), input_.plan); }
   const SweepResult& result() const { return result_; }
-  const std::vector<std::string>& warnings() const { return progress_.warnings; }
   std::string file(const std::string& name) const { return folder_.file(name); }
   std::vector<std::string> case_folders() const {
     std::vector<std::string> names;
@@ -105,15 +103,10 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
   }
 
  private:
-  struct Warned : Progress {
-    void warn(std::string_view message) override { warnings.emplace_back(message); }
-    std::vector<std::string> warnings;
-  };
-
   TemporaryDirectory folder_;
   SweepInput input_;
   SweepResult result_;
-  Warned progress_;
+  Progress progress_;
 };
 
 SweepOptions options_for(int jobs, double case_seconds = 0.0, const std::vector<std::string>& worker = kWorker) {
@@ -143,22 +136,6 @@ TEST(Sweep, WorkersTakeCardsInTurnAndShareTheThreads) {
   Sweep threads(std::vector<std::string>(4, "says its threads"));
   options.threads = 7;
   EXPECT_THAT(threads.run(options), Each(Pair(::testing::_, "ok: 3")));
-}
-
-TEST(WorkerProcess, AnswersALineALine) {
-  const TemporaryDirectory folder;
-  WorkerProcess cat({"/bin/cat"}, folder.file("log"));
-  cat.send("one");
-  cat.send("two");
-  std::vector<std::string> lines;
-  while (lines.size() < 2) {
-    pollfd waiting{cat.socket(), POLLIN, 0};
-    ASSERT_EQ(poll(&waiting, 1, 60'000), 1);
-    for (auto answer = cat.receive(); answer.line; answer = cat.receive()) {
-      lines.push_back(*answer.line);
-    }
-  }
-  EXPECT_THAT(lines, ::testing::ElementsAre("one", "two"));
 }
 
 TEST(WorkerProcess, SaysHowItEnded) {
@@ -212,17 +189,6 @@ TEST(Sweep, WithoutRoomItStopsAndKeepsNothingOfTheCase) {
       message_of<IoError>([&] { sweep.run(options_for(1)); }),
       AllOf(HasSubstr("case 2: no space is left; 1 of 3 cases are kept"), HasSubstr("the same command continues")));
   EXPECT_THAT(sweep.outcomes(), UnorderedElementsAre(Pair(1, "ok: works")));
-}
-
-TEST(Sweep, DamagedCasesAreNamedAndComputedAnew) {
-  Sweep sweep(std::vector<std::string>(4, "works"));
-  sweep.run(options_for(1));
-  std::filesystem::remove(sweep.file("cases/00002/run.h5"));
-  write_bytes(sweep.file("cases/00003/run.h5"), "result of wOrks");
-  EXPECT_THAT(sweep.run(options_for(1)), AllOf(::testing::SizeIs(4), Each(Pair(::testing::_, "ok: works"))));
-  EXPECT_EQ(sweep.result().computed, 2);
-  EXPECT_THAT(sweep.warnings(), UnorderedElementsAre(HasSubstr("00002/run.h5: No such file or directory"),
-                                                     HasSubstr("00003/run.h5: its checksum has changed")));
 }
 
 TEST(Sweep, WhatEndsItKeepsWhatIsDone) {

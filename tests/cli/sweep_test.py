@@ -40,9 +40,7 @@ write: [h5]
 """
 KILLS = int(os.environ.get("TOUCHFIELD_KILLS", "10"))
 SEED = int(os.environ.get("TOUCHFIELD_SEED", "11"))
-SECONDS = {"seconds", "seconds_solve", "seconds_total", "peak_mib"}
-# Which case of a process is first decides which one sets a model up.
-HISTORY = SECONDS | {"models_reused"}
+SECONDS = {"seconds", "seconds_solve", "seconds_total"}
 
 
 def table(directory):
@@ -68,7 +66,7 @@ class SweepTest(CommandTest):
         self.assertEqual(len(a), len(b))
         for left, right in zip(a, b):
             self.assertEqual(left.keys(), right.keys())
-            for key in left.keys() - HISTORY:
+            for key in left.keys() - SECONDS:
                 try:
                     x, y = float(left[key]), float(right[key])
                 except ValueError:
@@ -125,11 +123,11 @@ class SweepTest(CommandTest):
         cases = {
             "grid: {target.presure_pa: [1, 2]}\n": "case 1: target.presure_pa=1",
             "grid: {target.pressure_pa: 3}\n": "s.yaml:2:28: grid.target.pressure_pa: must be a list of values",
-            "gird: {target.pressure_pa: [3]}\n": "unknown key gird; did you mean grid?",
+            "gird: {target.pressure_pa: [3]}\n": "gird: unknown key, did you mean grid?",
             "zip: {a: [1, 2], b: [1]}\n": "zip.b: 1 values, must be as many as the first list has, 2",
             "grid: {a: [1]}\nzip: {a: [2]}\n": "zip.a: grid changes it already",
             "grid: {body: [1]}\nzip: {body.place: [2]}\n": "zip.body.place: grid changes body, one of which is part",
-            "random: {count: 0, seed: 1, ranges: {a: [0, 1]}}\n": "random.count: must be a whole number, 1 to 1000000",
+            "random: {count: 0, seed: 1, ranges: {a: [0, 1]}}\n": "random.count = 0 must be",
             "random: {count: 1, seed: 1, ranges: {a: [2, 1]}}\n": "random.ranges.a: must have low <= high",
             "random: {count: 1, seed: 1, ranges: {a: {log: [0, 1]}}}\n": "random.ranges.a: must have low > 0",
             "set: {solve.iterations: 3}\n": "nothing varies",
@@ -162,7 +160,7 @@ class SweepTest(CommandTest):
         self.assertEqual(done.returncode, 2)
         self.assertIn("missing.yaml: no such file", done.stderr)
         self.write("nobase.yaml", "grid: {a: [1]}\n")
-        self.assertIn("base is missing", self.touchfield("sweep", "nobase.yaml").stderr)
+        self.assertIn("base: missing, must be given", self.touchfield("sweep", "nobase.yaml").stderr)
         self.sweep("s.yaml", "grid: {target.pressure_pa: [1, 2]}\n")
         for wrong, says in {"a": "must be a number, or FIRST-LAST", "1-2x": "must be", "1-": "must be", "2-1": "the sweep has",
                             "3": "case 3-3: the sweep has cases 1 to 2"}.items():
@@ -216,17 +214,6 @@ class SweepTest(CommandTest):
         self.run_ok("sweep", "s.yaml", "-o", "whole", "--quiet")
         self.same_tables(table(self.folder / "whole"), table(self.folder / "broken"))
 
-    def test_a_finished_case_is_not_computed_again(self):
-        self.sweep("s.yaml", "grid: {target.pressure_pa: [100, 200, 300]}\n")
-        self.run_ok("sweep", "s.yaml", "-o", "out")
-        written = [path.stat().st_mtime_ns for path in sorted((self.folder / "out/cases").rglob("run.h5"))]
-        shutil.rmtree(self.folder / "out/cases/00002")
-        done = self.run_ok("sweep", "s.yaml", "-o", "out", "--json")
-        self.assertEqual(json.loads(done.stdout.splitlines()[-1])["computed"], 1)
-        again = [path.stat().st_mtime_ns for path in sorted((self.folder / "out/cases").rglob("run.h5"))]
-        self.assertEqual((written[0], written[2]), (again[0], again[2]))
-        self.assertNotEqual(written[1], again[1])
-
     def test_a_damaged_case_is_named_and_computed_again(self):
         self.sweep("s.yaml", "set: {solve.methods: [focus]}\ngrid: {array.level: [1, 0.9, 0.8]}\n")
         self.run_ok("sweep", "s.yaml", "-o", "out")
@@ -262,36 +249,28 @@ class SweepTest(CommandTest):
                 self.same_tables(good, table(self.folder / "out"))
 
     def test_a_changed_sweep_is_not_mixed_in(self):
-        self.sweep("s.yaml", "grid: {target.pressure_pa: [100, 200]}\n")
-        self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet")
+        tiny = TINY.replace("sphere: {radius_mm: 6}", "mesh: {file: a.ply, unit: mm}").replace("  edge_mm: 3\n", "")
+        sweep = "grid: {target.pressure_pa: [100, 200]}\n"
 
-        def refused(message, *more):
-            before = (self.folder / "out/sweep.json").read_text()
-            done = self.touchfield("sweep", "s.yaml", "-o", "out", *more)
-            self.assertEqual(done.returncode, 2, done.stderr)
-            self.assertIn(message, done.stderr)
-            self.assertEqual((self.folder / "out/sweep.json").read_text(), before)
+        def written(sweep=sweep, scene=tiny, radius=6):
+            write_ply(self.folder / "a.ply", *icosphere(2, radius))
+            self.write("tiny.yaml", scene)
+            self.sweep("s.yaml", sweep)
 
-        refused("solve.iterations=9 requested", "--set", "solve.iterations=9")
-        self.sweep("s.yaml", "grid: {target.pressure_pa: [100, 201]}\n")
-        refused("case 2: target.pressure_pa=200 there, target.pressure_pa=201 requested")
-        self.sweep("s.yaml", "grid: {target.pressure_pa: [100, 200, 300]}\n")
-        refused("2 cases there, 3 requested")
-        self.sweep("s.yaml", "grid: {target.pressure_pa: [100, 200]}\n")
-        self.write("tiny.yaml", TINY.replace("radius_mm: 6", "radius_mm: 5.5"))
-        refused("the base scene has changed")
-        self.write("tiny.yaml", TINY + "# a remark changes nothing\n")
+        written()
         self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet")
-
-    def test_a_changed_mesh_file_is_noticed(self):
-        write_ply(self.folder / "a.ply", *icosphere(2, 6))
-        self.write("tiny.yaml", TINY.replace("sphere: {radius_mm: 6}", "mesh: {file: a.ply, unit: mm}").replace("  edge_mm: 3\n", ""))
-        self.sweep("s.yaml", "grid: {target.pressure_pa: [100, 200]}\n")
+        before = (self.folder / "out/sweep.json").read_text()
+        for name, change, more in [("set", {}, ("--set", "solve.iterations=9")),
+                                   ("values", {"sweep": sweep.replace("200", "201")}, ()),
+                                   ("cases", {"sweep": sweep.replace("200", "200, 300")}, ()),
+                                   ("scene", {"scene": tiny.replace("iterations: 4", "iterations: 5")}, ()),
+                                   ("mesh", {"radius": 6.1}, ())]:
+            with self.subTest(name=name):
+                written(**change)
+                self.is_refused("sweep", "s.yaml", "-o", "out", *more, says="out/sweep.json is not of s.yaml as it is now")
+                self.assertEqual((self.folder / "out/sweep.json").read_text(), before)
+        written(scene=tiny + "# a remark changes nothing\n")
         self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet")
-        write_ply(self.folder / "a.ply", *icosphere(2, 6.1))
-        done = self.touchfield("sweep", "s.yaml", "-o", "out")
-        self.assertEqual(done.returncode, 2, done.stderr)
-        self.assertIn("a file that the scenes name, or a default of the program, has changed", done.stderr)
 
     def test_a_failed_case_is_recorded_and_the_rest_go_on(self):
         # At 5 mm the sphere reaches through the array: found only when the scene is built.
@@ -386,17 +365,6 @@ class SweepTest(CommandTest):
         self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet", env=none)  # the table
         self.assertEqual([row["case"] for row in table(self.folder / "out")], ["1", "1", "2", "2", "3", "3"])
 
-    def test_a_case_that_was_edited_is_computed_again(self):
-        self.sweep("s.yaml", "grid: {array.level: [1, 0.9]}\n")
-        self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet")
-        with h5py.File(self.folder / "out/cases/00001/run.h5", "r+") as run:
-            run.attrs["note"] = "seen"
-        self.write("out/cases/00002/case.json", (self.folder / "out/cases/00002/case.json").read_text()[:100])
-        done = self.run_ok("sweep", "s.yaml", "-o", "out", "--json")
-        self.assertEqual(json.loads(done.stdout.splitlines()[-1])["computed"], 2)
-        for number in (1, 2):
-            self.assertRegex(done.stderr, f"warning: case {number} is damaged and computed again: ")
-
     def test_a_folder_that_cannot_be_written_to(self):
         self.sweep("s.yaml", "grid: {array.level: [1, 0.9]}\n")
         self.write("in_the_way", "")
@@ -461,13 +429,6 @@ class SweepTest(CommandTest):
         self.assertFalse(pathlib.Path(f"/proc/{worker}").exists())
         self.run_ok("sweep", "s.yaml", "-o", "out", "--case", "1-40", "--quiet")
 
-    def test_a_case_that_takes_longer_than_allowed(self):
-        self.sweep("s.yaml", "set: {body.edge_mm: 0.5}\ngrid: {array.level: [1]}\n")
-        done = self.touchfield("sweep", "s.yaml", "-o", "out", "--case-seconds", 0.1)
-        self.assertEqual(done.returncode, 1, done.stderr)
-        self.assertIn("took longer than 0.1 s", done.stderr)
-        self.assertIn("took longer than 0.1 s", table(self.folder / "out")[0]["reason"])
-
     def test_a_folder_removed_meanwhile(self):
         self.sweep("s.yaml", "grid: {array.level: [1, 0.9, 0.8]}\nset: {solve.iterations: 4000}\n")
         going = self.start("s.yaml", "-o", "out")
@@ -530,8 +491,8 @@ class SweepTest(CommandTest):
         self.assertEqual({name: (self.folder / "parts" / name).read_bytes() for name in before}, before)
 
     def same_to_the_byte(self, one, other):
-        """Tables but for times, memory and models, and pictures."""
-        bare = [[{key: value for key, value in row.items() if key not in HISTORY} for row in table(self.folder / name)]
+        """Tables but for times, and pictures."""
+        bare = [[{key: value for key, value in row.items() if key not in SECONDS} for row in table(self.folder / name)]
                 for name in (one, other)]
         self.assertEqual(bare[0], bare[1])
         pictures = [(self.folder / name / "sweep_relative_error.png").read_bytes() for name in (one, other)]
@@ -579,7 +540,7 @@ class SweepTest(CommandTest):
     # Work is used again
 
     def test_a_body_that_moves_keeps_its_factorisation(self):
-        self.sweep("s.yaml", "set: {solve.solver: lu, judge: {scheme: paper_corrected, split: 1}}\ncases:\n"
+        self.sweep("s.yaml", "set: {body.edge_mm: 1.8, solve.solver: lu, judge: {scheme: paper_corrected, split: 1}}\ncases:\n"
                    "  - {array.level: 0.9}\n"
                    "  - {'body.place.at_mm': [3, 4, 70]}\n"
                    "  - {body.place.rotate_deg: [0, 0, 30]}\n"
@@ -590,10 +551,8 @@ class SweepTest(CommandTest):
                    "  - {solve.scheme: paper}\n")
         self.run_ok("sweep", "s.yaml", "-o", "out", "--jobs", 1, "--quiet")
         rows = [row for row in table(self.folder / "out") if row["name"] == "paper"]
-        reused = {int(row["case"]): int(row["models_reused"]) for row in rows}
-        self.assertEqual({int(row["models"]) for row in rows}, {2})  # to solve, and the judge's
-        self.assertEqual([reused[i] for i in (1, 2, 3, 4)], [0, 2, 2, 2])
-        self.assertEqual([reused[i] for i in (5, 6, 7)], [0, 0, 0])
+        least = [min(float(row["seconds"]) for row in rows if int(row["case"]) in cases) for cases in ((2, 3, 4), (1, 5, 6, 7))]
+        self.assertLess(least[0], 0.6 * least[1])
         # Each equals the run of its own.
         for row in rows:
             with h5py.File(self.folder / f"out/cases/{int(row['case']):05d}/run.h5") as run:
@@ -616,8 +575,7 @@ class SweepTest(CommandTest):
         self.assertEqual(lines[1]["methods"][0]["metrics"]["relative_error"],
                          float(table(self.folder / "out")[2]["relative_error"]))
         plain = self.run_ok("sweep", "s.yaml", "-o", "again")
-        self.assertRegex(plain.stderr, r"case 2 \(array\.level=0\.9\): [\d.]+ s, 1 of 1 models used again; "
-                                       r"2 of 2 cases")
+        self.assertRegex(plain.stderr, r"case 2 \(array\.level=0\.9\): [\d.]+ s; 2 of 2 cases")
 
 
 if __name__ == "__main__":
