@@ -540,7 +540,7 @@ Content read_content(const std::string& path) {
   // Files are replaced whole, never written in place: a lock would only fail where a file system has none.
   checked<InputError>(H5Pset_file_locking(access.id(), false, true), path, "cannot open without a lock");
   const Handle file = checked_handle<InputError>(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.id()), H5Fclose, path,
-                                                 "is cut off or damaged: HDF5 cannot open it");
+                                                 "is damaged or cut off: HDF5 cannot open it");
   const std::string place = path + ": /";
   return {std::move(quiet),
           checked_handle<InputError>(H5Oopen(file.id(), "/", H5P_DEFAULT), H5Oclose, place, "cannot open"), place};

@@ -13,9 +13,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (address.kind == LinkAddress::Kind::kSonicsurface) {
       fuzz::require(!address.path.empty(), "a board has a port");
     }
-    if (address.mode == "remote") {
-      fuzz::require(!address.host.empty(), "a remote link has a host");
-      fuzz::require(address.port >= 1 && address.port <= 65535, "a remote link has a port");
+    if (address.kind == LinkAddress::Kind::kAutd3Udp && address.port != 0) {
+      fuzz::require(!address.host.empty(), "a port has a host");
+      fuzz::require(address.port >= 1 && address.port <= 65535, "a port is 1 to 65535");
     }
   }
   return 0;
