@@ -38,8 +38,8 @@ class ClaimedDirectory {
   RunDirectory& claim(const std::string& output, bool force, const std::string& name,
                       const std::vector<std::string>& files);
 
-  /// The work of a command in what it claimed, publish() included. What it throws is recorded as fail() does, and thrown
-  /// on.
+  /// The work of a command in what it claimed, publish() included. What it throws is recorded as fail() does, and
+  /// thrown on.
   void fill(Progress& progress, const std::function<void()>& work);
 
  private:

@@ -32,8 +32,8 @@ void require_hdf5(const std::string& path) {
   require(begin.starts_with(kSignature), "{}: is not an HDF5 file", path);
 }
 
-/// Damage is met here, before HDF5 is asked to make sense of it. A file that is cut has no checksum, and HDF5 refuses it
-/// by its size.
+/// Damage is met here, before HDF5 is asked to make sense of it. A file that is cut has no checksum, and HDF5 refuses
+/// it by its size.
 hdf5::Content opened(const std::string& path, const Warn& warn) {
   require_hdf5(path);
   const Checksum checksum = check_file(path);

@@ -21,8 +21,8 @@ void write_run_file(const std::string& path, const Run& run);
 /// Reads a run back, as much of it as the file holds.
 ///
 /// warn     as of read_archive
-/// throws   InputError if the file is missing, is not a touchfield run, of a newer format version, damaged, or cannot be
-///          read
+/// throws   InputError if the file is missing, is not a touchfield run, of a newer format version, damaged, or cannot
+///          be read
 Run read_run_file(const std::string& path, const Warn& warn = {});
 
 /// The run.h5 that a user's path names: the file itself, or the directory that holds it.

@@ -12,8 +12,8 @@ inline double cube_distance(const Vector3& x, const Vector3& centre) { return (x
 inline constexpr double kUncut = 0.9;
 
 /// The piece of a closed mesh that holds the skin nearest to a point. It lies in the cube about the point whose sides
-/// are `reach` from it along the axes. Its open ends are closed by flat caps. Skin and cap meet in an edge. The caps, and
-/// the skin farther than kUncut of `reach` along an axis, have faces of the sizing's edge lengths.
+/// are `reach` from it along the axes. Its open ends are closed by flat caps. Skin and cap meet in an edge. The caps,
+/// and the skin farther than kUncut of `reach` along an axis, have faces of the sizing's edge lengths.
 ///
 /// mesh      closed, oriented outwards
 /// returns   a closed mesh oriented outwards that does not intersect itself near the cut. Faces whose corners are all

@@ -39,9 +39,9 @@ FileSurface parse_stl(const std::string& content, const std::string& name);
 FileSurface parse_obj(const std::string& content, const std::string& name);
 FileSurface parse_ply(const std::string& content, const std::string& name);
 FileSurface parse_off(const std::string& content, const std::string& name);
-/// Of binary glTF 2.0: the triangles of all nodes of the scene, in metres. Each is where its node or its bones put it at
-/// rest, morphed by its default weights. A file that needs an extension that changes the shape is refused by its name,
-/// except KHR_mesh_quantization. No other file is opened.
+/// Of binary glTF 2.0: the triangles of all nodes of the scene, in metres. Each is where its node or its bones put it
+/// at rest, morphed by its default weights. A file that needs an extension that changes the shape is refused by its
+/// name, except KHR_mesh_quantization. No other file is opened.
 FileSurface parse_glb(const std::string& content, const std::string& name);
 
 /// Adds polygons as triangles, once all points are known. A polygon of four corners or more need not be convex. A
