@@ -16,6 +16,7 @@
 #include "sim/batch/sweep.h"
 #include "sim/batch/sweep_case.h"
 #include "sim/batch/sweep_list.h"
+#include "sim/core/json.h"
 #include "sim/core/json_text.h"
 #include "sim/core/require.h"
 #include "sim/core/text_number.h"
@@ -43,8 +44,6 @@ struct Interrupted {
 };
 
 constexpr const char* kWorkerName = "sweep-worker";
-
-using Json = nlohmann::ordered_json;
 
 std::optional<CaseRange> range_of(const std::string& text) {
   if (text.empty()) {

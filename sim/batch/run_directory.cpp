@@ -17,6 +17,7 @@
 
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/json.h"
 #include "sim/core/json_text.h"
 #include "sim/core/require.h"
 #include "sim/core/version.h"
@@ -28,8 +29,6 @@ namespace touchfield {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
-
 constexpr const char* kManifest = "files.json";
 constexpr const char* kManifestFormat = "touchfield-files";
 constexpr std::size_t kMostManifestBytes = std::size_t{1} << 26U;

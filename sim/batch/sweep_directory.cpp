@@ -22,6 +22,7 @@
 #include "sim/batch/run_directory.h"
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/json.h"
 #include "sim/core/json_text.h"
 #include "sim/core/require.h"
 #include "sim/core/text_number.h"
@@ -35,8 +36,6 @@ namespace touchfield {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
-
 constexpr const char* kPlanFormat = "touchfield-sweep-plan";
 constexpr int kPlanVersion = 3;
 constexpr const char* kRecordName = "case.json";
