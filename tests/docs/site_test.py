@@ -98,7 +98,8 @@ class Site(BuiltSite):
         self.assertIn("Burton", (self.site / "docs/theory.html").read_text())
         model = (self.site / "reference/cpp/structtouchfield_1_1Model.html").read_text()
         self.assertIn("#include &lt;touchfield/sim/solve/model.h&gt;", model)
-        self.assertIn("where it is <code>incident</code>", model)
+        lengths = (self.site / "reference/cpp/structtouchfield_1_1EdgeSpec.html").read_text()
+        self.assertIn("within <code>within</code> of a landmark", lengths)
         self.assertNotIn("&lt; namespace", (self.site / "reference/cpp/namespacetouchfield.html").read_text())
         python = (self.site / "reference/python.html").read_text()
         for word in ("surface(h, target=None", "Mesh.vertices", "InputError"):
