@@ -17,12 +17,12 @@
 
 #include "sim/core/progress.h"
 #include "sim/field/pressure_metrics.h"
+#include "sim/model/beyond_skin.h"
+#include "sim/model/kept_bodies.h"
+#include "sim/model/model.h"
+#include "sim/run/methods.h"
+#include "sim/run/skin_scattering.h"
 #include "sim/scene/scene_reader.h"
-#include "sim/solve/beyond_skin.h"
-#include "sim/solve/kept_bodies.h"
-#include "sim/solve/methods.h"
-#include "sim/solve/model.h"
-#include "sim/solve/skin_scattering.h"
 
 namespace touchfield {
 namespace {

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "sim/tracking/hand_tracker.h"
-#include "sim/tracking/skin_distance.h"
+#include "sim/cameras/hand_tracker.h"
+#include "sim/cameras/skin_error.h"
 #include "tests/support/moving_hand_support.h"
 
 namespace touchfield {

@@ -12,13 +12,13 @@
 
 #include <omp.h>
 
-#include "sim/body/hand.h"
-#include "sim/body/hand_pose.h"
-#include "sim/body/skinned_hand.h"
 #include "sim/core/units.h"
 #include "sim/core/version.h"
 #include "sim/gpu/body_on_card.h"
 #include "sim/gpu/gpu_library.h"
+#include "sim/hand/hand.h"
+#include "sim/hand/hand_pose.h"
+#include "sim/hand/skinned_hand.h"
 
 namespace touchfield {
 namespace {

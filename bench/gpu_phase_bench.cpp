@@ -10,11 +10,11 @@
 
 #include <omp.h>
 
-#include "sim/body/hand.h"
 #include "sim/core/version.h"
+#include "sim/field/gram.h"
 #include "sim/gpu/body_on_card.h"
 #include "sim/gpu/gpu_library.h"
-#include "sim/target/gram.h"
+#include "sim/hand/hand.h"
 #include "solvers/phase/surface.h"
 #include "tests/support/skin_support.h"
 

@@ -16,7 +16,7 @@
 #include "sim/bem/grid_sum.h"
 #include "sim/bem/layer_sum.h"
 #include "sim/bem/scattering_solver.h"
-#include "sim/body/hand.h"
+#include "sim/hand/hand.h"
 
 namespace touchfield {
 namespace {

@@ -7,7 +7,7 @@
 #include "sim/bem/near_corrections.h"
 #include "sim/bem/scattering_solver.h"
 #include "sim/bem/scattering_system.h"
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 #include "solvers/linear/low_rank.h"
 
 namespace touchfield {

@@ -9,10 +9,10 @@
 
 #include <touchfield/sim/core/program_start.h>
 #include <touchfield/sim/field/pressure_metrics.h>
+#include <touchfield/sim/run/run_file.h>
+#include <touchfield/sim/run/solve_model.h>
+#include <touchfield/sim/run/transfer.h>
 #include <touchfield/sim/scene/scene_reader.h>
-#include <touchfield/sim/solve/solve_model.h>
-#include <touchfield/sim/solve/transfer.h>
-#include <touchfield/sim/store/run_file.h>
 
 namespace {
 

@@ -10,9 +10,9 @@
 
 #include <touchfield/hardware/emission/emission.h>
 #include <touchfield/sim/core/units.h>
+#include <touchfield/sim/run/run_file.h>
+#include <touchfield/sim/run/solve_model.h>
 #include <touchfield/sim/scene/scene_reader.h>
-#include <touchfield/sim/solve/solve_model.h>
-#include <touchfield/sim/store/run_file.h>
 
 namespace {
 

@@ -5,7 +5,7 @@
 
 #include <touchfield/sim/bem/rigid_sphere.h>
 #include <touchfield/sim/bem/scattering_solver.h>
-#include <touchfield/sim/body/shapes.h>
+#include <touchfield/sim/hand/shapes.h>
 
 namespace {
 

@@ -15,7 +15,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
 #include "sim/core/units.h"
-#include "sim/store/run_file.h"
+#include "sim/run/run_file.h"
 
 namespace touchfield {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "sim/batch/run_directory.h"
 #include "sim/core/progress.h"
+#include "sim/run/run_directory.h"
 #include "sim/scene/scene.h"
 
 namespace touchfield {

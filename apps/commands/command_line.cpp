@@ -19,9 +19,9 @@
 #include "sim/core/utf8.h"
 #include "sim/core/version.h"
 #include "sim/gpu/compute_device.h"
+#include "sim/run/text_table.h"
 #include "sim/scene/input.h"
 #include "sim/scene/suggest.h"
-#include "sim/store/text_table.h"
 #include "solvers/linear/instruction_level.h"
 
 namespace touchfield {

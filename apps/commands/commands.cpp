@@ -4,6 +4,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "sim/core/errors.h"
+
 namespace touchfield {
 
 namespace {
@@ -53,6 +55,26 @@ constexpr Command kCommands[] = {
 };
 
 }  // namespace
+
+#ifndef TOUCHFIELD_CAMERAS
+
+namespace {
+
+void add_missing_command(CLI::App& app, Invocation& invocation, const std::string& name) {
+  CLI::App* command = app.add_subcommand(name, "Not in this program, which was built without cameras")->allow_extras();
+  command->callback([&invocation, name] {
+    invocation.action = [name]() -> int {
+      throw NotBuiltError(name + ": this program was built without cameras: configure with -DTOUCHFIELD_CAMERAS=ON");
+    };
+  });
+}
+
+}  // namespace
+
+void add_see_command(CLI::App& app, Invocation& invocation) { add_missing_command(app, invocation, "see"); }
+void add_fit_command(CLI::App& app, Invocation& invocation) { add_missing_command(app, invocation, "fit"); }
+
+#endif
 
 void add_commands(CLI::App& app, Invocation& invocation) {
   const auto all = [&app] { return app.get_subcommands([](const CLI::App*) { return true; }); };

@@ -8,10 +8,10 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/compare_points.h"
 #include "apps/commands/standard_streams.h"
-#include "sim/batch/scene_changes.h"
 #include "sim/core/require.h"
-#include "sim/store/run_compare.h"
-#include "sim/store/run_file.h"
+#include "sim/jobs/scene_changes.h"
+#include "sim/run/run_compare.h"
+#include "sim/run/run_file.h"
 
 namespace touchfield {
 

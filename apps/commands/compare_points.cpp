@@ -8,13 +8,13 @@
 
 #include "apps/commands/command_line.h"
 #include "apps/commands/standard_streams.h"
-#include "sim/assess/scan_comparison.h"
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
+#include "sim/model/model.h"
 #include "sim/pictures/scan_picture.h"
+#include "sim/run/run_file.h"
+#include "sim/run/scan_comparison.h"
 #include "sim/scene/scene_reader.h"
-#include "sim/solve/model.h"
-#include "sim/store/run_file.h"
 
 namespace touchfield {
 

@@ -8,10 +8,10 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
 #include "apps/commands/standard_streams.h"
-#include "sim/batch/fit_folder.h"
+#include "sim/cameras/fit_folder.h"
 #include "sim/core/require.h"
 #include "sim/core/units.h"
-#include "sim/store/motion_summary.h"
+#include "sim/run/motion_summary.h"
 
 namespace touchfield {
 

@@ -7,11 +7,11 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
 #include "apps/commands/standard_streams.h"
-#include "sim/batch/run_directory.h"
-#include "sim/store/archive_file.h"
-#include "sim/store/motion_file.h"
-#include "sim/store/motion_text.h"
-#include "sim/store/run_file.h"
+#include "sim/run/archive_file.h"
+#include "sim/run/motion_file.h"
+#include "sim/run/motion_text.h"
+#include "sim/run/run_directory.h"
+#include "sim/run/run_file.h"
 
 namespace touchfield {
 

@@ -19,16 +19,16 @@
 #include "apps/commands/live_text.h"
 #include "apps/commands/standard_streams.h"
 #include "hardware/stop_signals.h"
-#include "sim/batch/run_directory.h"
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
+#include "sim/jobs/sensed_motion.h"
+#include "sim/model/stages.h"
 #include "sim/motion/frame_budget.h"
 #include "sim/motion/seen_error.h"
-#include "sim/motion/sensed_motion.h"
+#include "sim/run/checksum.h"
+#include "sim/run/run_directory.h"
+#include "sim/run/run_file.h"
 #include "sim/scene/scene_reader.h"
-#include "sim/solve/stages.h"
-#include "sim/store/checksum.h"
-#include "sim/store/run_file.h"
 
 namespace touchfield {
 

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "sim/core/units.h"
-#include "sim/store/motion_stages.h"
-#include "sim/store/motion_summary.h"
-#include "sim/store/text_table.h"
+#include "sim/run/motion_stages.h"
+#include "sim/run/motion_summary.h"
+#include "sim/run/text_table.h"
 
 namespace touchfield {
 

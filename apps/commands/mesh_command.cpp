@@ -21,7 +21,7 @@
 #include "sim/mesh/remesh/surface_remesh.h"
 #include "sim/mesh/repair/resurface.h"
 #include "sim/mesh/repair/surface_report.h"
-#include "sim/solve/stages.h"
+#include "sim/model/stages.h"
 
 namespace touchfield {
 

@@ -6,8 +6,8 @@
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
-#include "sim/batch/pattern_scene.h"
 #include "sim/core/errors.h"
+#include "sim/jobs/pattern_scene.h"
 #include "sim/scene/scene_reader.h"
 
 namespace touchfield {

@@ -8,13 +8,13 @@
 #include "apps/commands/console_progress.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/acoustics/array_geometry.h"
-#include "sim/batch/play_scene.h"
 #include "sim/core/errors.h"
+#include "sim/jobs/play_scene.h"
+#include "sim/jobs/sensed_motion.h"
 #include "sim/motion/frame_budget.h"
 #include "sim/motion/play.h"
-#include "sim/motion/sensed_motion.h"
+#include "sim/run/motion_text.h"
 #include "sim/scene/scene_reader.h"
-#include "sim/store/motion_text.h"
 
 namespace touchfield {
 

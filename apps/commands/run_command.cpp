@@ -9,11 +9,11 @@
 #include "apps/commands/console_progress.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/acoustics/array_geometry.h"
-#include "sim/assess/check.h"
-#include "sim/batch/run_model.h"
 #include "sim/core/errors.h"
+#include "sim/jobs/run_model.h"
+#include "sim/run/check.h"
+#include "sim/run/run_file.h"
 #include "sim/scene/scene_reader.h"
-#include "sim/store/run_file.h"
 
 namespace touchfield {
 

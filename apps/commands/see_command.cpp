@@ -7,7 +7,7 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
 #include "apps/commands/standard_streams.h"
-#include "sim/batch/see_scene.h"
+#include "sim/cameras/see_scene.h"
 #include "sim/core/units.h"
 #include "sim/scene/scene_reader.h"
 

@@ -8,9 +8,9 @@
 #include "apps/commands/device_options.h"
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
-#include "sim/store/archive_file.h"
-#include "sim/store/motion_file.h"
-#include "sim/store/run_file.h"
+#include "sim/run/archive_file.h"
+#include "sim/run/motion_file.h"
+#include "sim/run/run_file.h"
 
 namespace touchfield {
 

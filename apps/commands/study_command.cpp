@@ -10,15 +10,15 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
 #include "apps/commands/standard_streams.h"
-#include "sim/assess/study.h"
-#include "sim/batch/run_directory.h"
-#include "sim/batch/run_model.h"
 #include "sim/core/json_text.h"
 #include "sim/core/units.h"
+#include "sim/jobs/run_model.h"
 #include "sim/pictures/sweep_picture.h"
+#include "sim/run/run_directory.h"
+#include "sim/run/run_file.h"
+#include "sim/run/study.h"
+#include "sim/run/text_table.h"
 #include "sim/scene/scene_reader.h"
-#include "sim/store/run_file.h"
-#include "sim/store/text_table.h"
 
 namespace touchfield {
 

@@ -12,16 +12,16 @@
 #include "apps/commands/console_progress.h"
 #include "apps/commands/interrupt_guard.h"
 #include "apps/commands/standard_streams.h"
-#include "sim/batch/run_directory.h"
-#include "sim/batch/sweep.h"
-#include "sim/batch/sweep_case.h"
-#include "sim/batch/sweep_list.h"
 #include "sim/core/json.h"
 #include "sim/core/json_text.h"
 #include "sim/core/require.h"
 #include "sim/core/text_number.h"
+#include "sim/jobs/sweep.h"
+#include "sim/jobs/sweep_case.h"
+#include "sim/jobs/sweep_list.h"
 #include "sim/pictures/sweep_picture.h"
-#include "sim/store/text_table.h"
+#include "sim/run/run_directory.h"
+#include "sim/run/text_table.h"
 
 namespace touchfield {
 

@@ -7,10 +7,10 @@
 #include "python/src/arrays.h"
 #include "python/src/job.h"
 #include "python/src/parts.h"
-#include "sim/batch/check_scene.h"
-#include "sim/batch/sweep_list.h"
 #include "sim/core/errors.h"
 #include "sim/core/json_text.h"
+#include "sim/jobs/check_scene.h"
+#include "sim/jobs/sweep_list.h"
 #include "sim/scene/scene_reader.h"
 
 namespace touchfield::python {

@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
-#include "sim/batch/run_directory.h"
 #include "sim/core/progress.h"
+#include "sim/run/run_directory.h"
 
 namespace touchfield::python {
 

@@ -15,10 +15,10 @@
 #include "sim/core/require.h"
 #include "sim/core/rotation.h"
 #include "sim/field/pressure_metrics.h"
+#include "sim/field/skin_strokes.h"
+#include "sim/model/warnings.h"
+#include "sim/run/run_layout.h"
 #include "sim/scene/scene_reader.h"
-#include "sim/solve/warnings.h"
-#include "sim/store/run_layout.h"
-#include "sim/target/skin_strokes.h"
 
 namespace touchfield::python {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "python/src/arrays.h"
-#include "sim/solve/model.h"
+#include "sim/model/model.h"
 
 namespace touchfield::python {
 

@@ -2,9 +2,9 @@
 
 #include "python/src/job.h"
 #include "python/src/parts.h"
-#include "sim/batch/sweep_case.h"
 #include "sim/core/program_start.h"
 #include "sim/core/version.h"
+#include "sim/jobs/sweep_case.h"
 
 NB_MODULE(_core, module) {
   using namespace touchfield;

@@ -7,14 +7,14 @@
 #include "python/src/arrays.h"
 #include "python/src/job.h"
 #include "python/src/parts.h"
-#include "sim/batch/play_scene.h"
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/jobs/play_scene.h"
 #include "sim/motion/frame_budget.h"
-#include "sim/store/motion_file.h"
-#include "sim/store/motion_stages.h"
-#include "sim/store/motion_summary.h"
-#include "sim/store/motion_text.h"
+#include "sim/run/motion_file.h"
+#include "sim/run/motion_stages.h"
+#include "sim/run/motion_summary.h"
+#include "sim/run/motion_text.h"
 
 namespace touchfield::python {
 

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "python/src/arrays.h"
-#include "sim/body/body.h"
+#include "sim/hand/body.h"
+#include "sim/model/model.h"
+#include "sim/run/run_data.h"
 #include "sim/scene/scene.h"
-#include "sim/solve/model.h"
-#include "sim/store/run_data.h"
 #include "solvers/phase/phase_solution.h"
 #include "solvers/phase/skin_problem.h"
 

@@ -7,13 +7,13 @@
 #include "python/src/arrays.h"
 #include "python/src/job.h"
 #include "python/src/parts.h"
-#include "sim/assess/study.h"
-#include "sim/batch/fit_folder.h"
-#include "sim/batch/scene_changes.h"
-#include "sim/batch/see_scene.h"
+#include "sim/cameras/fit_folder.h"
+#include "sim/cameras/see_scene.h"
 #include "sim/core/errors.h"
+#include "sim/jobs/scene_changes.h"
+#include "sim/run/run_compare.h"
+#include "sim/run/study.h"
 #include "sim/scene/scene_reader.h"
-#include "sim/store/run_compare.h"
 
 namespace touchfield::python {
 

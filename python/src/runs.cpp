@@ -8,16 +8,16 @@
 #include "python/src/job.h"
 #include "python/src/models.h"
 #include "python/src/parts.h"
-#include "sim/assess/check.h"
-#include "sim/assess/scan_comparison.h"
-#include "sim/batch/run_model.h"
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/jobs/run_model.h"
 #include "sim/pictures/figures.h"
+#include "sim/run/check.h"
+#include "sim/run/run_field.h"
+#include "sim/run/run_file.h"
+#include "sim/run/run_layout.h"
+#include "sim/run/scan_comparison.h"
 #include "sim/scene/scene_reader.h"
-#include "sim/solve/run_field.h"
-#include "sim/store/run_file.h"
-#include "sim/store/run_layout.h"
 
 namespace touchfield::python {
 

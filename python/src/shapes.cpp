@@ -1,4 +1,4 @@
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 
 #include <algorithm>
 #include <functional>
@@ -15,7 +15,7 @@
 #include "sim/core/units.h"
 #include "sim/mesh/io/mesh_io.h"
 #include "sim/mesh/io/unit_guess.h"
-#include "sim/solve/bodies.h"
+#include "sim/model/bodies.h"
 
 namespace touchfield::python {
 

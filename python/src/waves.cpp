@@ -9,8 +9,8 @@
 #include "sim/acoustics/array_geometry.h"
 #include "sim/acoustics/incident_field.h"
 #include "sim/core/errors.h"
+#include "sim/run/run_layout.h"
 #include "sim/scene/scene_reader.h"
-#include "sim/store/run_layout.h"
 
 namespace touchfield::python {
 

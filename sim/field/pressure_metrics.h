@@ -3,7 +3,7 @@
 #include "sim/acoustics/medium.h"
 #include "sim/field/metrics.h"
 #include "sim/field/surface_gradient.h"
-#include "sim/target/target.h"
+#include "sim/field/target.h"
 
 namespace touchfield {
 

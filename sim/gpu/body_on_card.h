@@ -59,7 +59,7 @@ class BodyOnCard {
   /// P of the last spanned(), M x r.
   Eigen::MatrixXcd spanned_pressure() const;
 
-  /// The paper's problem of these faces, with or without scattering (sim/target/gram.h), whose matrix stays on the
+  /// The paper's problem of these faces, with or without scattering (sim/field/gram.h), whose matrix stays on the
   /// card.
   ///
   /// weights   of the faces, M

@@ -8,9 +8,9 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/solve/solver_choice.h"
-#include "sim/solve/stages.h"
-#include "sim/solve/transfer.h"
+#include "sim/model/stages.h"
+#include "sim/run/solver_choice.h"
+#include "sim/run/transfer.h"
 #include "solvers/linear/blas_product.h"
 #include "solvers/linear/hermitian_eigen.h"
 #include "solvers/linear/low_rank.h"

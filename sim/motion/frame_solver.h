@@ -5,9 +5,9 @@
 
 #include "sim/bem/factored_transfer.h"
 #include "sim/motion/motion_sensor.h"
-#include "sim/solve/kept_models.h"
-#include "sim/solve/methods.h"
-#include "sim/store/motion_data.h"
+#include "sim/run/kept_models.h"
+#include "sim/run/methods.h"
+#include "sim/run/motion_data.h"
 #include "solvers/phase/phase_descent.h"
 
 namespace touchfield {

@@ -16,7 +16,7 @@
 #include "sim/motion/motion_prediction.h"
 #include "sim/motion/motion_sensor.h"
 #include "sim/motion/running_median.h"
-#include "sim/store/motion_data.h"
+#include "sim/run/motion_data.h"
 #include "solvers/phase/phase_methods.h"
 
 namespace touchfield {

@@ -9,7 +9,7 @@
 #include "sim/core/errors.h"
 #include "sim/mesh/io/mesh_io.h"
 #include "sim/mesh/query/inspect.h"
-#include "sim/solve/solver_choice.h"
+#include "sim/run/solver_choice.h"
 
 namespace touchfield {
 

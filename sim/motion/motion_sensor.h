@@ -10,7 +10,7 @@
 #include "sim/core/progress.h"
 #include "sim/motion/moving_model.h"
 #include "sim/motion/recorded_times.h"
-#include "sim/store/motion_data.h"
+#include "sim/run/motion_data.h"
 
 namespace touchfield {
 
@@ -119,5 +119,17 @@ class SampleStore {
 
 /// "noise of 0.5 mm rms over 5 mm, 30 samples per second": what a scene's sensor is, for a person.
 std::string sensor_text(const MotionSpec::Sensor& sensor);
+
+/// A motion as it is, and what sees it.
+struct SensedMotion {
+  Scene scene;                               // as it is written
+  std::unique_ptr<const MovingModel> truth;  // what is scored; null where nobody knows it
+  std::unique_ptr<MotionSensor> sensor;
+
+  const MovingModel& solved() const { return sensor->solved(); }
+};
+
+/// Whether time is simulated, or the wall's, when a sensor may see what happens now.
+enum class MotionClock { kSimulated, kWall };
 
 }  // namespace touchfield

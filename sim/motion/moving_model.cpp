@@ -13,8 +13,8 @@
 #include "sim/core/mixed_bits.h"
 #include "sim/core/require.h"
 #include "sim/core/rotation.h"
-#include "sim/solve/array_view.h"
-#include "sim/solve/stages.h"
+#include "sim/model/array_view.h"
+#include "sim/model/stages.h"
 
 namespace touchfield {
 

@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "sim/body/hand_contact.h"
-#include "sim/body/skinned_hand.h"
 #include "sim/core/progress.h"
+#include "sim/hand/hand_contact.h"
+#include "sim/hand/skinned_hand.h"
+#include "sim/model/model.h"
+#include "sim/model/warnings.h"
 #include "sim/motion/mesh_sequence.h"
 #include "sim/motion/trajectory.h"
-#include "sim/solve/model.h"
-#include "sim/solve/warnings.h"
 
 namespace touchfield {
 

@@ -6,7 +6,7 @@
 
 #include "sim/field/held_signal.h"
 #include "sim/motion/pattern_path.h"
-#include "sim/store/motion_data.h"
+#include "sim/run/motion_data.h"
 
 namespace touchfield {
 

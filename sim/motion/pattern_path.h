@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "sim/model/model.h"
 #include "sim/scene/pattern_spec.h"
-#include "sim/solve/model.h"
 
 namespace touchfield {
 

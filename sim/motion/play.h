@@ -7,8 +7,7 @@
 
 #include "sim/core/progress.h"
 #include "sim/motion/motion_sensor.h"
-#include "sim/motion/sensed_motion.h"
-#include "sim/store/motion_data.h"
+#include "sim/run/motion_data.h"
 
 namespace touchfield {
 

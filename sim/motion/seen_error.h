@@ -1,7 +1,7 @@
 #pragma once
 
 #include "sim/motion/moving_model.h"
-#include "sim/store/motion_data.h"
+#include "sim/run/motion_data.h"
 
 namespace touchfield {
 

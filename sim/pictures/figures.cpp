@@ -18,7 +18,7 @@
 #include "sim/pictures/picture_parts.h"
 #include "sim/pictures/setup_picture.h"
 #include "sim/pictures/skin_picture.h"
-#include "sim/store/run_layout.h"
+#include "sim/run/run_layout.h"
 
 namespace touchfield {
 

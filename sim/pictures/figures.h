@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "sim/pictures/picture_format.h"
-#include "sim/store/run_data.h"
+#include "sim/run/run_data.h"
 
 namespace touchfield {
 

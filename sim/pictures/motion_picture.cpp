@@ -9,10 +9,10 @@
 #include "sim/core/atomic_file.h"
 #include "sim/pictures/linear_axis.h"
 #include "sim/pictures/picture_parts.h"
-#include "sim/store/motion_file.h"
-#include "sim/store/motion_stages.h"
-#include "sim/store/motion_summary.h"
-#include "sim/store/text_table.h"
+#include "sim/run/motion_file.h"
+#include "sim/run/motion_stages.h"
+#include "sim/run/motion_summary.h"
+#include "sim/run/text_table.h"
 
 namespace touchfield {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "sim/pictures/picture_format.h"
-#include "sim/store/motion_data.h"
+#include "sim/run/motion_data.h"
 
 namespace touchfield {
 

@@ -9,7 +9,7 @@
 #include "sim/pictures/picture_parts.h"
 #include "sim/pictures/skin_picture.h"
 #include "sim/pictures/skin_sight.h"
-#include "sim/store/motion_file.h"
+#include "sim/run/motion_file.h"
 
 namespace touchfield {
 

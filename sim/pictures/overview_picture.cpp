@@ -9,7 +9,7 @@
 #include "sim/pictures/picture_parts.h"
 #include "sim/pictures/skin_picture.h"
 #include "sim/pictures/skin_sight.h"
-#include "sim/store/run_layout.h"
+#include "sim/run/run_layout.h"
 
 namespace touchfield {
 

@@ -5,7 +5,7 @@
 
 #include "sim/pictures/canvas.h"
 #include "sim/pictures/skin_sight.h"
-#include "sim/store/run_data.h"
+#include "sim/run/run_data.h"
 
 /// What all pictures of a run share.
 namespace touchfield {

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "sim/pictures/picture_format.h"
-#include "sim/store/run_data.h"
+#include "sim/run/run_data.h"
 
 namespace touchfield {
 

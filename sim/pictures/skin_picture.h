@@ -7,7 +7,7 @@
 #include "sim/pictures/canvas.h"
 #include "sim/pictures/skin_sight.h"
 #include "sim/pictures/skin_view.h"
-#include "sim/store/run_data.h"
+#include "sim/run/run_data.h"
 
 namespace touchfield {
 

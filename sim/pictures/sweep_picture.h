@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "sim/pictures/picture_format.h"
-#include "sim/store/sweep_files.h"
+#include "sim/run/sweep_files.h"
 
 namespace touchfield {
 

@@ -6,10 +6,10 @@
 #include <variant>
 #include <vector>
 
-#include "sim/body/hand.h"
+#include "sim/field/target.h"
+#include "sim/hand/hand.h"
 #include "sim/mesh/remesh/edge_sizing.h"
 #include "sim/scene/placement.h"
-#include "sim/target/target.h"
 
 namespace touchfield {
 

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "sim/body/hand.h"
-#include "sim/body/skin_mesh.h"
 #include "sim/core/units.h"
+#include "sim/hand/hand.h"
+#include "sim/hand/skin_mesh.h"
 #include "sim/mesh/io/unit_guess.h"
 #include "sim/scene/mesh_times.h"
 #include "sim/scene/scene_table.h"

@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "sim/body/hand_landmarks.h"
-#include "sim/body/shapes.h"
+#include "sim/hand/hand_landmarks.h"
+#include "sim/hand/shapes.h"
 #include "sim/scene/scene_table.h"
 #include "sim/scene/suggest.h"
 

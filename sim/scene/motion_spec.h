@@ -6,8 +6,8 @@
 #include <variant>
 #include <vector>
 
-#include "sim/body/perturb.h"
 #include "sim/core/rigid_motion.h"
+#include "sim/hand/perturb.h"
 #include "sim/scene/body_spec.h"
 
 namespace touchfield {
@@ -35,7 +35,7 @@ struct MotionChange {
   MotionLaw law;
 };
 
-/// A depth camera that is simulated. What its model is made of: sim/sensing/simulated_camera.h.
+/// A depth camera that is simulated. What its model is made of: sim/cameras/simulated_camera.h.
 struct CameraSpec {
   std::string model = "d415";
   Vector3 at = Vector3::Zero();       // its eye [m]
@@ -53,7 +53,7 @@ struct RecordedSpec {
   std::string folder;
 };
 
-/// Joints that a hand tracker has recorded: sim/sensing/joint_table.h.
+/// Joints that a hand tracker has recorded: sim/cameras/joint_table.h.
 struct JointsSpec {
   std::variant<std::string, int> from;  // a table of them; or the UDP port on which they come while the motion plays
   RigidMotion pose;                     // from the tracker's frame to the world's

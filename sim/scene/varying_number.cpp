@@ -8,10 +8,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "sim/body/hand_pose.h"
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
 #include "sim/core/text_number.h"
+#include "sim/hand/hand_pose.h"
 #include "sim/scene/overrides.h"
 #include "sim/scene/scene_table.h"
 

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "sim/acoustics/incident_field.h"
-#include "sim/body/hand.h"
 #include "sim/field/evaluate.h"
+#include "sim/hand/hand.h"
 #include "tests/support/sphere_support.h"
 
 namespace touchfield::hand_physics_test {

@@ -12,7 +12,7 @@
 
 #include "sim/acoustics/medium.h"
 #include "sim/bem/element_integrals.h"
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 
 namespace touchfield::boundary_operator_test {
 

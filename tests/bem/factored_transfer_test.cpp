@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 
 namespace touchfield::factored_transfer_test {
 

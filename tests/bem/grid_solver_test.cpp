@@ -6,8 +6,8 @@
 
 #include "sim/bem/grid_spec.h"
 #include "sim/bem/scattering_solver.h"
-#include "sim/body/hand.h"
-#include "sim/body/shapes.h"
+#include "sim/hand/hand.h"
+#include "sim/hand/shapes.h"
 
 namespace touchfield::grid_solver_test {
 

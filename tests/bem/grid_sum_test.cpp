@@ -9,7 +9,7 @@
 
 #include "sim/bem/grid_spec.h"
 #include "sim/bem/layer_sum.h"
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 #include "tests/support/threads_support.h"
 
 namespace touchfield::grid_sum_test {

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 #include "tests/support/reference_kernels.h"
 
 namespace touchfield::layer_sum_test {

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/bem/face_arrays.h"
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 #include "tests/support/reference_kernels.h"
 
 namespace touchfield::near_corrections_test {

@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 #include "tests/support/reference_integrals.h"
 #include "tests/support/reference_kernels.h"
 #include "tests/support/table_row.h"

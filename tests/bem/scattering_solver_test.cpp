@@ -8,7 +8,7 @@
 #include <tuple>
 #include <vector>
 
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 #include "solvers/linear/dense_lu.h"
 #include "tests/support/testing.h"
 

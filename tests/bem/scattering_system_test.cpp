@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/acoustics/incident_field.h"
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 #include "solvers/linear/dense_lu.h"
 
 namespace touchfield::scattering_system_test {

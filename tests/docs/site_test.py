@@ -97,7 +97,7 @@ class Site(BuiltSite):
             self.assertIn(word, commands)
         self.assertIn("Burton", (self.site / "docs/theory.html").read_text())
         model = (self.site / "reference/cpp/structtouchfield_1_1Model.html").read_text()
-        self.assertIn("#include &lt;touchfield/sim/solve/model.h&gt;", model)
+        self.assertIn("#include &lt;touchfield/sim/model/model.h&gt;", model)
         lengths = (self.site / "reference/cpp/structtouchfield_1_1EdgeSpec.html").read_text()
         self.assertIn("within <code>within</code> of a landmark", lengths)
         self.assertNotIn("&lt; namespace", (self.site / "reference/cpp/namespacetouchfield.html").read_text())

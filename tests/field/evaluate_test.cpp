@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/body/hand.h"
-#include "sim/body/shapes.h"
+#include "sim/hand/hand.h"
+#include "sim/hand/shapes.h"
 #include "tests/support/far_field.h"
 
 namespace touchfield::evaluate_test {

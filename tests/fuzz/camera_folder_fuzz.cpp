@@ -7,9 +7,9 @@
 #include <iterator>
 #include <map>
 
-#include "sim/sensing/camera_folder.h"
+#include "sim/cameras/camera_folder.h"
+#include "tests/cameras/recording_support.h"
 #include "tests/fuzz/fuzz_support.h"
-#include "tests/sensing/recording_support.h"
 
 using namespace touchfield;
 

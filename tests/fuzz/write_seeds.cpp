@@ -7,9 +7,9 @@
 #include <exception>
 #include <filesystem>
 
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 #include "sim/mesh/io/mesh_io.h"
-#include "tests/sensing/recording_support.h"
+#include "tests/cameras/recording_support.h"
 #include "tests/support/files.h"
 
 namespace {

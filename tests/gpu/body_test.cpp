@@ -2,11 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/body/hand.h"
-#include "sim/body/shapes.h"
 #include "sim/core/errors.h"
+#include "sim/field/gram.h"
 #include "sim/gpu/body_on_card.h"
-#include "sim/target/gram.h"
+#include "sim/hand/hand.h"
+#include "sim/hand/shapes.h"
 #include "solvers/linear/blas_product.h"
 #include "tests/gpu/card.h"
 

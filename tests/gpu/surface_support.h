@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "sim/bem/quadrature.h"
-#include "sim/body/hand.h"
-#include "sim/body/shapes.h"
 #include "sim/gpu/cuda/faces.cuh"
+#include "sim/hand/hand.h"
+#include "sim/hand/shapes.h"
 #include "tests/gpu/card.h"
 
 namespace touchfield {

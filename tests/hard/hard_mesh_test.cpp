@@ -11,8 +11,8 @@
 #include <gtest/gtest.h>
 
 #include "sim/bem/rigid_sphere.h"
-#include "sim/body/shapes.h"
 #include "sim/core/units.h"
+#include "sim/hand/shapes.h"
 #include "sim/mesh/query/mesh_risks.h"
 #include "tests/hard/hard_meshes.h"
 #include "tests/hard/hard_support.h"

@@ -8,7 +8,7 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 #include "sim/mesh/remesh/remesh.h"
 #include "tests/support/mesh_support.h"
 

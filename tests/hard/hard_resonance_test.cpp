@@ -10,8 +10,8 @@
 #include <gtest/gtest.h>
 
 #include "sim/bem/rigid_sphere.h"
-#include "sim/body/hand.h"
-#include "sim/body/shapes.h"
+#include "sim/hand/hand.h"
+#include "sim/hand/shapes.h"
 #include "solvers/linear/dense_lu.h"
 #include "solvers/linear/gmres.h"
 #include "tests/hard/hard_meshes.h"

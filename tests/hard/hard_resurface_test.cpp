@@ -14,9 +14,9 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include "sim/body/hand.h"
-#include "sim/body/shapes.h"
 #include "sim/core/units.h"
+#include "sim/hand/hand.h"
+#include "sim/hand/shapes.h"
 #include "sim/mesh/remesh/surface_remesh.h"
 #include "sim/mesh/repair/resurface.h"
 #include "sim/mesh/repair/surface_report.h"

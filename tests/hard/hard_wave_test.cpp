@@ -10,9 +10,9 @@
 #include <gtest/gtest.h>
 
 #include "sim/bem/rigid_sphere.h"
-#include "sim/body/hand.h"
-#include "sim/body/shapes.h"
 #include "sim/core/units.h"
+#include "sim/hand/hand.h"
+#include "sim/hand/shapes.h"
 #include "tests/hard/hard_meshes.h"
 #include "tests/hard/hard_support.h"
 

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/solve/solve_model.h"
-#include "sim/solve/transfer.h"
+#include "sim/run/solve_model.h"
+#include "sim/run/transfer.h"
 #include "solvers/phase/skin_field.h"
 #include "tests/support/moving_support.h"
 #include "tests/support/scene_support.h"

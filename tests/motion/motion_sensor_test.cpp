@@ -5,11 +5,11 @@
 #include <set>
 #include <string>
 
+#include "sim/jobs/sensed_motion.h"
 #include "sim/mesh/remesh/mean_height.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/motion/motion_prediction.h"
 #include "sim/motion/play.h"
-#include "sim/motion/sensed_motion.h"
 #include "tests/support/moving_support.h"
 #include "tests/support/scene_support.h"
 #include "tests/support/testing.h"

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "sim/motion/sensed_motion.h"
-#include "sim/solve/solve_model.h"
+#include "sim/jobs/sensed_motion.h"
+#include "sim/run/solve_model.h"
 #include "tests/support/moving_support.h"
 #include "tests/support/scene_support.h"
 #include "tests/support/solve_support.h"

@@ -2,10 +2,10 @@
 
 #include <set>
 
+#include "sim/field/skin_strokes.h"
 #include "sim/pictures/field_picture.h"
 #include "sim/pictures/picture_parts.h"
 #include "sim/pictures/skin_picture.h"
-#include "sim/target/skin_strokes.h"
 #include "tests/support/output_support.h"
 #include "tests/support/picture_support.h"
 #include "tests/support/testing.h"

@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "sim/body/hand_skeleton.h"
 #include "sim/core/types.h"
+#include "sim/hand/hand_skeleton.h"
 
 namespace touchfield {
 inline namespace support {

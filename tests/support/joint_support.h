@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/body/hand.h"
+#include "sim/hand/hand.h"
 
 namespace touchfield {
 

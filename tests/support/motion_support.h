@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-#include "sim/store/motion_data.h"
+#include "sim/run/motion_data.h"
 #include "tests/support/output_support.h"
 
 /// Motions that nobody computed.

@@ -7,11 +7,11 @@
 #include <utility>
 #include <vector>
 
-#include "sim/body/hand.h"
+#include "sim/cameras/pose_fit.h"
+#include "sim/cameras/simulated_camera.h"
 #include "sim/core/rotation.h"
 #include "sim/core/units.h"
-#include "sim/sensing/simulated_camera.h"
-#include "sim/tracking/pose_fit.h"
+#include "sim/hand/hand.h"
 
 namespace touchfield {
 

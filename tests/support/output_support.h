@@ -5,7 +5,7 @@
 #include <string>
 
 #include "sim/core/rotation.h"
-#include "sim/store/run_data.h"
+#include "sim/run/run_data.h"
 #include "tests/support/files.h"
 
 /// What the tests of the output layer share: small runs.

@@ -5,8 +5,8 @@
 #include <random>
 #include <string>
 
-#include "sim/store/checksum.h"
-#include "sim/store/hdf5_file.h"
+#include "sim/run/checksum.h"
+#include "sim/run/hdf5_file.h"
 #include "tests/support/files.h"
 #include "tests/support/testing.h"
 

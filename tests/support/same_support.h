@@ -5,8 +5,8 @@
 #include <tuple>
 #include <vector>
 
-#include "sim/store/motion_data.h"
-#include "sim/store/run_data.h"
+#include "sim/run/motion_data.h"
+#include "sim/run/run_data.h"
 #include "tests/support/testing.h"
 
 /// Comparisons of what result files hold.

@@ -4,9 +4,9 @@
 #include <random>
 #include <vector>
 
+#include "sim/cameras/depth_camera.h"
 #include "sim/core/units.h"
 #include "sim/mesh/triangle_mesh.h"
-#include "sim/sensing/depth_camera.h"
 #include "tests/support/random_support.h"
 
 namespace touchfield {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "sim/model/model.h"
 #include "sim/scene/scene_reader.h"
-#include "sim/solve/model.h"
 
 namespace touchfield {
 inline namespace support {

@@ -6,7 +6,7 @@
 #include "sim/bem/rigid_sphere.h"
 #include "sim/bem/scattering_solver.h"
 #include "sim/bem/scattering_system.h"
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 
 namespace touchfield {
 

@@ -10,8 +10,8 @@
 
 #include <fmt/format.h>
 
-#include "sim/body/hand.h"
-#include "sim/body/shapes.h"
+#include "sim/hand/hand.h"
+#include "sim/hand/shapes.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"

@@ -9,7 +9,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 #include "sim/mesh/io/byte_string.h"
 #include "sim/mesh/io/mesh_io.h"
 #include "tests/support/files.h"

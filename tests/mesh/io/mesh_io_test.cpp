@@ -14,7 +14,7 @@
 #include <sys/stat.h>
 #include <vector>
 
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 #include "sim/mesh/io/byte_string.h"
 #include "sim/mesh/query/inspect.h"
 #include "tests/support/files.h"

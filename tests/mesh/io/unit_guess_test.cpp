@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "sim/body/hand.h"
+#include "sim/hand/hand.h"
 #include "tests/support/surface_support.h"
 #include "tests/support/testing.h"
 

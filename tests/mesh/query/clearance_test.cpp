@@ -9,8 +9,8 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/body/hand.h"
-#include "sim/body/shapes.h"
+#include "sim/hand/hand.h"
+#include "sim/hand/shapes.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/triangle_pair.h"
 #include "tests/support/mesh_support.h"

@@ -8,9 +8,9 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/body/body.h"
-#include "sim/body/hand.h"
-#include "sim/body/shapes.h"
+#include "sim/hand/body.h"
+#include "sim/hand/hand.h"
+#include "sim/hand/shapes.h"
 #include "tests/support/mesh_support.h"
 
 namespace touchfield::face_tree_test {

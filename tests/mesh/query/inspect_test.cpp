@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 #include "sim/mesh/repair/surface_report.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/surface_support.h"

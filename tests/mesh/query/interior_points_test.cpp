@@ -7,8 +7,8 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/body/hand.h"
-#include "sim/body/shapes.h"
+#include "sim/hand/hand.h"
+#include "sim/hand/shapes.h"
 #include "sim/mesh/query/face_tree.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/testing.h"

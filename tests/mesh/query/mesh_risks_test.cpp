@@ -6,8 +6,8 @@
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
-#include "sim/body/hand.h"
-#include "sim/body/shapes.h"
+#include "sim/hand/hand.h"
+#include "sim/hand/shapes.h"
 #include "tests/support/mesh_support.h"
 
 namespace touchfield::mesh_risks_test {

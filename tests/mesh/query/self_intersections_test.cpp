@@ -11,8 +11,8 @@
 #include <Eigen/LU>
 #include <omp.h>
 
-#include "sim/body/hand.h"
-#include "sim/body/shapes.h"
+#include "sim/hand/hand.h"
+#include "sim/hand/shapes.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/random_support.h"
 #include "tests/support/testing.h"

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 
 namespace touchfield::skin_patches_test {
 

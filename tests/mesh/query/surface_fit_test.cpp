@@ -5,7 +5,7 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/testing.h"
 

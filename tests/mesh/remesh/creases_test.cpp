@@ -9,7 +9,7 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/remesh/splinters.h"
 #include "tests/support/testing.h"

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/testing.h"
 

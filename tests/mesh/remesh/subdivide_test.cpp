@@ -1,7 +1,7 @@
 #include "sim/mesh/remesh/subdivide.h"
 
-#include "sim/body/hand.h"
-#include "sim/body/shapes.h"
+#include "sim/hand/hand.h"
+#include "sim/hand/shapes.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/topology.h"
 #include "tests/support/testing.h"

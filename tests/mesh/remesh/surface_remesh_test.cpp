@@ -11,9 +11,9 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/body/hand.h"
-#include "sim/body/shapes.h"
-#include "sim/body/skin_mesh.h"
+#include "sim/hand/hand.h"
+#include "sim/hand/shapes.h"
+#include "sim/hand/skin_mesh.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"

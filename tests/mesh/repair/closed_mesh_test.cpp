@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 #include "sim/mesh/query/inspect.h"
 #include "tests/support/surface_support.h"
 #include "tests/support/testing.h"

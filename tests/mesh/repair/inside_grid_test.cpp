@@ -6,7 +6,7 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/body/shapes.h"
+#include "sim/hand/shapes.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "tests/support/mesh_support.h"

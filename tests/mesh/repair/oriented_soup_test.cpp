@@ -9,8 +9,8 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/body/hand.h"
-#include "sim/body/shapes.h"
+#include "sim/hand/hand.h"
+#include "sim/hand/shapes.h"
 #include "tests/support/surface_support.h"
 #include "tests/support/testing.h"
 

@@ -8,8 +8,8 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/body/hand.h"
-#include "sim/body/shapes.h"
+#include "sim/hand/hand.h"
+#include "sim/hand/shapes.h"
 #include "sim/mesh/io/unit_guess.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/self_intersections.h"

@@ -7,8 +7,8 @@
 
 #include "apps/commands/live_stream.h"
 #include "hardware/player.h"
+#include "sim/jobs/sensed_motion.h"
 #include "sim/motion/frame_solver.h"
-#include "sim/motion/sensed_motion.h"
 #include "tests/support/moving_support.h"
 #include "tests/support/scene_support.h"
 #include "tests/support/testing.h"

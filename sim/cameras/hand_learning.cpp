@@ -1,0 +1,212 @@
+#include "sim/cameras/hand_learning.h"
+
+#include <cmath>
+
+#include <Eigen/SparseCholesky>
+
+#include "sim/core/units.h"
+#include "sim/mesh/topology.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr Eigen::Index kProportions = HandProportions::SizeAtCompileTime;
+using ProportionMatrix = Eigen::Matrix<double, kProportions, kProportions>;
+using MixedMatrix = Eigen::Matrix<double, kPoseUnknowns, kProportions>;
+
+constexpr double kLearningTurn = 20 * kDegree;  // deviation of joints from where they are
+constexpr double kFirstLearningReach = 12e-3;   // reach of the first round [m]
+constexpr double kLearningReach = 5e-3;
+constexpr double kLearningScale = 2e-3;
+
+HandProportions deviations(const LearningOptions& options) {
+  HandProportions result = HandProportions::Constant(options.part);
+  result.head<2>().setConstant(options.size);
+  return result;
+}
+
+/// What a hand that the template cannot make leaves is alike over a patch of skin and in all frames, so that more
+/// points say no more of it. With noise of variance n per point, M points and P patches that differ by a variance s
+/// besides,
+///
+///   information per point = 1 / (n (1 + s M / (n P)))
+class Misfit {
+ public:
+  void add(const HandPoints& points, const std::vector<SkinMatch>& matches) {
+    for (const SkinMatch& match : matches) {
+      const double sigma = points.sigma(match.point);
+      squares_ += match.weight * match.residual * match.residual;
+      noise_ += match.weight * sigma * sigma;
+    }
+    count_ += static_cast<double>(matches.size());
+  }
+
+  /// That share of the points' own weight.
+  double share() const {
+    constexpr double kPatches = 200;  // of 10 mm x 10 mm: half the skin of a hand
+    const double model = std::max(0.0, squares_ - noise_);
+    return noise_ > 0 ? 1 / (1 + model / noise_ * count_ / kPatches) : 1;
+  }
+
+ private:
+  double squares_ = 0;  // weighted
+  double noise_ = 0;    // likewise, of the points' own
+  double count_ = 0;
+};
+
+/// The sum of squares of one frame about its pose and the proportions.
+struct FrameSystem {
+  PoseMatrix pose = PoseMatrix::Zero();
+  MixedMatrix mixed = MixedMatrix::Zero();
+  ProportionMatrix shape = ProportionMatrix::Zero();
+  PoseVector pose_slope = PoseVector::Zero();
+  HandProportions shape_slope = HandProportions::Zero();
+};
+
+/// Where the vertices go when each of the proportions grows, divided by that growth; in the world's frame.
+std::vector<Points> derivatives_by_proportion(const HandTemplate& hand, const ShapedHand& shape,
+                                              const HandState& state) {
+  constexpr double kStep = 1e-5;
+  Points before;
+  hand.carry(shape, hand.skeleton_at(shape.proportions, state.joints), before);
+  std::vector<Points> result(static_cast<std::size_t>(kProportions));
+  for (Eigen::Index k = 0; k < kProportions; ++k) {
+    HandProportions grown = shape.proportions;
+    grown(k) += kStep;
+    Points& points = result[static_cast<std::size_t>(k)];
+    hand.carry(hand.shaped(grown, shape.offset), hand.skeleton_at(grown, state.joints), points);
+    points = state.place.rotation * (points - before) / kStep;
+  }
+  return result;
+}
+
+FrameSystem frame_system(const HandTemplate& hand, const ShapedHand& shape, const HandState& state,
+                         const PoseFit& fit) {
+  const std::vector<Points> growth = derivatives_by_proportion(hand, shape, state);
+  FrameSystem system;
+  for (std::size_t m = 0; m < fit.matches().size(); ++m) {
+    const SkinMatch& match = fit.matches()[m];
+    const auto face = hand.mesh().triangles().col(match.face);
+    HandProportions by_shape;
+    for (Eigen::Index k = 0; k < kProportions; ++k) {
+      by_shape(k) = match.normal.dot(growth[static_cast<std::size_t>(k)](Eigen::all, face) * match.weights);
+    }
+    const PoseVector by_pose = fit.rows().col(static_cast<Eigen::Index>(m));
+    system.pose += match.weight * by_pose * by_pose.transpose();
+    system.mixed += match.weight * by_pose * by_shape.transpose();
+    system.shape += match.weight * by_shape * by_shape.transpose();
+    system.pose_slope += match.weight * match.residual * by_pose;
+    system.shape_slope += match.weight * match.residual * by_shape;
+  }
+  system.pose.diagonal().head<kPlaceUnknowns>().array() += 1;
+  system.pose.diagonal().tail<JointAngles::SizeAtCompileTime>().array() += 1 / (kLearningTurn * kLearningTurn);
+  return system;
+}
+
+/// A step of all poses and of the proportions.
+ShapedHand proportions_step(const HandTemplate& hand, const ShapedHand& shape, const std::vector<HandPoints>& frames,
+                            std::vector<HandState>& states, double reach, const HandProportions& expected,
+                            const HandProportions& deviation, PoseFit& fit) {
+  std::vector<FrameSystem> systems;
+  std::vector<Vector3> centres;
+  Misfit misfit;
+  ProportionMatrix curvature = ProportionMatrix::Zero();
+  HandProportions slope = HandProportions::Zero();
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    centres.emplace_back(frames[f].at.rowwise().mean());
+    fit.match(shape, frames[f], states[f], reach, std::max(kLearningScale, reach / 3));
+    fit.differentiate(shape, states[f], centres.back());
+    const FrameSystem& system = systems.emplace_back(frame_system(hand, shape, states[f], fit));
+    const MixedMatrix solved = system.pose.ldlt().solve(system.mixed);
+    curvature += system.shape - system.mixed.transpose() * solved;
+    slope += system.shape_slope - solved.transpose() * system.pose_slope;
+    misfit.add(frames[f], fit.matches());
+  }
+  const HandProportions stiffness = deviation.cwiseAbs2().cwiseInverse() / misfit.share();
+  curvature.diagonal() += stiffness;
+  slope -= stiffness.cwiseProduct(shape.proportions - expected);
+  const HandProportions step = curvature.ldlt().solve(slope).cwiseMax(-0.1).cwiseMin(0.1);
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    PoseVector turn = systems[f].pose.ldlt().solve(systems[f].pose_slope - systems[f].mixed * step);
+    turn.tail<JointAngles::SizeAtCompileTime>().array() *= hand.free_joints().array();
+    states[f] = moved(states[f], turn, centres[f]);
+  }
+  return hand.shaped(shape.proportions + step, shape.offset);
+}
+
+/// What holds the offset: its size and its roughness.
+Eigen::SparseMatrix<double> offset_prior(const HandTemplate& hand, const LearningOptions& options) {
+  const Eigen::Index count = hand.mesh().vertex_count();
+  const EdgeTable edges = edge_table(hand.mesh().triangles());
+  Eigen::VectorXd degree = Eigen::VectorXd::Zero(count);
+  for (const int v : edges.ends.reshaped()) {
+    degree(v) += 1;
+  }
+  std::vector<Eigen::Triplet<double>> entries;
+  for (Eigen::Index v = 0; v < count; ++v) {
+    entries.emplace_back(static_cast<int>(v), static_cast<int>(v), 1.0);
+  }
+  for (const auto& ends : edges.ends.colwise()) {
+    entries.emplace_back(ends(0), ends(1), -1 / degree(ends(0)));
+    entries.emplace_back(ends(1), ends(0), -1 / degree(ends(1)));
+  }
+  Eigen::SparseMatrix<double> bend(count, count);
+  bend.setFromTriplets(entries.begin(), entries.end());
+  Eigen::SparseMatrix<double> result = bend.transpose() * bend / (options.roughness * options.roughness);
+  for (Eigen::Index v = 0; v < count; ++v) {
+    result.coeffRef(v, v) += 1 / (options.offset * options.offset);
+  }
+  return result;
+}
+
+/// The offset that fits best with the poses as they are.
+ShapedHand offset_step(const HandTemplate& hand, const ShapedHand& shape, const std::vector<HandPoints>& frames,
+                       const std::vector<HandState>& states, const Eigen::SparseMatrix<double>& prior, PoseFit& fit) {
+  std::vector<Eigen::Triplet<double>> entries;
+  Eigen::VectorXd slope = Eigen::VectorXd::Zero(shape.offset.size());
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    fit.match(shape, frames[f], states[f], kLearningReach, kLearningScale);
+    for (const SkinMatch& match : fit.matches()) {
+      const auto face = hand.mesh().triangles().col(match.face);
+      const double wanted = match.residual + match.weights.dot(shape.offset(face));
+      for (int c = 0; c < 3; ++c) {
+        slope(face(c)) += match.weight * match.weights(c) * wanted;
+        for (int d = 0; d < 3; ++d) {
+          entries.emplace_back(face(c), face(d), match.weight * match.weights(c) * match.weights(d));
+        }
+      }
+    }
+  }
+  Eigen::SparseMatrix<double> matrix(slope.size(), slope.size());
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  matrix += prior;
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(matrix);
+  return hand.shaped(shape.proportions, solver.solve(slope));
+}
+
+}  // namespace
+
+ShapedHand learnt_shape(const HandTemplate& hand, const ShapedHand& start, const std::vector<HandPoints>& frames,
+                        std::vector<HandState>& states, const LearningOptions& options) {
+  PoseFit fit(hand);
+  ShapedHand shape = start;
+  const HandProportions deviation = deviations(options);
+  for (int round = 0; round < options.rounds; ++round) {
+    const double reach = std::max(kLearningReach, kFirstLearningReach * std::pow(0.7, round));
+    shape = proportions_step(hand, shape, frames, states, reach, start.proportions, deviation, fit);
+  }
+  const Eigen::SparseMatrix<double> prior = offset_prior(hand, options);
+  for (int round = 0; round < options.offset_rounds; ++round) {
+    shape = offset_step(hand, shape, frames, states, prior, fit);
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+      const PosePrior near{states[f].joints, JointAngles::Constant(kLearningTurn)};
+      states[f] =
+          fit.fit(shape, frames[f], states[f], near, {3, kLearningReach, kLearningReach, kLearningScale, 1, false})
+              .state;
+    }
+  }
+  return shape;
+}
+
+}  // namespace touchfield

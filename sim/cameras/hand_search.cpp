@@ -1,0 +1,273 @@
+#include "sim/cameras/hand_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+
+#include "sim/cameras/seen_parts.h"
+#include "sim/core/require.h"
+#include "sim/core/units.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr Eigen::Index kRoughPoints = 100;  // that first tries go by
+constexpr double kFar = 15e-3;              // D [m]
+constexpr double kAgree = 0.2;              // cosine between normals of one side
+constexpr double kSleeveCost = 0.2;
+constexpr double kSleeve = 70e-3;   // its radius [m]
+constexpr double kThrough = 12e-3;  // behind a point of the skin: what is seen there shows that no skin is [m]
+constexpr double kNothingSeen = 0.7;
+constexpr double kHidden = 0.5;
+constexpr Eigen::Index kRoughStride = 3;  // of the skin's points, in first tries
+constexpr std::size_t kPromising = 40;
+
+/// The 60 rotations of an icosahedron with axes of two along x, y, z.
+const std::vector<Eigen::Matrix3d>& turns() {
+  static const std::vector<Eigen::Matrix3d> kTurns = [] {
+    const std::array<Eigen::Matrix3d, 2> generators{
+        Eigen::AngleAxisd(72 * kDegree, Vector3(0, 1, std::numbers::phi).normalized()).toRotationMatrix(),
+        Eigen::AngleAxisd(180 * kDegree, Vector3::UnitZ()).toRotationMatrix()};
+    std::vector<Eigen::Matrix3d> found{Eigen::Matrix3d::Identity()};
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      for (const Eigen::Matrix3d& generator : generators) {
+        const Eigen::Matrix3d next = generator * found[i];
+        if (std::ranges::none_of(found, [&](const Eigen::Matrix3d& old) { return (old - next).norm() < 1e-6; })) {
+          found.push_back(next);
+        }
+      }
+    }
+    return found;
+  }();
+  return kTurns;
+}
+
+double angle_between_turns(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
+  return Eigen::AngleAxisd(a.transpose() * b).angle();
+}
+
+}  // namespace
+
+/// What the cameras see at some points.
+struct HandSearch::Sight {
+  const std::vector<DepthCamera>& cameras;
+  const DepthFrame& frame;
+
+  /// How badly a point of a skin goes with what a camera sees there: 1 if it sees through the point, less if it sees
+  /// nothing (free space, or a hole), or something before a point that faces it. Nothing if it does not look there.
+  std::optional<double> doubt(std::size_t camera, const Vector3& x, const Vector3& normal) const {
+    const std::optional<ImagePoint> point = image_point(cameras[camera], x);
+    if (!point) {
+      return {};
+    }
+    const DepthImage& image = frame.images[camera];
+    const auto depth = static_cast<double>(image.depth[point->pixel(image.width)]);
+    if (depth > point->depth + kThrough) {
+      return 1.0;
+    }
+    if (!(depth > 0)) {
+      return kNothingSeen;
+    }
+    return depth < point->depth - kThrough && normal.dot(cameras[camera].view.eye - x) > 0 ? kHidden : 0.0;
+  }
+
+  bool faces(const Vector3& x, const Vector3& normal) const {
+    return std::ranges::any_of(cameras, [&](const DepthCamera& camera) { return normal.dot(camera.view.eye - x) > 0; });
+  }
+};
+
+HandSearch::HandSearch(const std::vector<TriangleMesh>& skins) {
+  require(!skins.empty(), "search of a hand: no skin to look for");
+  for (const TriangleMesh& mesh : skins) {
+    skins_.push_back(skin_of(mesh));
+  }
+}
+
+HandSearch::Skin HandSearch::skin_of(const TriangleMesh& mesh) const {
+  constexpr Eigen::Index kPoints = 200;
+  const Eigen::Index step = std::max<Eigen::Index>(1, mesh.face_count() / kPoints);
+  const auto some = Eigen::seqN(0, (mesh.face_count() + step - 1) / step, step);
+  Skin skin{SkinGrid(mesh, 6e-3, 30e-3), mesh.centroids()(Eigen::all, some), mesh.normals()(Eigen::all, some),
+            Vector3::Zero(), mesh.vertices().row(1).minCoeff() + 8e-3};
+  skin.middle = skin.at.rowwise().mean();
+  return skin;
+}
+
+double HandSearch::cost(const HandStart& start, const Points& at, const Points& normal, const Sight& sight,
+                        Eigen::Index stride) const {
+  const Skin& skin = skins_[start.skin];
+  const Eigen::Matrix3d back = start.place.rotation.transpose();
+  double sum = 0;
+  for (Eigen::Index p = 0; p < at.cols(); ++p) {
+    const Vector3 x = back * (at.col(p) - start.place.shift);
+    if (x.y() < skin.end) {
+      sum += std::hypot(x.x(), x.z()) < kSleeve ? kSleeveCost : 1.0;
+      continue;
+    }
+    const SkinGrid::Near& near = skin.grid.near(x);
+    if (near.normal.dot(back * normal.col(p)) < kAgree) {
+      sum += 1;
+      continue;
+    }
+    const Vector3 off = x - near.at;
+    const double distance = std::max(std::abs(near.normal.dot(off)), off.norm() - skin.grid.cell());
+    sum += std::min(1.0, distance * distance / (kFar * kFar));
+  }
+  double doubt = 0;
+  double looked = 0;
+  for (Eigen::Index i = 0; i < skin.at.cols(); i += stride) {
+    const Vector3 x = start.place(Vector3(skin.at.col(i)));
+    const Vector3 out = start.place.rotation * skin.normal.col(i);
+    for (std::size_t c = 0; c < sight.cameras.size(); ++c) {
+      if (const std::optional<double> found = sight.doubt(c, x, out)) {
+        doubt += *found;
+        looked += 1;
+      }
+    }
+  }
+  return sum / static_cast<double>(at.cols()) + (looked > 0 ? doubt / looked : 1.0);
+}
+
+/// Each step lets the points move rigidly, by t + w x (q - m) in the hand's frame, towards the planes of the skin that
+/// are nearest to them and, a tenth as much, towards its points; those farther than `reach` count less.
+void HandSearch::bring_closer(HandStart& start, const Points& at, const Points& normal, double reach, int steps) const {
+  constexpr double kToPoints = 0.1;
+  const Skin& skin = skins_[start.skin];
+  for (int step = 0; step < steps; ++step) {
+    const Eigen::Matrix3d back = start.place.rotation.transpose();
+    Eigen::Matrix<double, 6, 6> matrix = Eigen::Matrix<double, 6, 6>::Zero();
+    Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
+    double total = 1e-9;
+    Vector3 arms = Vector3::Zero();
+    Eigen::Matrix3d squares = Eigen::Matrix3d::Identity() * 1e-9;
+    for (Eigen::Index p = 0; p < at.cols(); ++p) {
+      const Vector3 x = back * (at.col(p) - start.place.shift);
+      if (x.y() < skin.end) {
+        continue;
+      }
+      const SkinGrid::Near& near = skin.grid.near(x);
+      const Vector3 off = x - near.at;
+      const double reached = 1 + off.squaredNorm() / (reach * reach);
+      const double agree = near.normal.dot(back * normal.col(p)) < kAgree ? 0.1 : 1.0;
+      const double weight = agree / (reached * reached);
+      const Vector3 arm = x - skin.middle;
+      Eigen::Matrix<double, 6, 1> row;
+      row << near.normal, arm.cross(near.normal);
+      matrix.noalias() += (weight * row) * row.transpose();
+      gradient += weight * near.normal.dot(off) * row;
+      const double to_point = kToPoints * weight;
+      total += to_point;
+      arms += to_point * arm;
+      squares += to_point * arm * arm.transpose();
+      gradient.head<3>() += to_point * off;
+      gradient.tail<3>() += to_point * arm.cross(off);
+    }
+    // The terms towards points: |off + t + w x arm|^2.
+    Eigen::Matrix3d across;
+    across << 0, -arms.z(), arms.y(), arms.z(), 0, -arms.x(), -arms.y(), arms.x(), 0;
+    matrix.topLeftCorner<3, 3>().diagonal().array() += total;
+    matrix.bottomLeftCorner<3, 3>() += across;
+    matrix.bottomRightCorner<3, 3>() -= squares;
+    matrix.bottomRightCorner<3, 3>().diagonal().array() += squares.trace();
+    const Eigen::Matrix<double, 6, 1> change = matrix.selfadjointView<Eigen::Lower>().ldlt().solve(-gradient);
+    const double angle = change.tail<3>().norm();
+    const Eigen::Matrix3d turn =
+        angle > 0 ? Eigen::AngleAxisd(std::min(angle, 0.5), change.tail<3>() / angle).toRotationMatrix()
+                  : Eigen::Matrix3d::Identity();
+    start.place.rotation = start.place.rotation * turn.transpose();
+    start.place.shift -= start.place.rotation * (skin.middle + change.head<3>() - turn * skin.middle);
+  }
+}
+
+/// Turned, and so that the middle of what of it faces a camera is there.
+RigidMotion HandSearch::placed_at(const Skin& skin, const Eigen::Matrix3d& rotation, const Vector3& middle,
+                                  const Sight& sight) const {
+  Vector3 sum = Vector3::Zero();
+  double count = 0;
+  for (Eigen::Index i = 0; i < skin.at.cols(); i += kRoughStride) {
+    if (sight.faces(middle, rotation * skin.normal.col(i))) {
+      sum += skin.at.col(i);
+      count += 1;
+    }
+  }
+  const Vector3 seen = count > 0 ? Vector3(sum / count) : skin.middle;
+  return {rotation, middle - rotation * seen};
+}
+
+std::vector<HandStart> HandSearch::starts(const HandPoints& points, const std::vector<DepthCamera>& cameras,
+                                          const DepthFrame& frame, std::size_t most) const {
+  require_frame(cameras, frame);
+  const Sight sight{cameras, frame};
+  const std::vector<SkinSamples> parts = parts_of(thinned_evenly(points));
+  struct Try {
+    HandStart start;
+    std::size_t part;
+    std::size_t hand;
+    std::size_t group;  // of tries at one end of one part
+  };
+  std::vector<Try> tries;
+  std::vector<SkinSamples> hands;
+  std::size_t groups = 0;
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    const SkinSamples rough_part = parts[part].thinned(kRoughPoints);
+    int where = -1;
+    for (const auto& [samples, end] : possible_hands(parts[part])) {
+      groups += end != std::exchange(where, end) ? 1 : 0;
+      const SkinSamples rough = samples.thinned(kRoughPoints);
+      const Vector3 middle = samples.at.rowwise().mean();
+      const Eigen::Matrix3d axes = principal_axes(samples.at);
+      for (std::size_t skin = 0; skin < skins_.size(); ++skin) {
+        for (const Eigen::Matrix3d& turn : turns()) {
+          HandStart start{skin, placed_at(skins_[skin], axes * turn, middle, sight), 0};
+          bring_closer(start, rough.at, rough.normal, 40e-3, 2);
+          start.cost = cost(start, rough_part.at, rough_part.normal, sight, kRoughStride);
+          tries.push_back({start, part, hands.size(), groups - 1});
+        }
+      }
+      hands.push_back(samples);
+    }
+  }
+  // The best of all, but of one group no more than its share: what is no hand may cost less than a hand of another
+  // size.
+  const auto best_of = [&](std::size_t count, const auto& allowed) {
+    std::ranges::stable_sort(tries, {}, [](const Try& one) { return one.start.cost; });
+    std::vector<std::size_t> left(groups, groups == 0 ? 0 : std::max<std::size_t>(1, count / groups));
+    std::vector<Try> best;
+    for (const Try& one : tries) {
+      if (best.size() < count && left[one.group] > 0 && allowed(one, best)) {
+        best.push_back(one);
+        --left[one.group];
+      }
+    }
+    return best;
+  };
+  tries = best_of(kPromising, [](const Try&, const std::vector<Try>&) { return true; });
+  for (Try& one : tries) {
+    const SkinSamples rough = hands[one.hand].thinned(2 * kRoughPoints);
+    bring_closer(one.start, rough.at, rough.normal, 25e-3, 4);
+    bring_closer(one.start, rough.at, rough.normal, 12e-3, 4);
+    one.start.cost = cost(one.start, parts[one.part].at, parts[one.part].normal, sight, 1);
+  }
+  tries = best_of(most, [&](const Try& one, const std::vector<Try>& best) {
+    const Vector3 middle = one.start.place(skins_[one.start.skin].middle);
+    return std::ranges::none_of(best, [&](const Try& other) {
+      return other.start.skin == one.start.skin &&
+             (other.start.place(skins_[other.start.skin].middle) - middle).norm() < 25e-3 &&
+             angle_between_turns(other.start.place.rotation, one.start.place.rotation) < 30 * kDegree;
+    });
+  });
+  std::vector<HandStart> starts;
+  starts.reserve(tries.size());
+  for (const Try& one : tries) {
+    starts.push_back(one.start);
+  }
+  return starts;
+}
+
+}  // namespace touchfield

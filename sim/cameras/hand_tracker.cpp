@@ -1,0 +1,676 @@
+#include "sim/cameras/hand_tracker.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "sim/core/units.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kFollowReach = 8e-3;        // from the predicted skin [m]
+constexpr double kFollowScale = 2e-3;        // [m]
+constexpr double kFollowTurn = 6 * kDegree;  // deviation of joints from what is predicted
+constexpr double kRegionMargin = 40e-3;      // round the hand where points are looked for [m]
+constexpr double kNear = 12e-3;              // points count as near the skin [m]
+constexpr double kBeside = 20e-3;            // of points that no skin is matched with [m]
+constexpr double kBesideBeyond = 8e-3;       // of those beyond the workspace, which may cut a table off [m]
+constexpr double kBehindWrist = -5e-3;       // y in the hand's frame [m]
+constexpr double kSightTolerance = 7e-3;     // [m]
+constexpr Eigen::Index kLeastFitPoints = 150;
+constexpr std::size_t kLearningFrames = 12;
+constexpr std::size_t kLeastLearningFrames = 3;
+constexpr std::size_t kLearningViews = 3;  // of these, of which digits are learnt
+constexpr std::size_t kStartsPerFrame = 2;
+constexpr std::size_t kStartsOfAnImage = 36;  // of images so far apart that each is searched for itself
+constexpr Eigen::Index kPointsOfStart = 500;
+constexpr double kStartTurn = 15 * kDegree;                        // deviation of joints from the template's
+constexpr std::size_t kBestFits = 4;                               // fits of which digits are moved
+constexpr double kNearlyExplained = 0.8;                           // of a fit whose digits are worth a try
+constexpr double kSeldom = 0.1;                                    // frames so far apart show no motion [s]
+constexpr std::array<double, 4> kSizes = {0.84, 0.92, 1.0, 1.08};  // of the template's, that are looked for
+
+/// The template's posture and, where its joints are free, three others: fingers far apart, half bent, and all but the
+/// index finger curled.
+std::vector<JointAngles> postures(const HandTemplate& hand) {
+  const JointAngles own = joint_angles(hand.pose());
+  std::vector<JointAngles> all{own};
+  if (hand.free_joints().minCoeff() == 1) {
+    JointAngles apart = own;
+    JointAngles bent = own;
+    constexpr std::array<double, 4> kAbduction = {16, 2, 12, 26};
+    for (Eigen::Index finger = 0; finger < 4; ++finger) {
+      const Eigen::Index first = first_joint(static_cast<std::size_t>(finger) + 1);
+      apart(first) = kAbduction[static_cast<std::size_t>(finger)] * kDegree;
+      bent.segment<3>(first + 1) += Vector3(25, 30, 15) * kDegree;
+    }
+    JointAngles pointing = own;
+    pointing.tail<12>() = joint_angles(hand_pose("index_up")).tail<12>();
+    pointing.segment<2>(3) = Eigen::Vector2d(20, 30) * kDegree;
+    all.push_back(apart);
+    all.push_back(bent);
+    all.push_back(pointing);
+  }
+  return all;
+}
+
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& seconds) : seconds_(seconds) {}
+  ~Stopwatch() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  double& seconds_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+Box box_round(const Points& points, double margin) {
+  const Vector3 more = Vector3::Constant(margin);
+  return {Vector3(points.rowwise().minCoeff() - more), Vector3(points.rowwise().maxCoeff() + more)};
+}
+
+}  // namespace
+
+std::string lost_text(const HandFit& fit) {
+  if (!fit.lost) {
+    return {};
+  }
+  const int points = std::accumulate(fit.points.begin(), fit.points.end(), 0);
+  if (points < kLeastFitPoints) {
+    return fmt::format("points in the search box {} ({} required)", points, kLeastFitPoints);
+  }
+  if (!fit.placed) {
+    return "nothing as large as a hand";
+  }
+  std::vector<std::string> reasons;
+  const auto require = [&](bool good, const std::string& reason) {
+    if (!good) {
+      reasons.push_back(reason);
+    }
+  };
+  require(fit.near >= kLeastFitPoints, fmt::format("points near the skin {} ({} required)", fit.near, kLeastFitPoints));
+  require(fit.share >= fit.asked.share, fmt::format("share {:.3f} ({:g} required)", fit.share, fit.asked.share));
+  require(fit.evidence >= fit.asked.evidence,
+          fmt::format("evidence {:.3f} ({:g} required)", fit.evidence, fit.asked.evidence));
+  require(fit.explained >= fit.asked.explained,
+          fmt::format("explained {:.3f} ({:g} required)", fit.explained, fit.asked.explained));
+  require(fit.residual <= fit.asked.residual,
+          fmt::format("residual {:.2f} mm ({:.2g} required)", fit.residual / kMillimetre,
+                      fit.asked.residual / kMillimetre));
+  require(fit.digits, "a fingertip is not at its fitted place");
+  return fmt::format("{}", fmt::join(reasons, "; "));
+}
+
+double HandFit::worth() const {
+  constexpr double kBelieved = 1.5;
+  return seen_area * evidence * explained * explained * (lost ? 1.0 : kBelieved);
+}
+
+PoseVector HandFit::pose() const {
+  const Eigen::AngleAxisd turn(state.place.rotation);
+  PoseVector row;
+  row << turn.angle() * turn.axis(), state.place.shift, state.joints;
+  return row;
+}
+
+HandTracker::HandTracker(const HandTemplate& hand, std::vector<DepthCamera> cameras, const Box& workspace,
+                         const FitOptions& options)
+    : hand_(std::make_shared<const HandTemplate>(hand)),
+      reader_(std::move(cameras), options.points),
+      workspace_(workspace),
+      options_(options),
+      shape_(hand_->shaped(HandProportions::Zero())),
+      fit_(*hand_) {
+  std::vector<ShapedHand> sizes;
+  for (const double ratio : kSizes) {
+    HandProportions by = HandProportions::Zero();
+    by(kLengthRatio) = std::log(ratio);
+    by(kBreadthRatio) = std::log(ratio);
+    sizes.push_back(hand_->shaped(by));
+  }
+  look_for(sizes);
+  for (Eigen::Index v = 0; v < hand_->mesh().vertex_count(); ++v) {
+    const std::size_t bone = hand_->influences(v).front().bone;
+    const bool end = bone != SkinnedHand::kPalm && bone != SkinnedHand::kSwing && (bone - 1) % 3 == 2;
+    digit_.push_back(end ? static_cast<int>((bone - 1) / 3) : -1);
+  }
+  if (options.node_spacing > 0) {
+    deformation_.emplace(DeformationGraph(hand_->mesh(), options.node_spacing));
+  }
+}
+
+void HandTracker::look_for(const std::vector<ShapedHand>& shapes) {
+  kinds_.clear();
+  std::vector<TriangleMesh> skins;
+  for (const ShapedHand& shape : shapes) {
+    for (const JointAngles& joints : postures(*hand_)) {
+      kinds_.push_back({shape, joints});
+      Points vertices;
+      hand_->carry(shape, hand_->skeleton_at(shape.proportions, joints), vertices);
+      skins.emplace_back(vertices, hand_->mesh().triangles());
+    }
+  }
+  search_.emplace(skins);
+}
+
+void HandTracker::forget() {
+  past_.clear();
+  starts_.clear();
+  shifts_.resize(3, 0);
+  last_ = -std::numeric_limits<double>::infinity();
+}
+
+HandState HandTracker::predicted(double seconds) const {
+  const Past& last = past_.back();
+  if (past_.size() < 2) {
+    return last.state;
+  }
+  const Past& before = past_.front();
+  constexpr double kPlaceKept = 0.8;
+  constexpr double kJointsKept = 0.5;
+  const double between = last.seconds - before.seconds;
+  const double ahead = between > 0 ? std::clamp((seconds - last.seconds) / between, 0.0, 2.0) : 0.0;
+  const Eigen::AngleAxisd turn(last.state.place.rotation * before.state.place.rotation.transpose());
+  HandState state = last.state;
+  state.place.rotation =
+      Eigen::AngleAxisd(kPlaceKept * ahead * turn.angle(), turn.axis()).toRotationMatrix() * last.state.place.rotation;
+  // The middle of the palm moves on, not the wrist that the place is about.
+  const Vector3 middle(0, 0.2 * hand_->hand().length, 0);
+  const Vector3 now = last.state.place(middle);
+  state.place.shift = now + kPlaceKept * ahead * (now - before.state.place(middle)) - state.place.rotation * middle;
+  state.joints += kJointsKept * ahead * (last.state.joints - before.state.joints);
+  return state;
+}
+
+HandPoints HandTracker::read(const DepthFrame& frame, const Box& within) {
+  const Stopwatch watch(times_.points);
+  return reader_.read(frame, within);
+}
+
+Box HandTracker::region(const HandState& state) const {
+  Points vertices;
+  hand_->carry(shape_, hand_->skeleton_at(shape_.proportions, state.joints), vertices);
+  return box_round(state.place(vertices), kRegionMargin).intersection(workspace_);
+}
+
+/// Digits whose last bones the images do not show where they are fitted.
+std::vector<std::size_t> HandTracker::digits_missing() const {
+  constexpr double kLeastSaid = 6;
+  constexpr double kLeast = 0.45;  // 15 mm of air leave a third of a last bone
+  std::array<double, HandSkeleton::kDigits> confirmed{};
+  std::array<double, HandSkeleton::kDigits> said{};
+  for (std::size_t v = 0; v < digit_.size(); ++v) {
+    if (digit_[v] >= 0) {
+      const auto d = static_cast<std::size_t>(digit_[v]);
+      const auto vertex = static_cast<Eigen::Index>(v);
+      confirmed[d] += check_.seen(vertex) ? 1 : 0;
+      said[d] += check_.said(vertex) ? 1 : 0;
+    }
+  }
+  std::vector<std::size_t> missing;
+  for (std::size_t d = 0; d < said.size(); ++d) {
+    if (said[d] >= kLeastSaid && confirmed[d] < kLeast * said[d]) {
+      missing.push_back(d);
+    }
+  }
+  return missing;
+}
+
+/// Whether a fit is to be believed, by what is asked of a shape that is learnt, else by less. Leaves the skin's matches
+/// in fit_ and what the images say of it in check_.
+void HandTracker::judge(const DepthFrame& frame, const HandPoints& points, const FitBelief& of_learnt, HandFit& fit) {
+  const FitBelief& belief = learnt_ ? of_learnt : options_.unlearnt;
+  const Stopwatch watch(times_.check);
+  fit_.match(shape_, points, fit.state, kNear, kFollowScale);
+  // A wall that the workspace cuts may look like a hand: what goes on beyond it tells.
+  const Box round = box_round(fit_.vertices(), kBeside);
+  const bool cut = !(workspace_.contains(round));
+  const HandPoints beyond = cut ? reader_.read(frame, round) : HandPoints();
+  const HandPoints& judged = cut ? beyond : points;
+  if (cut) {
+    fit_.match(shape_, judged, fit.state, kNear, kFollowScale);
+  }
+  const Eigen::Matrix3d back = fit.state.place.rotation.transpose();
+  const auto counts = [&](int point) {
+    return (back * (judged.at.col(point) - fit.state.place.shift)).y() > kBehindWrist;
+  };
+  std::vector<bool> matched(static_cast<std::size_t>(judged.size()));
+  Eigen::VectorXd near = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(cameras().size()));  // of each camera's points
+  Eigen::VectorXd explained = near;
+  double squares = 0;
+  double noise = 0;
+  double weights = 0;
+  for (const SkinMatch& match : fit_.matches()) {
+    matched[static_cast<std::size_t>(match.point)] = true;
+    const double sigma = judged.sigma(match.point);
+    if (counts(match.point)) {
+      const int camera = judged.camera[static_cast<std::size_t>(match.point)];
+      near(camera) += 1;
+      explained(camera) += std::abs(match.residual) < belief.within + 2 * sigma ? 1 : 0;
+    }
+    squares += match.weight * match.residual * match.residual;
+    noise += match.weight * sigma * sigma;
+    weights += match.weight;
+  }
+  // What goes on beside the hand is no hand, or another one.
+  for (int point = 0; point < judged.size(); ++point) {
+    if (!matched[static_cast<std::size_t>(point)] && counts(point)) {
+      const double squared = (fit_.vertices().colwise() - judged.at.col(point)).colwise().squaredNorm().minCoeff();
+      const double beside = workspace_.contains(Vector3(judged.at.col(point))) ? kBeside : kBesideBeyond;
+      near(judged.camera[static_cast<std::size_t>(point)]) += squared < beside * beside ? 1 : 0;
+    }
+  }
+  if (cut) {
+    fit_.match(shape_, points, fit.state, kNear, kFollowScale);
+  }
+  check_sight(cameras(), frame, fit_.vertices(), fit_.normals(), kSightTolerance, options_.points.baseline, check_);
+  fit.placed = true;
+  fit.asked = belief;
+  fit.noise = weights > 0 ? std::sqrt(noise / weights) : 0;
+  fit.asked.residual = std::hypot(belief.residual, fit.noise);
+  fit.near = static_cast<Eigen::Index>(near.sum());
+  fit.confirmed = check_.confirmed_by;
+  fit.digits = digits_missing().empty();
+  const TriangleMesh& mesh = hand_->mesh();
+  fit.seen_vertex = check_.confirmed.cwiseMin(1.0);
+  fit.seen = confidence(fit).dot(mesh.areas()) / mesh.total_area();
+  fit.explained = explained.sum() / std::max(near.sum(), 1.0);
+  const Eigen::VectorXd shares = explained.cwiseQuotient(near);  // 0 / 0 is NaN
+  fit.explained_by.assign(shares.begin(), shares.end());
+  fit.seen_area = fit.seen * mesh.total_area() * std::exp(shape_.proportions.head<2>().sum());
+  fit.share = check_.share();
+  fit.evidence = check_.evidence();
+  fit.residual = weights > 0 ? std::sqrt(squares / weights) : 0;
+  fit.lost = !(fit.near >= kLeastFitPoints && fit.explained >= belief.explained && fit.share >= belief.share &&
+               fit.evidence >= belief.evidence && fit.residual <= fit.asked.residual && fit.digits);
+}
+
+/// freedom   deviation of the joints from where they start [rad]
+HandFit HandTracker::fitted(const DepthFrame& frame, const HandPoints& points, const HandState& start, double freedom,
+                            const FitBelief& belief) {
+  HandFit fit;
+  fit.seconds = frame.seconds;
+  fit.state = start;
+  if (points.size() < kLeastFitPoints) {
+    return fit;
+  }
+  {
+    const Stopwatch watch(times_.pose);
+    const PosePrior prior{start.joints, JointAngles::Constant(freedom)};
+    const double reach = learning_ ? 2 * kFollowReach : kFollowReach;
+    fit.state =
+        fit_.fit(shape_, points, start, prior, {options_.rounds, reach, kFollowReach, kFollowScale, 1, false}).state;
+  }
+  judge(frame, points, belief, fit);
+  return fit;
+}
+
+/// Brings a hand that is some centimetres and tens of degrees off to where fitted() can take it up.
+HandState HandTracker::brought_closer(const HandPoints& points, const HandState& start) {
+  const Stopwatch watch(times_.pose);
+  const int stride = std::max(1, static_cast<int>(points.size() / kPointsOfStart));
+  const PosePrior stiff{start.joints, JointAngles::Constant(kFollowTurn)};
+  const HandState placed = fit_.fit(shape_, points, start, stiff, {6, 24e-3, 12e-3, 4e-3, stride, true}).state;
+  const PosePrior loose{start.joints, JointAngles::Constant(kStartTurn)};
+  return fit_.fit(shape_, points, placed, loose, {8, 20e-3, 8e-3, 3e-3, stride, false}).state;
+}
+
+/// The fit or, where digits are not seen where it has them, one with these bent, half bent, to a side, or shorter, if
+/// that is seen. Sets shape_.
+HandFit HandTracker::with_digits_moved(const DepthFrame& frame, const HandPoints& points, HandFit fit) {
+  constexpr double kAside = 14;
+  constexpr double kShorter = 0.08;  // of the ratio's logarithm
+  constexpr double kShortest = -0.25;
+  const std::array<Eigen::Vector4d, 4> moves = {Eigen::Vector4d(0, 80, 95, 50), Eigen::Vector4d(0, 40, 50, 30),
+                                                Eigen::Vector4d(kAside, 0, 0, 0), Eigen::Vector4d(-kAside, 0, 0, 0)};
+  for (std::size_t tries = 0; fit.lost && tries < 2 * HandSkeleton::kDigits; ++tries) {
+    judge(frame, points, options_.found, fit);  // for digits_missing()
+    const ShapedHand before = shape_;
+    ShapedHand shape = before;
+    HandFit best = fit;
+    const auto attempt = [&](const HandState& start) {
+      HandFit other = fitted(frame, points, start, kStartTurn, options_.found);
+      if (other.worth() > best.worth()) {
+        best = std::move(other);
+        shape = shape_;
+      }
+    };
+    for (const std::size_t digit : digits_missing()) {
+      const Eigen::Index first = first_joint(digit);
+      HandProportions by = before.proportions;
+      double& length = by(kDigitRatios + static_cast<Eigen::Index>(digit));
+      length -= kShorter;
+      if (!learnt_ && length >= kShortest) {
+        shape_ = hand_->shaped(by);
+        attempt(fit.state);
+        shape_ = before;
+      }
+      HandState start = fit.state;
+      if (digit == 0) {
+        start.joints.head<5>() = joint_angles(hand_pose("index_up")).head<5>();
+        attempt(start);
+        continue;
+      }
+      for (const Eigen::Vector4d& move : moves) {
+        start.joints = fit.state.joints;
+        if (move(0) != 0) {
+          start.joints(first) += move(0) * kDegree;
+        } else {
+          start.joints.segment<3>(first + 1) = move.tail<3>() * kDegree;
+        }
+        attempt(start);
+      }
+    }
+    if (!(best.worth() > fit.worth())) {
+      break;
+    }
+    shape_ = std::move(shape);
+    fit = std::move(best);
+  }
+  return fit;
+}
+
+/// The fit or that of a hand a little longer, shorter, broader or narrower, as long as it explains more. Sets shape_.
+HandFit HandTracker::with_size_changed(const DepthFrame& frame, const HandPoints& points, HandFit fit) {
+  constexpr double kStep = 0.04;  // of the ratio's logarithm
+  constexpr double kMost = 0.22;
+  constexpr int kSteps = 8;
+  constexpr double kGain = 1.002;
+  const std::array<Eigen::Vector2d, 6> changes = {Eigen::Vector2d(1, 1), Eigen::Vector2d(-1, -1),
+                                                  Eigen::Vector2d(1, 0), Eigen::Vector2d(-1, 0),
+                                                  Eigen::Vector2d(0, 1), Eigen::Vector2d(0, -1)};
+  for (int step = 0; step < kSteps; ++step) {
+    const ShapedHand before = shape_;
+    ShapedHand shape = before;
+    HandFit best = fit;
+    for (const Eigen::Vector2d& change : changes) {
+      HandProportions by = before.proportions;
+      by.head<2>() += kStep * change;
+      if (by.head<2>().cwiseAbs().maxCoeff() > kMost) {
+        continue;
+      }
+      shape_ = hand_->shaped(by);
+      HandFit other = fitted(frame, points, fit.state, kStartTurn, options_.found);
+      if (other.worth() > best.worth() && other.worth() > kGain * fit.worth()) {
+        best = std::move(other);
+        shape = shape_;
+      }
+    }
+    const bool better = best.worth() > fit.worth();
+    shape_ = std::move(shape);
+    fit = std::move(best);
+    if (!better) {
+      break;
+    }
+  }
+  return fit;
+}
+
+HandFit HandTracker::found(const DepthFrame& frame, HandPoints& points) {
+  HandFit none;
+  none.seconds = frame.seconds;
+  if (points.size() < kLeastFitPoints) {
+    starts_.clear();
+    return none;
+  }
+  std::size_t most = kStartsPerFrame;
+  if (starts_.empty() || apart_) {
+    const Stopwatch watch(times_.search);
+    starts_ = search_->starts(points, cameras(), frame, apart_ ? kStartsOfAnImage : kinds_.size() + 5);
+    std::ranges::reverse(starts_);
+    most = 1;
+  }
+  most = learning_ || apart_ ? starts_.size() : std::min(most, starts_.size());
+  struct Found {
+    HandFit fit;
+    HandPoints points;
+    ShapedHand shape;
+  };
+  std::vector<Found> all;
+  for (std::size_t k = 0; k < most && (all.empty() || all.front().fit.lost || apart_); ++k) {
+    const std::size_t kind = starts_.back().skin;
+    shape_ = kinds_[kind].shape;
+    const HandState near = brought_closer(points, {starts_.back().place, kinds_[kind].joints});
+    starts_.pop_back();
+    HandPoints own = read(frame, region(near));
+    HandFit fit = fitted(frame, own, apart_ ? brought_closer(own, near) : near, kStartTurn, options_.found);
+    all.push_back({std::move(fit), std::move(own), shape_});
+    std::ranges::stable_sort(all, std::greater{}, [](const Found& one) { return one.fit.worth(); });
+    all.resize(std::min(all.size(), kBestFits));
+  }
+  if (all.empty()) {
+    return none;
+  }
+  if (apart_) {
+    for (Found& one : all) {
+      if (one.fit.placed) {
+        shape_ = one.shape;
+        const auto sized = [&] {
+          if (!learnt_) {
+            one.fit = with_size_changed(frame, one.points, std::move(one.fit));
+          }
+        };
+        sized();
+        if (!one.fit.digits) {
+          one.fit = with_digits_moved(frame, one.points, std::move(one.fit));
+          sized();
+        }
+        one.shape = shape_;
+      }
+    }
+    std::ranges::stable_sort(all, std::greater{}, [](const Found& one) { return one.fit.worth(); });
+  }
+  Found& best = all.front();
+  shape_ = best.shape;
+  if (learning_ && !apart_ && !best.fit.digits && best.fit.explained > kNearlyExplained) {
+    best.fit = with_digits_moved(frame, best.points, std::move(best.fit));
+  }
+  points = std::move(best.points);
+  if (best.fit.placed) {  // deformation goes on from its matches
+    judge(frame, points, options_.found, best.fit);
+  }
+  return std::move(best.fit);
+}
+
+void HandTracker::deform(const HandPoints& points, HandFit& fit) {
+  const Stopwatch watch(times_.deformation);
+  const auto& matches = fit_.matches();
+  const auto count = static_cast<Eigen::Index>(matches.size());
+  targets_.skin.face.resize(matches.size());
+  targets_.skin.weights.resize(3, count);
+  targets_.at.resize(3, count);
+  targets_.target.resize(3, count);
+  targets_.normal.resize(3, count);
+  targets_.weight.resize(count);
+  for (Eigen::Index m = 0; m < count; ++m) {
+    const SkinMatch& match = matches[static_cast<std::size_t>(m)];
+    targets_.skin.face[static_cast<std::size_t>(m)] = match.face;
+    targets_.skin.weights.col(m) = match.weights;
+    targets_.target.col(m) = points.at.col(match.point);
+    targets_.at.col(m) = points.at.col(match.point) - match.residual * match.normal;
+    targets_.normal.col(m) = match.normal;
+    const double damping = 1 / (1 + match.residual * match.residual / (kFollowScale * kFollowScale));
+    targets_.weight(m) = damping * damping;
+  }
+  NodeMotions motions = deformation_->graph().motions(fit_.vertices(), shifts_);
+  deformation_->fit(targets_, options_.deformation, shifts_, 1, motions);
+  fit.deformation = DeformationGraph::shifts(motions);
+  shifts_ = fit.deformation;
+}
+
+HandFit HandTracker::track_points(const DepthFrame& frame, HandPoints& points) {
+  times_ = {};
+  apart_ = frame.seconds > last_ + kSeldom;
+  last_ = frame.seconds;
+  HandFit fit;
+  if (!past_.empty()) {
+    const HandState from = predicted(frame.seconds);
+    points = read(frame, region(from));
+    fit = fitted(frame, points, from, kFollowTurn, options_.followed);
+  }
+  if (past_.empty() || (fit.lost && apart_)) {
+    past_.clear();
+    points = read(frame, workspace_);
+    fit = found(frame, points);
+  }
+  fit.points.assign(cameras().size(), 0);
+  for (const int camera : points.camera) {
+    ++fit.points[static_cast<std::size_t>(camera)];
+  }
+  if (fit.lost) {
+    past_.clear();
+    shifts_.resize(3, 0);
+    return fit;
+  }
+  starts_.clear();
+  if (past_.size() == 2) {
+    past_.erase(past_.begin());
+  }
+  past_.push_back({frame.seconds, fit.state});
+  return fit;
+}
+
+HandFit HandTracker::track(const DepthFrame& frame) {
+  HandPoints points;
+  HandFit fit = track_points(frame, points);
+  if (!fit.lost && deformation_) {
+    deform(points, fit);
+  }
+  return fit;
+}
+
+/// Digits longer or shorter, where that explains more of the frames: what a camera looks past speaks against skin that
+/// is not there, and distances of points say nothing of it. Sets shape_.
+void HandTracker::learn_digits(std::vector<LearningView>& views) {
+  constexpr double kStep = 0.06;  // of the ratio's logarithm
+  constexpr double kMost = 0.35;
+  constexpr double kGain = 1.002;
+  const auto worth = [&] {
+    double sum = 0;
+    for (LearningView& view : views) {
+      view.fit = fitted(view.frame, view.points, view.fit.state, kStartTurn, options_.found);
+      sum += view.fit.worth();
+    }
+    return sum;
+  };
+  double best = worth();
+  for (Eigen::Index digit = 0; digit < static_cast<Eigen::Index>(HandSkeleton::kDigits); ++digit) {
+    for (const double step : {-kStep, kStep}) {
+      bool better = true;
+      while (better && std::abs(shape_.proportions(kDigitRatios + digit) + step) <= kMost) {
+        const ShapedHand shape = shape_;
+        std::vector<HandFit> before;
+        std::ranges::transform(views, std::back_inserter(before), &LearningView::fit);
+        HandProportions by = shape_.proportions;
+        by(kDigitRatios + digit) += step;
+        shape_ = hand_->shaped(by, shape.offset);
+        const double other = worth();
+        better = other > kGain * best;
+        if (better) {
+          best = other;
+        } else {
+          shape_ = shape;
+          for (std::size_t i = 0; i < views.size(); ++i) {
+            views[i].fit = before[i];
+          }
+        }
+      }
+    }
+  }
+}
+
+bool HandTracker::learn(std::size_t count, const std::function<DepthFrame(std::size_t)>& frame) {
+  learning_ = true;
+  std::vector<HandPoints> points;
+  std::vector<HandState> states;
+  std::vector<std::size_t> numbers;  // of their frames
+  for (std::size_t k = 0; k < count; ++k) {
+    HandPoints of_frame;
+    const HandFit fit = track_points(frame(k), of_frame);
+    if (!fit.lost) {
+      points.push_back(std::move(of_frame));
+      states.push_back(fit.state);
+      numbers.push_back(k);
+    }
+  }
+  learning_ = false;
+  if (states.size() < kLeastLearningFrames) {
+    return false;
+  }
+  const std::size_t taken = std::min(states.size(), kLearningFrames);
+  std::vector<HandPoints> chosen_points;
+  std::vector<HandState> chosen_states;
+  for (std::size_t i = 0; i < taken; ++i) {
+    const std::size_t from = (i * (states.size() - 1)) / std::max<std::size_t>(taken - 1, 1);
+    chosen_points.push_back(std::move(points[from]));
+    chosen_states.push_back(states[from]);
+  }
+  const std::size_t step = (taken + kLearningViews - 1) / kLearningViews;
+  std::vector<LearningView> views;
+  for (std::size_t i = 0; i < taken; i += step) {
+    LearningView& view = views.emplace_back();
+    view.frame = frame(numbers[(i * (states.size() - 1)) / std::max<std::size_t>(taken - 1, 1)]);
+    view.points = chosen_points[i];
+    view.fit.state = chosen_states[i];
+  }
+  learnt_ = true;
+  learn_digits(views);
+  shape_ = learnt_shape(*hand_, shape_, chosen_points, chosen_states, options_.learning);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    views[i].fit.state = chosen_states[i * step];
+  }
+  learn_digits(views);
+  look_for({shape_});
+  shifts_.resize(3, 0);
+  if (!past_.empty()) {
+    past_ = {{past_.back().seconds, chosen_states.back()}};
+  }
+  return true;
+}
+
+NodeMotions HandTracker::motions(const HandFit& fit) const {
+  Points vertices;
+  hand_->carry(shape_, hand_->skeleton_at(shape_.proportions, fit.state.joints), vertices);
+  return deformation_->graph().motions(fit.state.place(vertices), fit.deformation);
+}
+
+void HandTracker::skin(const HandFit& fit, const HandTemplate::Carrier& carrier, Points& world) const {
+  hand_->carry(shape_, hand_->skeleton_at(shape_.proportions, fit.state.joints), carrier, world);
+  world = fit.state.place(world);
+  if (deformation_ && fit.deformation.cols() > 0) {
+    deformation_->graph().apply(motions(fit), carrier.binding, world);
+  }
+}
+
+void HandTracker::skin(const HandFit& fit, Points& world) const {
+  hand_->carry(shape_, hand_->skeleton_at(shape_.proportions, fit.state.joints), world);
+  world = fit.state.place(world);
+  if (deformation_ && fit.deformation.cols() > 0) {
+    deformation_->graph().apply(motions(fit), world);
+  }
+}
+
+Eigen::VectorXd HandTracker::confidence(const HandFit& fit) const {
+  const Triangles& triangles = hand_->mesh().triangles();
+  Eigen::VectorXd result = Eigen::VectorXd::Zero(triangles.cols());
+  if (fit.seen_vertex.size() == 0) {
+    return result;
+  }
+  for (Eigen::Index f = 0; f < triangles.cols(); ++f) {
+    result(f) = fit.seen_vertex(triangles.col(f)).mean();
+  }
+  return result;
+}
+
+}  // namespace touchfield

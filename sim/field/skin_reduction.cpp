@@ -1,0 +1,119 @@
+#include "sim/field/skin_reduction.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "solvers/linear/blas_product.h"
+#include "solvers/linear/hermitian_eigen.h"
+
+namespace touchfield {
+
+namespace {
+
+/// Eigenvalues of a Gram matrix that count, their number, and what the others were.
+struct Spectrum {
+  Eigen::VectorXd values;  // ascending, >= 0
+  Eigen::Index rank;
+  double dropped;  // sum
+};
+
+Spectrum spectrum_of(const HermitianEigen& eigen, double tolerance) {
+  Spectrum spectrum{eigen.values.cwiseMax(0.0), 0, 0.0};
+  if (spectrum.values.size() == 0) {
+    return spectrum;  // of an array that is all dead
+  }
+  const double least = tolerance * tolerance * spectrum.values.tail(1).sum();
+  const auto dropped = static_cast<Eigen::Index>(
+      std::count_if(spectrum.values.begin(), spectrum.values.end(), [&](double value) { return value <= least; }));
+  spectrum.rank = spectrum.values.size() - dropped;
+  spectrum.dropped = spectrum.values.head(dropped).sum();
+  return spectrum;
+}
+
+}  // namespace
+
+SkinReduction reduced_skin_problem(const Eigen::MatrixXcd& pressures, const Eigen::MatrixXcd& drives,
+                                   const Eigen::VectorXd& areas, const Target& target, const Eigen::VectorXd& quiet,
+                                   double tolerance) {
+  if (pressures.cols() != drives.cols() || pressures.rows() != areas.size() ||
+      target.amplitudes.size() != target.size() || (quiet.size() > 0 && quiet.size() != areas.size())) {
+    throw std::invalid_argument("reduced_skin_problem: the sizes do not fit");
+  }
+  const Eigen::MatrixXcd rows = pressures(target.faces, Eigen::all);
+  SkinReduction reduction;
+  SkinProblem& problem = reduction.problem;
+  problem.target = adjoint_product(rows.adjoint(), drives.adjoint());
+  problem.amplitudes = target.amplitudes;
+  problem.weights = areas(target.faces);
+  problem.quiet.resize(0, drives.rows());
+  if (quiet.size() == 0) {
+    return reduction;
+  }
+  const Eigen::MatrixXcd weighted = quiet.cwiseSqrt().asDiagonal() * pressures;
+  const HermitianEigen eigen = hermitian_eigen(hermitian_product(weighted));
+  const Spectrum spectrum = spectrum_of(eigen, tolerance);
+  const Eigen::MatrixXcd scaled =
+      (eigen.vectors.rightCols(spectrum.rank) * spectrum.values.tail(spectrum.rank).cwiseSqrt().asDiagonal())
+          .rowwise()
+          .reverse();  // strongest first
+  problem.quiet = adjoint_product(scaled, drives.adjoint());
+  const double total = spectrum.values.sum();
+  reduction.left_out = total > 0 ? std::sqrt(spectrum.dropped / total) : 0.0;
+  return reduction;
+}
+
+void add_quiet_rows(const Eigen::MatrixXcd& rows, double tolerance, SkinReduction& reduction) {
+  Eigen::MatrixXcd& quiet = reduction.problem.quiet;
+  const double before = quiet.squaredNorm();
+  // Of the rows before, before = (1 - left_out^2) of all.
+  const double left = before * std::pow(reduction.left_out, 2) / (1.0 - std::pow(reduction.left_out, 2));
+  Eigen::MatrixXcd all(quiet.rows() + rows.rows(), rows.cols());
+  all << quiet, rows;
+  const bool tall = all.rows() > all.cols();
+  const HermitianEigen eigen = hermitian_eigen(hermitian_product(tall ? all : Eigen::MatrixXcd(all.adjoint())));
+  const Spectrum spectrum = spectrum_of(eigen, tolerance);
+  const Eigen::MatrixXcd strongest = eigen.vectors.rightCols(spectrum.rank).rowwise().reverse();
+  quiet = tall ? Eigen::MatrixXcd(spectrum.values.tail(spectrum.rank).reverse().cwiseSqrt().asDiagonal() *
+                                  strongest.adjoint())
+               : adjoint_product(strongest, all);
+  const double total = spectrum.values.sum() + left;
+  reduction.left_out = total > 0 ? std::sqrt((spectrum.dropped + left) / total) : 0.0;
+}
+
+double expected_drives(const Points& centroids, const Points& normals, const Eigen::VectorXd& areas,
+                       const TransducerArray& array, double wavelength) {
+  if (array.kind != TransducerArray::Kind::kTransducers) {
+    return 1.0;
+  }
+  constexpr Eigen::Index kStride = 7;  // some hundred channels tell as much as all
+  double pitches = 0.0;
+  double etendue = 0.0;
+  Eigen::Index sampled = 0;
+  for (Eigen::Index n = 0; n < array.size(); n += kStride) {
+    const Vector3 x = array.positions.col(n);
+    const Vector3 axis = array.axes.col(n);
+    double nearest = std::numeric_limits<double>::infinity();
+    for (Eigen::Index m = 0; m < array.size(); ++m) {
+      const double distance = (array.positions.col(m) - x).squaredNorm();
+      nearest = distance > 0 ? std::min(nearest, distance) : nearest;
+    }
+    double sum = 0.0;
+    for (Eigen::Index j = 0; j < areas.size(); ++j) {
+      const Vector3 way = centroids.col(j) - x;
+      const double seen = axis.dot(way) * -way.dot(normals.col(j));
+      const double square = way.squaredNorm();
+      sum += seen > 0 && axis.dot(way) > 0 ? areas(j) * seen / (square * square) : 0.0;
+    }
+    pitches += std::isfinite(nearest) ? nearest : 0.0;
+    etendue += sum;
+    ++sampled;
+  }
+  const auto channels = static_cast<double>(array.size());
+  const double modes = pitches / static_cast<double>(sampled) * etendue / static_cast<double>(sampled) * channels /
+                       std::pow(wavelength, 2);
+  return std::clamp(25.0 * std::sqrt(modes) + 0.65 * modes, 1.0, channels);
+}
+
+}  // namespace touchfield

@@ -1,0 +1,132 @@
+#pragma once
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "sim/hand/finished_skin.h"
+#include "sim/mesh/triangle_mesh.h"
+
+namespace touchfield {
+
+/// A ball that glides along a segment, from radius to radius: a tapered capsule. Its distance function is exact.
+struct Cone {
+  Vector3 a;
+  Vector3 b;
+  double radius_a;  // [m]
+  double radius_b;
+};
+
+/// A ball that glides over a triangle, its radius linear between the corners: a thick plate with round rims.
+struct Plate {
+  Eigen::Matrix3d corners;  // as columns [m]
+  Vector3 radii;            // [m]
+};
+
+/// Cones and plates that blend into each other.
+struct SoftPart {
+  std::vector<Cone> cones;
+  std::vector<Plate> plates;
+  double blend = 0;          // [m], among themselves: fillets of about this size
+  double outward_blend = 0;  // [m], with the parts before this one
+};
+
+/// Flat end of a body: cuts off what lies beyond the point along the normal, with a rim rounded over `blend` [m].
+struct SoftCut {
+  Vector3 point;
+  Vector3 normal;
+  double blend;
+};
+
+/// What is done to the union of the parts; see FinishedSkin.
+struct SoftFinish {
+  double least_gap;  // narrower gaps are filled [m]
+  double grid;       // the skin is smoothed at about this length [m]
+};
+
+/// A body bounded by a smooth surface: the smooth union of soft parts.
+///
+/// Its function is negative inside, about the signed distance [m] near the surface, and has gradients of length at most
+/// about 1. The union of d1 and d2 with blend k is min(d1, d2) - k/6 max(1 - |d1 - d2|/k, 0)^3, which is twice
+/// continuously differentiable; surfaces nearer than k/3 to each other merge.
+class SoftBody {
+ public:
+  using Value = ImplicitValue;
+
+  /// finish   without one, the union is taken as it is
+  /// throws   InputError if there is no cone and no plate
+  explicit SoftBody(std::vector<SoftPart> parts, std::optional<SoftCut> cut = std::nullopt,
+                    std::optional<SoftFinish> finish = std::nullopt);
+
+  Value at(const Vector3& x) const;
+  double distance(const Vector3& x) const { return at(x).distance; }
+
+  /// The unfinished body of the shapes that decide its function within a ball: there its values are the very same.
+  SoftBody within(const Vector3& centre, double radius) const;
+
+  /// Moves points within `reach` [m] of the surface onto it along the gradient, to 1e-9 m where the surface is smooth.
+  void project(Points& points, double reach) const;
+
+  /// A box around the body.
+  Vector3 lower() const { return lower_; }
+  Vector3 upper() const { return upper_; }
+
+ private:
+  /// What bounds a value.
+  struct Extremes {
+    double least;
+    double most;
+  };
+  /// A ball that no point of a shape is outside of: saves evaluating what is far away.
+  struct Bound {
+    Vector3 centre;
+    double radius;
+    double least(const Vector3& x) const { return (x - centre).norm() - radius; }
+  };
+  /// A cone or a plate with what its value at any point takes.
+  struct ConeShape {
+    explicit ConeShape(const Cone& cone);
+    Value at(const Vector3& x) const;
+    Extremes within(const Vector3& centre, double radius) const;
+
+    Cone cone;
+    Vector3 axis;
+    double length;
+    double slope;  // of the side; of no use where one ball lies within the other
+    Bound bound;
+  };
+  struct PlateShape {
+    explicit PlateShape(const Plate& plate);
+    Value at(const Vector3& x) const;
+    Extremes within(const Vector3& centre, double radius) const;
+
+    Plate plate;
+    Vector3 ab;
+    Vector3 ac;
+    Vector3 normal;
+    double size;
+    Bound bound;
+  };
+  struct Part {
+    explicit Part(const SoftPart& part);
+    Value at(const Vector3& x) const;
+
+    std::vector<ConeShape> cones;
+    std::vector<PlateShape> plates;
+    double blend;
+    double outward_blend;
+    Bound whole;
+  };
+
+  SoftBody(std::optional<SoftCut> cut, Vector3 lower, Vector3 upper)
+      : cut_(std::move(cut)), lower_(std::move(lower)), upper_(std::move(upper)) {}
+  Value raw_at(const Vector3& x) const;
+
+  std::vector<Part> parts_;
+  std::optional<SoftCut> cut_;
+  Vector3 lower_;
+  Vector3 upper_;
+  std::optional<FinishedSkin> finished_;
+};
+
+}  // namespace touchfield

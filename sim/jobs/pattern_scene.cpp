@@ -1,0 +1,157 @@
+#include "sim/jobs/pattern_scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "sim/core/units.h"
+#include "sim/jobs/run_model.h"
+#include "sim/model/stages.h"
+#include "sim/pictures/motion_picture.h"
+#include "sim/run/motion_file.h"
+#include "sim/run/motion_summary.h"
+#include "sim/run/result_text.h"
+#include "sim/run/run_file.h"
+#include "sim/run/text_table.h"
+
+namespace touchfield {
+
+namespace {
+
+Json frame_row(const Pattern& pattern, std::size_t k) {
+  const MotionScore& score = pattern.motion.methods.front().scores[k];
+  const PatternFrame& frame = pattern.frames[k];
+  Json row = {{"frame", k},
+              {"time_s", score.time},
+              {"relative_error", score.metrics.relative_error},
+              {"relative_error_ring_up", frame.ring_error},
+              {"relative_error_alone", frame.alone_error},
+              {"mean_inside_pa", score.metrics.mean_inside_pa},
+              {"peak_pa", score.metrics.peak_pa},
+              {"leakage", score.metrics.leakage},
+              {"level", frame.level},
+              {"turn_deg", frame.turn / kDegree},
+              {"alone_s", frame.alone_seconds}};
+  for (const PatternSound& sound : pattern.sounds) {
+    const auto at = static_cast<Eigen::Index>(k);
+    row["pressure_pa_" + sound.point.name] = sound.pressure(at);
+    row["radiation_pa_" + sound.point.name] = sound.radiation(at);
+  }
+  return row;
+}
+
+void write_pattern_tables(const Pattern& pattern, const RunDirectory& directory) {
+  Json frames = Json::array();
+  for (std::size_t k = 0; k < pattern.frames.size(); ++k) {
+    frames.push_back(frame_row(pattern, k));
+  }
+  write_text_file(directory.file("pattern.csv"), csv_text(frames.front(), frames));
+  Json lines = Json::array();
+  for (const PatternSound& sound : pattern.sounds) {
+    for (const SpectralLine& line : sound.lines) {
+      lines.push_back(Json{{"point", sound.point.name},
+                           {"hz", line.hz},
+                           {"mean_square_pa2", line.mean_square},
+                           {"rms_pa", std::sqrt(line.mean_square)}});
+    }
+  }
+  const Json columns = {{"point", ""}, {"hz", 0.0}, {"mean_square_pa2", 0.0}, {"rms_pa", 0.0}};
+  write_text_file(directory.file("spectrum.csv"), csv_text(columns, lines));
+}
+
+/// Mean and worst, as shares.
+Json mean_and_worst(const std::vector<double>& values) {
+  const Statistics all = statistics(values);
+  return {{"mean", all.mean}, {"worst", all.worst}};
+}
+
+template <class Of>
+std::vector<double> over_frames(const Pattern& pattern, const Of& of) {
+  std::vector<double> values;
+  for (std::size_t k = 0; k < pattern.frames.size(); ++k) {
+    values.push_back(of(pattern.motion.methods.front().scores[k].metrics, pattern.frames[k]));
+  }
+  return values;
+}
+
+/// Rms of |p|, mean of the radiation pressure, and its rms in each band.
+Json sound_value(const PatternSound& sound) {
+  Json value = {{"point", sound.point.name},
+                {"rms_pa", std::sqrt(sound.mean_square())},
+                {"radiation_pa", sound.radiation.mean()}};
+  for (const FrequencyBand& band : kTouchBands) {
+    value[fmt::format("{:.0f}-{:.0f}hz_pa", band.low, band.high)] = std::sqrt(mean_square_in(sound.lines, band));
+  }
+  return value;
+}
+
+}  // namespace
+
+std::vector<std::string> pattern_files(const Scene& scene, std::optional<PictureFormat> asked) {
+  std::vector<std::string> files = {"pattern.log", "failed.json", "pattern.csv", "spectrum.csv"};
+  if (scene.write.h5) {
+    files.emplace_back("pattern.h5");
+  }
+  if (const auto format = picture_format(scene, asked)) {
+    files.push_back("strip." + to_string(*format));
+  }
+  return files;
+}
+
+Pattern run_pattern(const Model& model, const PatternOptions& options, RunDirectory& directory, Progress& progress,
+                    std::optional<PictureFormat> pictures) {
+  const Scene& scene = model.fixed->scene;
+  directory.plan({"surface"});
+  Pattern pattern = solve_pattern(model, options, progress);
+  write_pattern_tables(pattern, directory);
+  if (scene.write.h5) {
+    timed(progress, pattern.motion.timings, "write", "write pattern.h5",
+          [&] { write_motion_file(directory.file("pattern.h5"), pattern.motion); });
+  }
+  if (const auto format = picture_format(scene, pictures)) {
+    timed(progress, pattern.motion.timings, "pictures", "draw pictures", [&] {
+      draw_motion_strip(directory.file("strip." + to_string(*format)), pattern.motion, pattern.instants, *format);
+    });
+  }
+  directory.finished("surface");
+  return pattern;
+}
+
+Json pattern_value(const Pattern& pattern) {
+  const auto error = [](const Metrics& metrics, const PatternFrame&) { return metrics.relative_error; };
+  const auto turn = [](const Metrics&, const PatternFrame& frame) { return frame.turn; };
+  const auto mean = [](const Metrics& metrics, const PatternFrame&) { return metrics.mean_inside_pa; };
+  const auto ring = [](const Metrics&, const PatternFrame& frame) { return frame.ring_error; };
+  const auto above = [](const Metrics& metrics, const PatternFrame& frame) {
+    return metrics.relative_error - frame.alone_error;
+  };
+  const auto alone = [](const Metrics&, const PatternFrame& frame) { return frame.alone_seconds; };
+  const auto& timings = pattern.motion.timings;
+  const double phases = std::ranges::find(timings, "phases", [](const auto& stage) { return stage.first; })->second;
+  const Statistics alone_seconds = statistics(over_frames(pattern, alone));
+  Json value = {
+      {"frames", pattern.clock.frames},          {"frames_per_second_hz", pattern.clock.rate},
+      {"pass_s", pattern.clock.seconds()},       {"faces", pattern.faces},
+      {"skin_outside_rows", pattern.quiet_rows}, {"relative_error", mean_and_worst(over_frames(pattern, error))}};
+  if (pattern.frames.front().ring_error > 0) {
+    value["relative_error_ring_up"] = mean_and_worst(over_frames(pattern, ring));
+  }
+  if (alone_seconds.count > 0) {
+    value["above_frames_alone"] = mean_and_worst(over_frames(pattern, above));
+    value["frames_alone"] = alone_seconds.count;
+    value["frame_alone_mean_s"] = alone_seconds.mean;
+  }
+  value["mean_inside_pa"] = statistics(over_frames(pattern, mean)).mean;
+  value["largest_turn_rad"] = statistics(over_frames(pattern, turn)).worst;
+  value["phases_of_a_frame_s"] = phases / pattern.clock.frames;
+  value["error_by_all_faces_off"] = pattern.reduced_off;
+  Json points = Json::array();
+  std::ranges::transform(pattern.sounds, std::back_inserter(points), sound_value);
+  value["points"] = points;
+  value["stages_s"] = stage_values(timings);
+  return value;
+}
+
+}  // namespace touchfield

@@ -1,0 +1,133 @@
+#include "sim/jobs/run_model.h"
+
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "sim/model/stages.h"
+#include "sim/pictures/figures.h"
+#include "sim/run/run_file.h"
+#include "sim/run/run_report.h"
+#include "sim/run/vtk_files.h"
+
+namespace touchfield {
+
+namespace {
+
+const std::string kSceneHeader =
+    "# The scene of this run with all defaults. Compute it again: touchfield run scene.yaml\n";
+
+/// Files for ParaView, and one that opens them together: the skin that was judged, the array, the fields.
+void write_vtk(const WriteSpec& write, const Run& run, const RunDirectory& directory) {
+  std::vector<std::string> together;
+  if (write.vtp) {
+    write_surface_vtp(directory.file("surface.vtp"), run);
+    write_array_vtp(directory.file("array.vtp"), run);
+    if (run.judge_model) {
+      write_judge_vtp(directory.file("judge.vtp"), run);
+    }
+    together = {run.judge_model ? "judge.vtp" : "surface.vtp", "array.vtp"};
+  }
+  if (write.vti) {
+    for (const FieldResult& field : run.fields) {
+      if (field.grid.size() == 1) {
+        continue;  // nothing to see
+      }
+      together.push_back(field.grid.name + ".vti");
+      write_field_vti(directory.file(together.back()), run, field);
+    }
+  }
+  if (!together.empty()) {
+    write_blocks(directory.file("run.vtm"), together);
+  }
+}
+
+/// The pictures, and the page that shows them.
+void draw(const Run& run, PictureFormat format, const RunDirectory& directory, Progress& progress) {
+  std::vector<std::pair<std::string, double>> unused;
+  timed(progress, unused, "pictures", "draw pictures", [&] {
+    std::vector<std::string> names;
+    for (const std::string& file : draw_figures(directory.path(), run, format)) {
+      names.push_back(std::filesystem::path(file).filename().string());
+    }
+    write_text_file(directory.file("scene.yaml"), kSceneHeader + run.scene);
+    write_text_file(directory.file("report.html"), run_report(run, names));
+  });
+}
+
+void write_tables(const WriteSpec& write, const Run& run, const RunDirectory& directory) {
+  if (write.h5) {
+    write_run_file(directory.file("run.h5"), run);
+  }
+  write_metrics_csv(directory.file("metrics.csv"), run);
+}
+
+}  // namespace
+
+std::optional<PictureFormat> picture_format(const Scene& scene, std::optional<PictureFormat> asked) {
+  return asked || !scene.write.png ? asked : PictureFormat::kPng;
+}
+
+std::vector<std::string> run_files(const Scene& scene, std::optional<PictureFormat> asked) {
+  std::vector<std::string> files = {"run.log", "failed.json", "metrics.csv"};
+  if (scene.write.h5) {
+    files.emplace_back("run.h5");
+  }
+  if (scene.write.vtp) {
+    files.insert(files.end(), {"surface.vtp", "array.vtp", "judge.vtp"});
+  }
+  if (scene.write.vti) {
+    for (const FieldSpec& field : scene.fields) {
+      files.push_back(field.name + ".vti");
+    }
+  }
+  if (scene.write.vtp || scene.write.vti) {
+    files.emplace_back("run.vtm");
+  }
+  if (const auto format = picture_format(scene, asked)) {
+    const std::string ending = to_string(*format);
+    files.insert(files.end(),
+                 {"scene.yaml", "report.html", "overview." + ending, "setup." + ending, "target." + ending});
+    for (const MethodSpec& method : scene.solve.methods) {
+      files.push_back(fmt::format("pressure_{}.{}", method.name, ending));
+      for (const FieldSpec& field : scene.fields) {
+        files.push_back(fmt::format("field_{}_{}.{}", field.name, method.name, ending));
+      }
+    }
+  }
+  return files;
+}
+
+std::vector<std::string> study_files(PictureFormat format) {
+  return {"study.log", "failed.json", "study.csv", "study." + to_string(format)};
+}
+
+Run run_model(const Model& model, const SolveOptions& options, RunDirectory& directory, Progress& progress,
+              std::optional<PictureFormat> pictures) {
+  const WriteSpec& write = model.fixed->scene.write;
+  std::vector<std::string> names;
+  for (const MethodSpec& method : model.fixed->scene.solve.methods) {
+    names.push_back(method.name);
+  }
+  directory.plan(names);
+  const auto keep = [&](const Run& so_far) {
+    write_tables(write, so_far, directory);
+    directory.finished(so_far.methods.back().name);
+  };
+  Run run = solve_model(model, options, keep, progress);
+  write_results(run, write, directory, progress, picture_format(model.fixed->scene, pictures));
+  return run;
+}
+
+void write_results(Run& run, const WriteSpec& write, const RunDirectory& directory, Progress& progress,
+                   std::optional<PictureFormat> pictures) {
+  timed(progress, run.seconds, "write", "write results", [&] {
+    write_vtk(write, run, directory);
+    write_tables(write, run, directory);
+  });
+  if (pictures) {
+    draw(run, *pictures, directory, progress);
+  }
+}
+
+}  // namespace touchfield

@@ -1,0 +1,367 @@
+#include "sim/jobs/sweep.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <poll.h>
+#include <ranges>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "sim/core/atomic_file.h"
+#include "sim/core/errors.h"
+#include "sim/core/require.h"
+#include "sim/core/version.h"
+#include "sim/gpu/gpu_library.h"
+#include "sim/jobs/sweep_case.h"
+#include "sim/jobs/worker_process.h"
+#include "sim/run/named_files.h"
+#include "sim/scene/scene_reader.h"
+
+namespace touchfield {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds kTick{500};  // other processes' cases and the limit of time are looked at so often
+
+/// What a case changes, as its record keeps it.
+std::vector<std::pair<std::string, std::string>> inputs_of(const SweepCase& item) {
+  std::vector<std::pair<std::string, std::string>> inputs;
+  for (const SceneChange& change : item.changes) {
+    inputs.emplace_back(change.path, change.value);
+  }
+  return inputs;
+}
+
+class SweepRun {
+ public:
+  SweepRun(const SweepInput& input, const SweepDirectory& directory, const SweepOptions& options, Progress& progress);
+
+  void compute();
+  SweepResult result() const { return {table(), computed_}; }
+  /// Drops the cases under way, and writes the table of those that are finished.
+  void stop();
+  /// The table of what there is, which it writes unless some cases alone are asked for.
+  SweepSummary table() const;
+  std::string kept_text() const;
+
+ private:
+  enum class State { kOpen, kHere, kDone };
+
+  struct Case {
+    const SweepCase* item;
+    const Scene* scene;
+    int group;
+    State state = State::kOpen;
+  };
+
+  struct Worker {
+    std::unique_ptr<WorkerProcess> process;
+    std::size_t next = 0;  // where it looks for its next case
+    Case* at = nullptr;    // the one it is at
+    std::optional<FileLock> lock{};
+    std::string scratch{};
+    double spent = 0.0;  // on it, while this process ran too [s]
+  };
+
+  void take_record(Case& one, SweepRecord record);
+  bool take(Case& one, std::optional<FileLock>& lock);
+  void dispatch(Worker& worker);
+  void receive(Worker& worker);
+  void finish(Worker& worker);
+  void fail(Worker& worker, const std::string& reason);
+  void limit_time(Worker& worker, Clock::duration passed);
+  void wait();
+  bool is_complete() const { return records_.size() == cases_.size(); }
+
+  const SweepInput& input_;
+  const SweepDirectory& directory_;
+  const SweepOptions& options_;
+  Progress& progress_;
+  std::vector<Case> cases_;     // that are asked for, those of a body together
+  std::map<int, int> sharing_;  // cases of each group, of the whole plan
+  std::map<int, SweepRecord> records_;
+  std::vector<Worker> workers_;
+  std::size_t done_before_ = 0;
+  int computed_ = 0;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point next_table_ = start_;
+};
+
+SweepRun::SweepRun(const SweepInput& input, const SweepDirectory& directory, const SweepOptions& options,
+                   Progress& progress)
+    : input_(input), directory_(directory), options_(options), progress_(progress) {
+  const CaseRecords found = read_records(directory.path());
+  if (!options.only) {
+    directory.clear_leftovers(found.whole);
+  }
+  const std::vector<int> groups = body_groups(input.scenes);
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    const int number = input.plan.cases[i].number;
+    ++sharing_[groups[i]];
+    if (options.only && (number < options.only->first || number > options.only->last)) {
+      continue;
+    }
+    Case& one = cases_.emplace_back(Case{&input.plan.cases[i], &input.scenes[i], groups[i]});
+    if (const auto there = found.whole.find(number);
+        there != found.whole.end() && (!options.only || there->second.status == "ok")) {
+      take_record(one, there->second);
+    }
+    if (const auto there = found.damaged.find(number); there != found.damaged.end()) {
+      progress.warn(fmt::format("case {} is damaged and computed again: {}", number, there->second));
+    }
+  }
+  done_before_ = records_.size();
+  std::ranges::stable_sort(cases_, {}, &Case::group);
+  const auto jobs = static_cast<std::size_t>(std::max(1, options.jobs));
+  for (std::size_t i = 0; i < jobs; ++i) {
+    workers_.push_back({nullptr, i * cases_.size() / jobs});
+  }
+}
+
+void SweepRun::take_record(Case& one, SweepRecord record) {
+  one.state = State::kDone;
+  records_.insert_or_assign(one.item->number, std::move(record));
+}
+
+/// Makes a case one of this process. False if another has it, or has finished it.
+bool SweepRun::take(Case& one, std::optional<FileLock>& lock) {
+  if (!options_.only) {
+    lock = directory_.lock(one.item->number);
+    if (!lock) {
+      return false;
+    }
+    std::optional<SweepRecord> meanwhile;
+    try {
+      meanwhile = directory_.record(one.item->number);
+    } catch (const Error&) {  // NOLINT(bugprone-empty-catch): it is damaged
+    }
+    if (meanwhile) {
+      take_record(one, std::move(*meanwhile));
+      directory_.unlock(one.item->number, lock);
+      return false;
+    }
+  }
+  one.state = State::kHere;
+  return true;
+}
+
+/// Gives an idle worker its next case, if there is one.
+void SweepRun::dispatch(Worker& worker) {
+  for (std::size_t tried = 0; tried < cases_.size() && worker.at == nullptr; ++tried) {
+    Case& one = cases_[worker.next];
+    worker.next = (worker.next + 1) % cases_.size();
+    worker.at = one.state == State::kOpen && take(one, worker.lock) ? &one : nullptr;
+  }
+  if (worker.at == nullptr) {
+    return;
+  }
+  const int number = worker.at->item->number;
+  worker.scratch = directory_.scratch(number, !options_.only);
+  worker.spent = 0.0;
+  CaseJob job{number,
+              resolved_yaml(*worker.at->scene),
+              inputs_of(*worker.at->item),
+              sharing_.at(worker.at->group),
+              options_.command_line,
+              std::max(1, options_.threads / static_cast<int>(workers_.size())),
+              ""};
+  if (!options_.cards.empty()) {
+    job.card = options_.cards[static_cast<std::size_t>(&worker - workers_.data()) % options_.cards.size()];
+  }
+  write_job(job, worker.scratch);
+  if (!worker.process) {
+    worker.process = std::make_unique<WorkerProcess>(options_.worker, directory_.file("sweep.log"));
+  }
+  worker.process->send(worker.scratch);
+}
+
+void SweepRun::receive(Worker& worker) {
+  const WorkerProcess::Answer answer = worker.process->receive();
+  if (answer.line == kCaseDone) {
+    finish(worker);
+  } else if (answer.line) {
+    throw IoError(fmt::format("case {}: {}", worker.at->item->number, *answer.line));
+  } else if (answer.ended) {
+    const std::string how = worker.process->how_it_ended();
+    worker.process.reset();
+    require_io(!how.starts_with(fmt::format("signal {} ", SIGXCPU)),
+               fmt::format(  // of a process that computes many cases
+                   "case {}: its process reached the limit on processor time (ulimit -t)", worker.at->item->number));
+    fail(worker, fmt::format("the process that computed it ended by {}; sweep.log may tell more", how));
+  }
+}
+
+/// Its record stands in its scratch folder.
+void SweepRun::finish(Worker& worker) {
+  Case& one = *worker.at;
+  const int number = one.item->number;
+  directory_.land(number, worker.scratch);
+  std::optional<SweepRecord> record = directory_.record(number);
+  require_io(record.has_value(), fmt::format("case {}: its folder was removed", number));
+  worker.at = nullptr;
+  ++computed_;
+  take_record(one, *record);
+  if (!is_complete() && !options_.only && Clock::now() >= next_table_) {  // while nobody else can think it complete
+    const Clock::time_point begin = Clock::now();
+    table();
+    next_table_ = Clock::now() + std::max<Clock::duration>(std::chrono::minutes(1), 20 * (Clock::now() - begin));
+  }
+  if (worker.lock) {
+    directory_.unlock(number, worker.lock);
+  }
+  if (options_.on_case) {
+    const auto failed = std::ranges::count_if(records_, [](const auto& done) { return done.second.status != "ok"; });
+    const std::chrono::duration<double> passed = Clock::now() - start_;
+    const auto left = static_cast<double>(cases_.size() - records_.size());
+    options_.on_case(*record,
+                     {static_cast<int>(records_.size()), static_cast<int>(failed), static_cast<int>(cases_.size()),
+                      left * passed.count() / static_cast<double>(records_.size() - done_before_)});
+  }
+}
+
+void SweepRun::fail(Worker& worker, const std::string& reason) {
+  SweepRecord record;
+  record.number = worker.at->item->number;
+  record.inputs = inputs_of(*worker.at->item);
+  record.status = "failed";
+  record.reason = reason;
+  record.seconds = worker.spent;
+  record.revision = build_info().revision;
+  write_record(std::move(record), worker.scratch);
+  finish(worker);
+}
+
+/// Counts the time of a case and ends one that takes too long.
+void SweepRun::limit_time(Worker& worker, Clock::duration passed) {
+  worker.spent += std::chrono::duration<double>(passed).count();
+  if (options_.case_seconds > 0.0 && worker.spent > options_.case_seconds) {
+    worker.process.reset();
+    fail(worker, fmt::format("took longer than {:g} s (--case-seconds)", options_.case_seconds));
+  }
+}
+
+void SweepRun::wait() {
+  std::vector<pollfd> waiting;
+  std::vector<Worker*> owners;
+  for (Worker& worker : workers_) {
+    if (worker.at != nullptr) {
+      waiting.push_back({worker.process->socket(), POLLIN, 0});
+      owners.push_back(&worker);
+    }
+  }
+  const Clock::time_point begin = Clock::now();
+  require_io(poll(waiting.data(), waiting.size(), static_cast<int>(kTick.count())) >= 0 || errno == EINTR,
+             "a sweep cannot wait for its workers");
+  // Longer than it was to wait: this process was stopped itself, its workers with it perhaps.
+  const auto passed = std::min<Clock::duration>(Clock::now() - begin, 2 * kTick);
+  for (std::size_t i = 0; i < waiting.size(); ++i) {
+    if (waiting[i].revents != 0) {
+      receive(*owners[i]);
+    } else {
+      limit_time(*owners[i], passed);
+    }
+  }
+}
+
+void SweepRun::compute() {
+  while (!is_complete()) {
+    for (Worker& worker : workers_) {
+      if (worker.at == nullptr) {
+        dispatch(worker);
+      }
+    }
+    if (!is_complete()) {  // others may have finished what was left
+      wait();
+    }
+    progress_.advance(static_cast<double>(records_.size() - done_before_) /
+                      static_cast<double>(cases_.size() - done_before_));
+  }
+  if (!options_.only) {
+    directory_.clear_leftovers(records_);
+  }
+}
+
+void SweepRun::stop() {
+  for (Worker& worker : workers_) {
+    worker.process.reset();
+    if (worker.at != nullptr) {
+      std::error_code error;
+      std::filesystem::remove_all(worker.scratch, error);
+      worker.lock.reset();
+    }
+  }
+  try {
+    if (computed_ > 0) {
+      table();
+    }
+  } catch (const IoError&) {  // NOLINT(bugprone-empty-catch): there is no room; the same command writes it
+  }
+}
+
+SweepSummary SweepRun::table() const {
+  SweepSummary summary{input_.plan.name, static_cast<int>(cases_.size()), input_.plan.parameters, {}};
+  const auto there = is_complete() || options_.only ? records_ : read_records(directory_.path()).whole;
+  std::ranges::copy(there | std::views::values, std::back_inserter(summary.records));
+  if (!options_.only) {
+    write_sweep_csv(directory_.file("sweep.csv"), summary);
+  }
+  return summary;
+}
+
+std::string SweepRun::kept_text() const {
+  return fmt::format("{} of {} cases are kept in {}, the same command continues from there", records_.size(),
+                     cases_.size(), directory_.path());
+}
+
+}  // namespace
+
+SweepInput read_sweep_input(const std::string& path, const std::vector<std::string>& overrides) {
+  SweepInput input{read_sweep(path, overrides), {}};
+  input.scenes = read_cases(input.plan);
+  require_named_files(input.scenes);
+  input.plan.hash = plan_hash(input.plan, input.scenes);
+  return input;
+}
+
+std::vector<std::string> cards_for(const std::vector<Scene>& scenes) {
+  const auto all_ask = [&](const auto& what) {
+    return std::ranges::all_of(scenes, [&](const Scene& scene) { return what(scene.solve.solver.device); });
+  };
+  const bool free = all_ask([](const ComputeDevice& device) { return device.kind == ComputeDevice::Kind::kAuto; }) ||
+                    all_ask([](const ComputeDevice& device) {
+                      return device.kind == ComputeDevice::Kind::kCuda && device.card == 0;
+                    });
+  return free ? separate_cards() : std::vector<std::string>();
+}
+
+SweepResult run_sweep(const SweepInput& input, const SweepDirectory& directory, const SweepOptions& options,
+                      Progress& progress) {
+  if (options.only) {
+    require(options.only->first >= 1 && options.only->first <= options.only->last &&
+                static_cast<std::size_t>(options.only->last) <= input.plan.cases.size(),
+            "case {}-{}: the sweep has cases 1 to {}", options.only->first, options.only->last,
+            input.plan.cases.size());
+  }
+  SweepRun run(input, directory, options, progress);
+  try {
+    run.compute();
+    return run.result();
+  } catch (const IoError& error) {
+    run.stop();
+    throw IoError(fmt::format("{}; {}", error.what(), run.kept_text()));
+  } catch (...) {
+    run.stop();
+    throw;
+  }
+}
+
+}  // namespace touchfield

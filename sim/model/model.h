@@ -1,0 +1,136 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/acoustics/transducer_array.h"
+#include "sim/field/field_grid.h"
+#include "sim/field/quiet_skin.h"
+#include "sim/mesh/query/inspect.h"
+#include "sim/mesh/query/skin_patches.h"
+#include "sim/model/bodies.h"
+#include "sim/scene/scene.h"
+
+namespace touchfield {
+
+/// What the array really does, where that is not what the solver assumes.
+struct ArrayTruth {
+  ChannelResponse response;
+  int phase_levels = 0;  // phase levels to which phases are rounded; 0: they are not
+};
+
+/// What stays of a model while its bodies move.
+struct FixedModel {
+  Scene scene;  // as its motion begins
+  Wave wave;
+  TransducerArray array;                  // as the solver assumes it
+  std::optional<ArrayTruth> array_truth;  // what it does instead
+  std::vector<int> owner;                 // M: number of the body a face is of
+  std::vector<unsigned char> skin;        // M: 0 near the caps of keep_within, else 1
+  std::vector<int> cut;                   // numbers of the bodies that keep_within cut
+  double shadowed = 0;                    // BeyondSkin::shadowed
+  double whole_faces = 0;  // about, that a judge has of the whole bodies; 0 if nothing is cut or it has no mesh
+  MeshReport report;       // on the solver's mesh
+  std::vector<FieldGrid> fields;
+};
+
+/// A scene made concrete: everything that a run computes with, in the world's frame. The models of all instants of a
+/// motion share what stays.
+struct Model {
+  std::shared_ptr<const FixedModel> fixed;
+  Posture posture;  // of the scene
+  BodyPlan plan;
+  RigidMotion own_frame;                // from the world's frame into the first body's own
+  Body body;                            // what the solver sees: of several bodies one mesh, one behind the other
+  SkinPatches beyond;                   // of those cut: the skin that is not solved, as the solver sees it
+  std::vector<TargetBox> boxes;         // empty without a target
+  std::optional<TriangleMesh> truth{};  // with sensing: the same triangles where the skin really is
+};
+
+/// Patches per drive. A frame's time goes with them: fewer cost half a point of error on a hand, and a third of the
+/// time.
+inline constexpr double kPatchesOfStills = 2.0;
+inline constexpr double kPatchesOfFrames = 1.2;
+
+/// Builds the mesh, the array, the target's boxes and the grids of a scene and checks that they go together.
+///
+/// throws   InputError on a mesh that is no closed surface, an unknown landmark, bodies that touch, a transducer inside
+///          a body or nearer than 1 mm to its skin, a body that crosses the board of an array's unit, a target that
+///          holds no face, every face or a cap of keep_within, fewer than kFewestSolved edges per wavelength near the
+///          target unless the scene allows it
+///
+/// kept        meshes of scenes before this one
+/// per_drive   patches of the skin beyond keep_within (beyond_skin.h)
+Model build_model(const Scene& scene, KeptBodies* kept = nullptr, double per_drive = kPatchesOfStills);
+
+/// Edges per wavelength near the target, by the mean face, below which no pressure there means anything.
+inline constexpr double kFewestSolved = 1.5;
+
+/// The mesh a judge computes on, and how it corresponds to the one that was solved.
+struct JudgeMesh {
+  TriangleMesh mesh;          // in the world's frame
+  std::optional<int> splits;  // how often the faces of the solving mesh were split in four; none: a mesh of its own
+  std::vector<int> owner{};   // M: number of the body a face is of, of a mesh of its own
+};
+
+/// What skin of the bodies a mesh is of; figures are of the whole.
+enum class SkinExtent {
+  kWhole,
+  kPart,  // what keep_within leaves
+};
+
+inline std::string to_string(SkinExtent extent) { return extent == SkinExtent::kPart ? "part" : "whole"; }
+
+/// Whether the judge has meshes of the scene's bodies that are not made of the solver's. It has them if edge lengths
+/// are given for it, or if the solver has only a part of the skin that counts.
+bool judges_own_bodies(const Model& model);
+
+/// What skin the solving mesh of a run is of; its metrics are of the whole.
+SkinExtent solved_extent(const Model& model);
+
+/// The scheme of the judge: that of the solver where the scene gives it none.
+Scheme judge_scheme(const Scene& scene);
+
+/// The evaluation mesh of a scene. If the judge has edge lengths of its own, it is the bodies meshed again, in the
+/// places of the model's own. Else it is the model's mesh, or that of the whole bodies where the model has parts. That
+/// mesh is taken as it is, or with every face split into four. Whole bodies have edges of at most kCoarsestJudge
+/// wavelengths. With sensing it is of the bodies as they are.
+/// throws   InputError as build_model; std::logic_error if the judge has no mesh of its own
+JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept = nullptr);
+
+/// Whether a model is judged by one other than itself: on another mesh, or by other channels.
+bool judged_elsewhere(const Model& model);
+
+/// The medium of a scene at its frequency.
+Medium build_medium(const MediumSpec& spec, double frequency);
+
+/// The array of a scene as it was designed, in the world's frame.
+/// throws   InputError as make_array and require_real_array
+TransducerArray build_array(const ArraySpec& spec, const Wave& wave);
+
+/// Whether anything is to be pressed on: the target asks for sound, and every box of it holds a face. A motion may take
+/// either away.
+bool presses(const Model& model, const TriangleMesh& mesh);
+bool presses(const Model& model);
+
+/// throws   InputError if a transducer of the model is inside a body or nearer than 1 mm to its skin, a body crosses
+///          the board of an array's unit, two bodies are not apart, or the target reaches a cap of keep_within
+void require_clear(const Model& model);
+
+/// The boxes of a target on a model's body, with those of its points, lines and mask. Their places are at a landmark of
+/// the body where it is now, or where the scene says.
+/// throws   InputError on an unknown landmark, or as SkinStrokes
+std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Model& model);
+
+/// The skin of a model that the phases are to keep quiet.
+QuietSkin quiet_skin(const Model& model);
+
+/// The target of a scene on its model. A scene that leaves the pressure open (`best`) gets 1 Pa.
+/// throws   InputError as make_target; std::logic_error if the scene has no target
+Target build_target(const Model& model);
+/// The same on another mesh of the same body.
+Target build_target(const Model& model, const TriangleMesh& mesh);
+
+}  // namespace touchfield

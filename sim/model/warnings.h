@@ -1,0 +1,51 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sim/model/model.h"
+
+namespace touchfield {
+
+/// What is to be said of a result beside its numbers, each line "name: what, with the figure".
+struct Remarks {
+  std::vector<std::string> warnings;  // what makes it less than trustworthy
+  std::vector<std::string> notes;     // what is worth knowing besides
+};
+
+/// Appends remarks to others.
+void add(const Remarks& more, Remarks& remarks);
+
+/// What a model says of its results. docs/stability.md says what was measured on such cases. Where a judge has bodies
+/// meshed again, the solving mesh counts within 15 mm of the target alone (coarse_mesh, slivers, size_jump, narrow_gap,
+/// thin_body).
+///
+/// Warnings:
+///   mesh_unit       a mesh file in a unit that makes it no body of a person
+///   cutting_faces   faces of the body cut each other
+///   coarse_mesh     too few edges per wavelength: below 3 by the mean face; or, on a twentieth of the skin, below 2
+///                   anywhere or below 2.5 within 15 mm of the target; what it says is the worse the fewer they are
+///   slivers         an angle below 10 degrees
+///   size_jump       faces that share an edge differ more than 3 times in size
+///   narrow_gap      two parts of the skin look at each other through less than one edge of air
+///   thin_body       the same through less than two edges of the body
+///   array_pitch     two transducers nearer than an eighth of a wavelength
+///   array_size      an array more than 2 m across
+///   behind_array    more than half of the transducers, which radiate ahead, point away from the target or the body
+///   near_source     a transducer nearer to the skin than a local edge
+///   both_sides      a target box holds two sides of a body: more than a tenth of its faces look at each other through
+///                   it
+///   facing_away     the target's mean normal is more than 78 degrees from the direction to the array (ArrayView)
+///   shadowed_skin     another body hides more than a twentieth of the skin beyond keep_within from the array
+/// Notes:
+///   landmark_off      a landmark that the scene gives for a mesh is 3 mm or more off its skin
+///   near_field        the skin is within 2 wavelengths of a transducer
+///   judged_by_itself  the pattern was found on the very mesh and scheme that it is judged on
+///   beyond            keep_within cuts a body, the rest of whose skin counts by its incident pressure
+///   no_arm            a hand has no forearm, of which the phases then know nothing
+///   still             the scene's motion is left out: the results are of its other keys as they stand
+Remarks model_remarks(const Model& model);
+/// The same without `still`: of a motion as it begins.
+Remarks played_remarks(const Model& model);
+
+}  // namespace touchfield

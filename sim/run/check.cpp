@@ -1,0 +1,323 @@
+#include "sim/run/check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "sim/acoustics/array_geometry.h"
+#include "sim/core/errors.h"
+#include "sim/core/place_text.h"
+#include "sim/core/units.h"
+#include "sim/field/evaluate.h"
+#include "sim/model/judge_comparison.h"
+#include "sim/run/alarm.h"
+#include "sim/run/cost.h"
+#include "sim/run/expected_steps.h"
+#include "sim/run/methods.h"
+#include "sim/run/speed.h"
+#include "sim/run/transfer.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kMebibyte = 1024.0 * 1024.0;
+constexpr double kComplex = 16.0;  // bytes
+// Operations of a product A^H A, of a Cholesky factorisation, times their sizes.
+constexpr double kGramFlops = 4.0;
+constexpr double kCholeskyFlops = 1.0 / 3.0;
+constexpr double kSolvedBlocks = 6.5;  // b, p, what refines and polishes them: numbers a face and right-hand side
+constexpr double kKernelCost = 10;  // of a kernel outside the solver, in double, over one pair of a product in single
+
+/// Whether a method needs what every channel makes of the skin, by the scene's own scheme.
+bool spans_channels(const Scene& scene) { return largest_block(scene, scene.solve.scheme, 2) > 1; }
+
+/// Whether a method asks for the field of every channel.
+bool drives_channels(const Scene& scene) {
+  return scene.solve.certificate || scene.write.transfer ||
+         std::ranges::any_of(scene.solve.methods,
+                             [](const MethodSpec& method) { return method.kind->model != MethodModel::kGiven; });
+}
+
+/// Right-hand sides solved one after another: the pressures that the methods make, the way from the target's centre,
+/// trials of the best pressure.
+double single_solves(const Scene& scene) {
+  const std::vector<MethodSpec>& methods = scene.solve.methods;
+  double solves = static_cast<double>(methods.size());
+  const bool best = scene.target && !scene.target->pressure;
+  if (best) {
+    solves += methods.front().kind->iterates ? kScaleTrials : 1;
+  }
+  const bool centre =
+      std::ranges::any_of(methods, [](const MethodSpec& method) { return method.kind->model == MethodModel::kCentre; });
+  return solves + (centre || (best && methods.front().kind->iterates) ? 1.0 : 0.0);
+}
+
+int surface_iterations(const Scene& scene) {
+  int iterations = 0;
+  for (const MethodSpec& method : scene.solve.methods) {
+    if (method.kind->minds_quiet) {
+      iterations += method.iterations * method.start.restarts;
+    }
+  }
+  return iterations;
+}
+
+/// Faces of a mesh by the judge's edge lengths: the areas of the model's faces over those asked for in their places.
+double judge_edge_faces(const Model& model) {
+  const Scene& scene = model.fixed->scene;
+  double faces = 0.0;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const EdgeSizing sizing = sizing_of(scene, model.plan, i, scene.judge.edge);
+    for (Eigen::Index f = 0; f < model.body.mesh.face_count(); ++f) {
+      if (model.fixed->owner[static_cast<std::size_t>(f)] == static_cast<int>(i)) {
+        const double edge = sizing.at(model.plan.to_own(scene, i, model.body.mesh.centroids().col(f)));
+        faces += model.body.mesh.areas()(f) / (std::sqrt(3.0) / 4.0 * edge * edge);
+      }
+    }
+  }
+  return faces;
+}
+
+/// Faces of the judge's mesh; 0 if it has none of its own.
+double judge_faces(const Model& model) {
+  const Scene& scene = model.fixed->scene;
+  const auto faces = static_cast<double>(model.body.mesh.face_count());
+  if (model.fixed->whole_faces > 0) {
+    return model.fixed->whole_faces;
+  }
+  switch (scene.judge.kind) {
+    case JudgeSpec::Kind::kEdge:
+      return judge_edge_faces(model);
+    case JudgeSpec::Kind::kSplit:
+      return faces * std::pow(4.0, scene.judge.splits);
+    case JudgeSpec::Kind::kSame:
+      return scene.sensing ? faces : 0.0;
+    case JudgeSpec::Kind::kAuto:
+    case JudgeSpec::Kind::kNone:
+      break;
+  }
+  return 0.0;
+}
+
+/// Seconds of the alarms that a run raises: of its first method's scheme and of each without a cure.
+double alarms_seconds(const Scene& scene, double product, double spent) {
+  std::set<Scheme> schemes = {scene.solve.methods.front().scheme};
+  for (const MethodSpec& method : scene.solve.methods) {
+    if (!has_cure(method.scheme)) {
+      schemes.insert(method.scheme);
+    }
+  }
+  double seconds = 0.0;
+  for (const Scheme scheme : schemes) {
+    const double alarm = alarm_seconds(!traits(scheme).burton_miller, product);
+    seconds += wants_alarm(scene.solve.solver.alarm, alarm, spent) ? alarm : 0.0;
+  }
+  return seconds;
+}
+
+/// What the fields off the skin take.
+struct FieldsCost {
+  double bytes = 0;  // of all and of the largest grid that one goes through
+  double pairs = 0;  // of points with channels or faces
+};
+
+FieldsCost fields_cost(const Model& model) {
+  FieldsCost cost;
+  const auto methods = static_cast<double>(model.fixed->scene.solve.methods.size());
+  double largest_grid = 0;
+  for (const FieldGrid& grid : model.fixed->fields) {
+    const auto points = static_cast<double>(grid.size());
+    const Vector3 high =
+        grid.origin + grid.spacing.cwiseProduct(Vector3(grid.count[0] - 1, grid.count[1] - 1, grid.count[2] - 1));
+    const FieldSums sums = choose_field_sums(model.body.mesh, model.fixed->wave, {grid.origin, high, points, methods});
+    cost.pairs += sums.pairs + points * static_cast<double>(model.fixed->array.size());
+    cost.bytes += kComplex * points * methods;
+    largest_grid = std::max(largest_grid, sums.grid ? sums.grid->memory : 0.0);
+  }
+  cost.bytes += largest_grid;
+  return cost;
+}
+
+/// What is known without an estimate.
+CheckReport sizes_of(const Model& model) {
+  const Scene& scene = model.fixed->scene;
+  CheckReport report;
+  report.faces = model.body.mesh.face_count();
+  report.channels = model.fixed->array.size();
+  report.target_faces = scene.target ? build_target(model).size() : 0;
+  report.epw_mean = edges_per_wavelength(model.body.mesh, model.fixed->wave.wavelength());
+  report.epw_min = model.fixed->wave.wavelength() / model.fixed->report.longest_edge;
+  report.quality = mesh_quality(model.body.mesh, model.fixed->wave.wavelength(), world_sizing(scene, model.plan));
+  if (!model.boxes.empty()) {
+    report.near_target =
+        resolution_within(model.body.mesh, model.fixed->wave.wavelength(), model.boxes.front().centre, kTargetReach);
+  }
+  return report;
+}
+
+}  // namespace
+
+CheckReport check_model(const Model& model, int sharing) {
+  const Scene& scene = model.fixed->scene;
+  CheckReport report = sizes_of(model);
+  const auto m = static_cast<double>(report.faces);
+  const auto n = static_cast<double>(report.channels);
+  const auto k = static_cast<double>(report.target_faces);
+  double iterations = 0;
+  double optimisers = 0;
+  for (const MethodSpec& method : scene.solve.methods) {
+    if (method.kind->model == MethodModel::kScattered || method.kind->model == MethodModel::kFree) {
+      iterations += method.iterations;
+      ++optimisers;
+    }
+  }
+  if (scene.target && !scene.target->pressure) {
+    iterations += kScaleTrials * scene.solve.methods.front().iterations;
+  }
+  for (const MethodSpec& method : scene.solve.methods) {
+    require_fitting_phases(method, model.fixed->array.size());
+  }
+  const Scheme scheme = scene.solve.scheme;
+  const double unknowns = m + (traits(scheme).interior_points ? chief_points(model) : 0.0);
+  report.available_mib = available_memory() / kMebibyte;
+  GridBody body = grid_body(model.body.mesh);
+  const GridChoice own_grid = solver_grid(body, model.fixed->wave, scene.solve.solver);
+  report.decision =
+      choose_solver(scene.solve.solver, scheme, static_cast<Eigen::Index>(unknowns), available_memory(),
+                    sharing * largest_block(scene, scheme, model.fixed->array.size(), sharing > 1), own_grid.seconds);
+  const double product = product_seconds(model.body.mesh, model.fixed->wave);
+  const double kernel = kKernelCost * product / (m * m);
+  // Of every channel's field: the pressure and, where the slope enters, that too; b of the optimisers beside them, or
+  // while it is compressed twice over.
+  const double drives =
+      spans_channels(scene) ? expected_drives(model.body.mesh, model.fixed->array, model.fixed->wave.wavelength()) : 0;
+  // GMRES solves the drives too, LU's solves are counted below.
+  const double solves = single_solves(scene) + (report.decision.options.kind == SolverKind::kLu ? 0.0 : drives);
+  const double judged = judge_faces(model);
+  const bool iterates = report.decision.options.kind != SolverKind::kLu || judged > 0;
+  const double steps = iterates ? expected_steps(model, scheme) : 0.0;
+  const ModelCost own = scattering_cost(report.decision, scheme, m, unknowns, solves, steps, product, own_grid);
+  const double fields = drives_channels(scene) ? (traits(scheme).burton_miller ? 2.0 : 1.0) : 0.0;
+  const double gram = optimisers > 0 ? (k + n) * (k + n) : 0.0;
+  const double kept =
+      m * n * (fields + (optimisers > 0 && traits(scheme).burton_miller ? 1.0 : 0.0)) + 2.0 * m * k + 4.0 * gram;
+  const double compressing = drives > 0 ? 2.0 * m * n + 2.0 * m * drives : 0.0;
+  const double solving = own.bytes + kComplex * kSolvedBlocks * m * drives;
+  double bytes = kComplex * kept + std::max(kComplex * compressing, solving);
+  const FieldsCost off_skin = fields_cost(model);
+  bytes += off_skin.bytes;
+  report.seconds = own.seconds + kernel * ((fields + 1.0) * m * n + off_skin.pairs);
+  const double share = product_share(report.decision.options.kind, model.body.mesh.face_count(), own_grid.seconds);
+  report.seconds += alarms_seconds(scene, share * product, own.seconds);
+  report.note = own.note;
+  const auto flops = [&] {
+    const Speed& speed = measured_speed(unknowns);
+    report.note = speed.note;
+    return speed.flops;
+  };
+  if (optimisers > 0) {
+    report.seconds += (kGramFlops * m * n * n + kCholeskyFlops * iterations * std::pow(k + n, 3)) / flops();
+  }
+  if (drives > 0) {  // products with the field of every channel, LU's solves, steps of surface
+    const double tried = static_cast<double>(surface_iterations(scene));
+    report.seconds += (4.0 * kGramFlops * m * n * drives + kGramFlops * unknowns * unknowns * drives +
+                       std::pow(k + 2.0 * drives, 2) * n * tried) /
+                      flops();
+  }
+  if (judged > 0) {
+    body.faces = judged;
+    const GridChoice judge_grid = solver_grid(body, model.fixed->wave, {});
+    const SolverDecision judge = choose_solver({}, judge_scheme(scene), static_cast<Eigen::Index>(judged),
+                                               available_memory(), 1, judge_grid.seconds);
+    const double scale = std::pow(judged / m, 2);
+    const ModelCost cost =
+        scattering_cost(judge, judge_scheme(scene), judged, judged, 1.0, steps, scale * product, judge_grid);
+    const auto methods = static_cast<double>(scene.solve.methods.size());
+    bytes += cost.bytes + kComplex * judged * 4.0 * methods * 30.0;
+    report.seconds += cost.seconds * (1.0 + 0.3 * (methods - 1.0)) + 2.0 * kernel * judged * n;
+  }
+  report.judge_faces = static_cast<Eigen::Index>(judged);
+  report.memory_mib = bytes / kMebibyte + 100.0;
+  return report;
+}
+
+void require_memory(const CheckReport& report) {
+  if (report.available_mib > 0 && report.memory_mib > report.available_mib) {
+    throw InputError(
+        fmt::format("the body has {} faces, which need about {:.1f} GiB of memory; {:.1f} GiB are free: choose a "
+                    "larger body.edge_mm",
+                    report.faces, report.memory_mib / 1024.0, report.available_mib / 1024.0));
+  }
+}
+
+Json check_value(const Model& model, const CheckReport& report, const Remarks& more) {
+  const Scene& scene = model.fixed->scene;
+  const MeshReport& mesh = model.fixed->report;
+  const Wave& wave = model.fixed->wave;
+  Json landmarks = Json::object();
+  for (const GivenLandmark& landmark : model.plan.landmarks) {
+    landmarks[landmark.name] = landmark.off / kMillimetre;
+  }
+  Json fields = Json::object();
+  for (const FieldGrid& grid : model.fixed->fields) {
+    fields[grid.name] = grid.size() == 1
+                            ? place_text(grid.origin)
+                            : fmt::format("{} x {} x {} points", grid.count[0], grid.count[1], grid.count[2]);
+  }
+  Remarks remarks = model_remarks(model);
+  add(more, remarks);
+  const std::optional<EdgeFit>& fit = report.quality.edges;
+  const std::optional<Resolution>& near = report.near_target;
+  return {{"name", scene.name},
+          {"medium", fmt::format("c {:.2f} m/s, rho {:.4f} kg/m3, absorption {:.3g} Np/m", wave.medium().sound_speed,
+                                 wave.medium().density, wave.medium().absorption)},
+          {"frequency_hz", wave.frequency()},
+          {"wavelength_mm", wave.wavelength() / kMillimetre},
+          {"array", describe_array(model.fixed->array)},
+          {"channels", report.channels},
+          {"faces", report.faces},
+          {"vertices", mesh.vertices},
+          {"components", mesh.components},
+          {"area_cm2", mesh.area * 1e4},
+          {"volume_cm3", mesh.volume * 1e6},
+          {"edges_mm",
+           {{"shortest", mesh.shortest_edge / kMillimetre},
+            {"mean", model.body.mesh.mean_edge() / kMillimetre},
+            {"longest", mesh.longest_edge / kMillimetre}}},
+          {"smallest_angle_deg", mesh.smallest_angle / kDegree},
+          {"angle_at_1_percent_deg", report.quality.smallest_angle_1 / kDegree},
+          {"epw_mean", report.epw_mean},
+          {"epw_min", report.epw_min},
+          {"epw_near_target", near ? Json{{"mean", near->mean}, {"least", near->least}} : Json()},
+          {"edges_as_asked", fit ? Json{{"share", fit->share},
+                                        {"from", EdgeFit::kShortest},
+                                        {"to", EdgeFit::kLongest},
+                                        {"shortest", fit->shortest},
+                                        {"longest", fit->longest}}
+                                 : Json()},
+          {"skin", "closed, manifold, outward: no faults"},
+          {"faults", mesh.faults},
+          {"mesh_notes", model.plan.notes},
+          {"landmarks_off_mm", landmarks},
+          {"target_faces", report.target_faces},
+          {"target_boxes", model.boxes.size()},
+          {"fields", fields},
+          {"scheme", to_string(scene.solve.scheme)},
+          {"solver", to_string(report.decision.options.kind)},
+          {"precision", precision_name(report.decision.options)},
+          {"solver_reason", report.decision.reason},
+          {"judge_faces", report.judge_faces},
+          {"judge", report.judge_faces > 0 ? to_string(judge_scheme(scene)) : ""},
+          {"warnings", remarks.warnings},
+          {"notes", remarks.notes},
+          {"note", report.note},
+          {"memory_mib", report.memory_mib},
+          {"available_mib", report.available_mib},
+          {"seconds", report.seconds}};
+}
+
+}  // namespace touchfield

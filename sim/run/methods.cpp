@@ -1,0 +1,375 @@
+#include "sim/run/methods.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+#include "sim/core/require.h"
+#include "sim/field/gram.h"
+#include "sim/field/pressure_metrics.h"
+#include "sim/gpu/gpu.h"
+#include "sim/model/model.h"
+#include "sim/run/run_file.h"
+#include "solvers/phase/surface.h"
+
+namespace touchfield {
+
+namespace {
+
+/// One random start a column.
+Eigen::MatrixXcd random_starts(Eigen::Index size, const StartSpec& start) {
+  Eigen::MatrixXcd starts(size, start.restarts);
+  for (int i = 0; i < start.restarts; ++i) {
+    starts.col(i) = random_start(size, start.seed + static_cast<unsigned>(i));
+  }
+  return starts;
+}
+
+Run read_previous(const MethodSpec& method) {
+  try {
+    return read_run_file(method.start.file);
+  } catch (const Error& error) {
+    throw InputError(fmt::format("start of {}: {}", method.name, error.what()));
+  }
+}
+
+Eigen::VectorXcd unit_drives(const Eigen::VectorXd& phases) {
+  return (Complex(0, 1) * phases.cast<Complex>()).array().exp();
+}
+
+/// Angles [theta; phi] to start from, one column a start.
+Eigen::MatrixXd start_angles(const MethodSpec& method, const IncidentProblem& problem, const Eigen::VectorXd* before) {
+  const Eigen::Index size = problem.size();
+  if (before == nullptr && method.start.kind == StartSpec::Kind::kRandom) {
+    return random_starts(size, method.start).cwiseArg();
+  }
+  Eigen::MatrixXd angles = Eigen::MatrixXd::Zero(size, 1);
+  if (before != nullptr || method.start.kind == StartSpec::Kind::kPrevious) {
+    const Eigen::Index channels = problem.channel_count();
+    const Eigen::VectorXd phases = before != nullptr ? *before : previous_phases(method, channels);
+    angles.col(0).tail(channels) = phases;
+    // theta that fits these drives, the other faces' aside.
+    Eigen::VectorXcd drives = Eigen::VectorXcd::Zero(size);
+    drives.tail(channels) = -unit_drives(phases);
+    Eigen::VectorXcd fitting;
+    multiply_by_gram(problem, drives, fitting);
+    angles.col(0).head(problem.target_count) = fitting.head(problem.target_count).cwiseArg();
+  }
+  return angles;
+}
+
+/// Drives to start from, one column a start.
+Eigen::MatrixXcd start_drives(const MethodSpec& method, const SkinProblem& problem) {
+  const Eigen::Index channels = problem.channel_count();
+  switch (method.start.kind) {
+    case StartSpec::Kind::kAuto:
+    case StartSpec::Kind::kZero:
+      break;
+    case StartSpec::Kind::kRandom:
+      return random_starts(channels, method.start);
+    case StartSpec::Kind::kAdjoint:
+      return adjoint_start(problem);
+    case StartSpec::Kind::kSpectral:
+      return spectral_start(problem);
+    case StartSpec::Kind::kPrevious:
+      return unit_drives(previous_phases(method, channels));
+  }
+  return Eigen::MatrixXcd::Ones(channels, 1);
+}
+
+/// The solution of least final cost among those of several starts, a column each.
+template <class Starts, class Solve>
+PhaseSolution best_of(const Starts& starts, const Solve& solve) {
+  std::optional<PhaseSolution> best;
+  for (const auto& start : starts.colwise()) {
+    PhaseSolution solution = solve(start);
+    if (!best || solution.cost_history.back() < best->cost_history.back()) {
+      best = std::move(solution);
+    }
+  }
+  return *best;
+}
+
+/// Minimum of f over low..high by golden-section search in the logarithm.
+double golden_section(const std::function<double(double)>& f, double low, double high, int evaluations) {
+  const double ratio = 0.5 * (std::sqrt(5.0) - 1.0);
+  double a = std::log(low);
+  double b = std::log(high);
+  double x1 = b - ratio * (b - a);
+  double x2 = a + ratio * (b - a);
+  double f1 = f(std::exp(x1));
+  double f2 = f(std::exp(x2));
+  for (int i = 2; i < evaluations; ++i) {
+    if (f1 < f2) {
+      b = x2;
+      x2 = x1;
+      f2 = f1;
+      x1 = b - ratio * (b - a);
+      f1 = f(std::exp(x1));
+    } else {
+      a = x1;
+      x1 = x2;
+      f1 = f2;
+      x2 = a + ratio * (b - a);
+      f2 = f(std::exp(x2));
+    }
+  }
+  return std::exp(f1 < f2 ? x1 : x2);
+}
+
+}  // namespace
+
+void leave_out_dead(const ChannelResponse& response, PhaseSolution& solution) {
+  for (Eigen::Index n = 0; n < response.gain.size(); ++n) {
+    if (response.gain(n) == 0) {
+      solution.phases(n) = 0.0;
+      solution.amplitudes(n) = 0.0;
+    }
+  }
+}
+
+Eigen::VectorXd previous_phases(const MethodSpec& method, Eigen::Index channels) {
+  const StartSpec& start = method.start;
+  const Run run = read_previous(method);
+  auto found = std::ranges::find(run.methods, start.method.empty() ? method.name : start.method, &MethodResult::name);
+  if (found == run.methods.end() && start.method.empty()) {
+    found = run.methods.begin();
+  }
+  require(found != run.methods.end(), "start of {}: {} has no method {}", method.name, start.file,
+          start.method.empty() ? "at all" : start.method);
+  if (found->solution.phases.size() != channels) {
+    throw InputError(fmt::format("start of {}: {} has {} channels, the array here has {}", method.name, start.file,
+                                 found->solution.phases.size(), channels));
+  }
+  return found->solution.phases;
+}
+
+void require_fitting_phases(const MethodSpec& method, Eigen::Index channels) {
+  const auto count = static_cast<Eigen::Index>(method.phases.size());
+  if (method.kind->model == MethodModel::kGiven && count != 1 && count != channels) {
+    throw InputError(fmt::format("solve.methods: {} has {} phases, it must have 1 or one for each of the {} channels",
+                                 method.name, count, channels));
+  }
+  if (method.kind->iterates && method.start.kind == StartSpec::Kind::kPrevious) {
+    previous_phases(method, channels);
+  }
+}
+
+MethodSolver::MethodSolver(SkinScattering& scattering, Eigen::Index channels, std::optional<Target> target,
+                           SolveSpec spec, QuietSkin quiet)
+    : scattering_(scattering),
+      channels_(channels),
+      target_(std::move(target)),
+      spec_(std::move(spec)),
+      quiet_(std::move(quiet)) {
+  for (const MethodSpec& method : spec_.methods) {
+    require_fitting_phases(method, channels);
+  }
+}
+
+void MethodSolver::aim(Target target) {
+  target_ = std::move(target);
+  transfer_.reset();
+  columns_.resize(0, 0);
+  central_row_.resize(0);
+}
+
+PhaseSolution MethodSolver::solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress,
+                                  const Eigen::VectorXd* before) {
+  PhaseSolution solution;
+  try {
+    solution = found(method, amplitudes, progress, before);
+  } catch (const GpuMemoryFailure& failure) {
+    progress.warn(fmt::format("method {}: {}; the processor continues", method.name, failure.what()));
+    leave_card_ = true;
+    if (transfer_) {
+      transfer_->reduction.problem.device.reset();
+    }
+    solution = found(method, amplitudes, progress, before);
+  } catch (const GpuFailure& failure) {
+    throw DeviceError(fmt::format("method {}: {}", method.name, failure.what()));
+  }
+  if (method.kind->model != MethodModel::kGiven) {
+    leave_out_dead(scattering_.array().response, solution);
+  }
+  return solution;
+}
+
+PhaseSolution MethodSolver::found(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress,
+                                  const Eigen::VectorXd* before) {
+  const auto advance = [&](int iteration, double) {
+    progress.advance(static_cast<double>(iteration) / method.iterations);
+  };
+  switch (method.kind->model) {
+    case MethodModel::kScattered:
+    case MethodModel::kFree:
+    case MethodModel::kSkin:
+      try {
+        return method.kind->model == MethodModel::kSkin
+                   ? solve_skin_method(method, amplitudes, before, advance, progress)
+                   : solve_incident_method(method, amplitudes, before, advance);
+      } catch (const std::invalid_argument& error) {
+        throw NumericalError(fmt::format("method {}: {}", method.name, error.what()));
+      } catch (const std::domain_error& error) {
+        throw NumericalError(fmt::format("method {}: {}", method.name, error.what()));
+      }
+    case MethodModel::kCentre:
+      // Phase conjugation: every channel arrives at the central face in phase.
+      return full_drive(-central_row().transpose().cwiseArg());
+    case MethodModel::kGiven: {
+      require_fitting_phases(method, channels_);
+      if (method.phases.size() == 1) {
+        return full_drive(Eigen::VectorXd::Constant(channels_, method.phases.front()));
+      }
+      return full_drive(Eigen::Map<const Eigen::VectorXd>(method.phases.data(), channels_));
+    }
+  }
+  throw std::logic_error("unknown method");
+}
+
+const Eigen::MatrixXcd& MethodSolver::weighted_gram_of(const Eigen::MatrixXcd& g, const Eigen::VectorXd& weights,
+                                                       FaceWeights faces,
+                                                       std::map<FaceWeights, Eigen::MatrixXcd>& kept) const {
+  Eigen::MatrixXcd& gram = kept[faces];
+  if (gram.size() == 0) {
+    gram = weighted_gram(g, weights);
+    if (!quiet_.beyond.empty()) {
+      const ScatteringSystem& system = scattering_.system();
+      gram += quiet_.beyond_gram(faces, system.wave(), system.mesh().areas().mean());
+    }
+  }
+  return gram;
+}
+
+IncidentProblem MethodSolver::unscattered(const Eigen::VectorXd& amplitudes, FaceWeights faces) {
+  const Eigen::MatrixXcd& g = scattering_.unit_field().pressure;
+  const Eigen::VectorXd weights = quiet_.misfit_weights(faces, scattering_.system().mesh().areas(), g.rows());
+  return unscattered_problem(target_->faces, g, weighted_gram_of(g, weights, faces, gram_free_), amplitudes, weights);
+}
+
+IncidentProblem MethodSolver::scattered(const Eigen::VectorXd& amplitudes, FaceWeights faces) {
+  const ScatteringSystem& system = scattering_.system();
+  const IncidentField& unit = scattering_.unit_field();
+  if (columns_.size() == 0) {
+    columns_ = system.columns(target_->faces);
+  }
+  const Eigen::VectorXd weights = quiet_.misfit_weights(faces, system.mesh().areas(), columns_.rows());
+  if (unit.slope.size() == 0 && unit.interior.size() == 0) {  // b is the incident pressure itself
+    const Eigen::MatrixXcd& gram = weighted_gram_of(unit.pressure, weights, faces, gram_free_);
+    return scattered_problem(columns_, unit.pressure, gram, amplitudes, weights);
+  }
+  if (b_.size() == 0) {
+    b_ = system.right_hand_side(unit);
+  }
+  return scattered_problem(columns_, b_, weighted_gram_of(b_, weights, faces, gram_b_), amplitudes, weights);
+}
+
+PhaseSolution MethodSolver::solve_incident_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
+                                                  const Eigen::VectorXd* before, const IterationCallback& advance) {
+  LevenbergMarquardtOptions options;
+  options.iterations = method.iterations;
+  const bool free = method.kind->model == MethodModel::kFree;
+  std::optional<IncidentProblem> on_card;
+  if (!leave_card_) {
+    const ScatteringSystem& system = scattering_.system();
+    const Eigen::VectorXd& areas = system.mesh().areas();
+    on_card = scattering_.incident_on_card(target_->faces, amplitudes,
+                                           quiet_.misfit_weights(method.faces, areas, areas.size()),
+                                           quiet_.beyond_gram(method.faces, system.wave(), areas.mean()), !free);
+  }
+  const IncidentProblem problem = on_card ? std::move(*on_card)
+                                  : free  ? unscattered(amplitudes, method.faces)
+                                          : scattered(amplitudes, method.faces);
+  return best_of(start_angles(method, problem, before),
+                 [&](const auto& start) { return solve_incident(problem, start, options, advance); });
+}
+
+const SkinProblem& MethodSolver::skin_problem(const Eigen::VectorXd& amplitudes, Progress& progress) {
+  const bool quiet = spec_.certificate || std::ranges::any_of(spec_.methods, [](const MethodSpec& method) {
+                       return method.kind->minds_quiet;
+                     });
+  return transfer(amplitudes, quiet ? spec_.quiet_weight : 0.0, progress).reduction.problem;
+}
+
+const Transfer& MethodSolver::transfer(const Eigen::VectorXd& amplitudes, double quiet_weight, Progress& progress) {
+  if (!transfer_ || transfer_->quiet_weight < quiet_weight) {
+    transfer_.reset();
+    if (drives_ && !spanned_) {
+      transfer_ = make_transfer_on_card(scattering_, drives_, *target_, quiet_, quiet_weight);
+    }
+    if (!transfer_ && drives_ && !spanned_) {
+      spanned_ = spanned_pressure(scattering_, *drives_);
+    }
+    if (!transfer_) {
+      transfer_ = spanned_ ? make_transfer(*spanned_, scattering_, *target_, quiet_, quiet_weight)
+                           : make_transfer(scattering_, *target_, quiet_, quiet_weight);
+    }
+    progress.detail(describe_transfer(*transfer_, channels_));
+    if (Gpu* const gpu = scattering_.gpu(); gpu != nullptr && !leave_card_) {
+      move_to(*gpu, transfer_->reduction.problem);
+    }
+  }
+  transfer_->reduction.problem.amplitudes = amplitudes;
+  return *transfer_;
+}
+
+RunTransfer MethodSolver::run_transfer(const Eigen::VectorXd& amplitudes, Progress& progress) {
+  const Transfer& made = transfer(amplitudes, spec_.quiet_weight, progress);
+  return {to_string(scattering_.system().scheme()),
+          made.reduction.problem,
+          scattering_.unit_field().pressure(target_->faces, Eigen::all),
+          made.quiet_weight,
+          made.channels_left_out,
+          made.reduction.left_out};
+}
+
+PhaseSolution MethodSolver::solve_skin_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
+                                              const Eigen::VectorXd* before, const IterationCallback& advance,
+                                              Progress& progress) {
+  MethodSettings settings{method.iterations, method.free_amplitudes, method.free_level,
+                          method.tolerances.value_or(ChannelTolerances{})};
+  const SkinProblem& problem = skin_problem(amplitudes, progress);
+  if (!method.kind->iterates) {
+    return method.kind->solve(problem, {}, settings, advance);
+  }
+  if (before != nullptr) {
+    return method.kind->solve(problem, unit_drives(*before), settings, advance);
+  }
+  settings.search = method.kind->searches && (method.start.kind == StartSpec::Kind::kAuto || method.start.among);
+  if (settings.search) {
+    const Eigen::MatrixXcd others =
+        method.start.among ? start_drives(method, problem) : Eigen::MatrixXcd(problem.channel_count(), 0);
+    return method.kind->solve(problem, others, settings, advance);
+  }
+  return best_of(start_drives(method, problem),
+                 [&](const auto& start) { return method.kind->solve(problem, start, settings, advance); });
+}
+
+const Eigen::RowVectorXcd& MethodSolver::central_row() {
+  if (central_row_.size() == 0) {
+    central_row_ = scattering_.transfer_rows({central_face(scattering_.system().mesh(), *target_)}, "focus");
+  }
+  return central_row_;
+}
+
+double MethodSolver::best_scale(const MethodSpec& method, const TriangleMesh& mesh, const std::vector<TargetBox>& boxes,
+                                Progress& progress) {
+  const auto judged = [&](double scale) {
+    const PhaseSolution trial = solve(method, scale * target_->amplitudes, progress);
+    return pattern_metrics(mesh, boxes, *target_, scattering_.pressure(drive(trial), "scale"));
+  };
+  if (!method.kind->iterates) {
+    return 1.0 / judged(1.0).scale;
+  }
+  constexpr double kLowest = 0.02;
+  const double largest = most_pressure() / target_->amplitudes.maxCoeff();
+  return golden_section([&](double scale) { return judged(scale).relative_error; }, kLowest * largest, largest,
+                        kScaleTrials);
+}
+
+}  // namespace touchfield

@@ -1,0 +1,113 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "sim/field/quiet_skin.h"
+#include "sim/field/target.h"
+#include "sim/run/skin_scattering.h"
+#include "sim/run/transfer.h"
+#include "solvers/phase/incident_problem.h"
+#include "solvers/phase/phase_device.h"
+#include "solvers/phase/phase_solution.h"
+
+namespace touchfield {
+
+/// Patterns that are tried for the best pressure: narrows 1/50 to 1 of the largest one to a factor of 1.09.
+constexpr int kScaleTrials = 9;
+
+/// A channel that the solver knows to be dead has no bearing on any cost: it is not driven.
+void leave_out_dead(const ChannelResponse& response, PhaseSolution& solution);
+
+/// Phases of the finished run that a method starts from (`start: {previous: RUN.h5}`), of its method of the same name
+/// or, if the start names none and there is none, of its first.
+///
+/// channels   of the array they are for
+/// throws     InputError if the file cannot be read as a run, has no such method or not as many channels
+Eigen::VectorXd previous_phases(const MethodSpec& method, Eigen::Index channels);
+
+/// throws   InputError if a method's fixed phases, or those of the run that it starts from, do not fit the channels, or
+///          that run cannot be read
+void require_fitting_phases(const MethodSpec& method, Eigen::Index channels);
+
+/// Solves the phase methods of a scene on one scattering model. What several methods share (b of every channel, its
+/// Gram matrix, columns of B, the transfer matrix) is computed once, when the first one needs it.
+class MethodSolver {
+ public:
+  /// scattering   outlives the solver
+  /// target       absent for scenes without one; methods other than `fixed` need one
+  /// quiet        of the scattering's mesh
+  /// throws       as require_fitting_phases of each method of the spec
+  MethodSolver(SkinScattering& scattering, Eigen::Index channels, std::optional<Target> target, SolveSpec spec,
+               QuietSkin quiet = {});
+
+  SkinScattering& scattering() const { return scattering_; }
+
+  /// Reduces what the channels do to the body by these drives, N x r, which must span it well enough. Keeps the
+  /// pressures of the drives for every target that follows.
+  void span(std::shared_ptr<const Eigen::MatrixXcd> drives) { drives_ = std::move(drives); }
+
+  /// Another target on the same body.
+  void aim(Target target);
+
+  /// The drives that a method finds for wanted amplitudes p' on the target's faces, K [Pa] (empty without a target).
+  /// Channels that the solver knows to be dead are not driven, but by phases that are given.
+  ///
+  /// before   phases that a method which iterates starts from instead of its own start, N [rad]; may be null
+  /// throws   NumericalError if a matrix of the problem is not finite; InputError on given phases or a previous run
+  ///          that do not fit
+  PhaseSolution solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress,
+                      const Eigen::VectorXd* before = nullptr);
+
+  /// The problem of the methods on the skin, for wanted amplitudes p': with its quiet rows if one of them or the
+  /// certificate includes them.
+  const SkinProblem& skin_problem(const Eigen::VectorXd& amplitudes, Progress& progress);
+
+  /// The transfer matrix with its quiet rows, as run.h5 keeps it.
+  RunTransfer run_transfer(const Eigen::VectorXd& amplitudes, Progress& progress);
+
+  /// The largest pressure that the channels can make on the target's central face: all of them in phase there [Pa].
+  double most_pressure() { return central_row().cwiseAbs().sum(); }
+
+  /// The factor on the target's amplitudes for a scene that asks for the best pressure. At this factor `method` reaches
+  /// the lowest relative error of |p| after its own best scale. A method that iterates is solved again at each trial of
+  /// a golden-section search. The search covers 1/50 to 1 of the largest pressure that the array can make on the
+  /// target's central face. The other methods do not depend on the scale and get the one at which they fit best.
+  ///
+  /// mesh   in the frame of the boxes
+  double best_scale(const MethodSpec& method, const TriangleMesh& mesh, const std::vector<TargetBox>& boxes,
+                    Progress& progress);
+
+ private:
+  PhaseSolution found(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress,
+                      const Eigen::VectorXd* before);
+  PhaseSolution solve_incident_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
+                                      const Eigen::VectorXd* before, const IterationCallback& advance);
+  PhaseSolution solve_skin_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
+                                  const Eigen::VectorXd* before, const IterationCallback& advance, Progress& progress);
+  IncidentProblem unscattered(const Eigen::VectorXd& amplitudes, FaceWeights faces);
+  IncidentProblem scattered(const Eigen::VectorXd& amplitudes, FaceWeights faces);
+  const Eigen::MatrixXcd& weighted_gram_of(const Eigen::MatrixXcd& g, const Eigen::VectorXd& weights, FaceWeights faces,
+                                           std::map<FaceWeights, Eigen::MatrixXcd>& kept) const;
+  const Transfer& transfer(const Eigen::VectorXd& amplitudes, double quiet_weight, Progress& progress);
+  const Eigen::RowVectorXcd& central_row();
+
+  SkinScattering& scattering_;
+  Eigen::Index channels_;
+  std::optional<Target> target_;
+  SolveSpec spec_;
+  QuietSkin quiet_;
+  std::shared_ptr<const Eigen::MatrixXcd> drives_;  // given to span(), or none
+  bool leave_card_ = false;                         // for want of memory there
+  // Empty until needed:
+  std::optional<SpannedPressure> spanned_;  // of drives_
+  std::optional<Transfer> transfer_;
+  std::map<FaceWeights, Eigen::MatrixXcd> gram_free_;  // of the incident pressures, those beyond among them
+  Eigen::MatrixXcd b_;                                 // of every channel, where it is not the incident pressure
+  std::map<FaceWeights, Eigen::MatrixXcd> gram_b_;     // likewise
+  Eigen::MatrixXcd columns_;                           // B_T
+  Eigen::RowVectorXcd central_row_;                    // of H
+};
+
+}  // namespace touchfield

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/field/metrics.h"
+#include "sim/run/run_data.h"
+
+namespace touchfield {
+
+/// Stages of some work and the seconds that this machine took for each.
+using StageSeconds = std::vector<std::pair<std::string, double>>;
+
+/// How far what a sensor made of the skin was from the true one, rms about the target (seen_error.h) [m].
+struct SkinOff {
+  double skin = kNotComputed;
+  double patch = kNotComputed;
+};
+
+/// Phases that a method found for one sample of a moving hand. Times are from the beginning of the motion [s].
+struct MotionFrame {
+  double sampled = 0;    // when the hand was where the sensor says
+  double started = 0;    // when the solver began
+  double late = 0;       // how long after its turn that was
+  double shown = 0;      // when the array had the phases
+  double pose_time = 0;  // the instant whose hand was solved for: `sampled`, or later if predicted
+  SkinOff off{};         // of its sample
+  Vector3 target = Vector3::Constant(kNotComputed);  // middle of the patch that it was solved for [m]; NaN if quiet
+  double target_off = kNotComputed;  // from where that patch really was at pose_time [m], along the skin or off it
+  bool quiet = false;                // all drives are 0: the target held no skin, or
+  bool lost = false;                 // the sensor did not know where the hand was
+  PhaseSolution solution{};          // of a quiet frame: N zeros
+  StageSeconds seconds{};
+};
+
+/// What is on the array at an instant, on the true hand as it is then.
+struct MotionScore {
+  double time = 0;                         // [s]
+  int frame = -1;                          // that the array shows; -1: none yet
+  double age = kNotComputed;               // of the sample that the frame is of [s]
+  Vector3 displacement = Vector3::Zero();  // of the target's patch since that sample [m]
+  Metrics metrics{};                       // those that need a target are NaN where it holds no skin
+};
+
+/// The judged skin at an instant, for pictures and ParaView.
+struct MotionInstant {
+  double time = 0;  // [s]
+  TriangleMesh mesh;
+  std::optional<Target> target{};                                    // on this mesh
+  std::vector<std::pair<std::string, Eigen::VectorXcd>> pressure{};  // method's name -> on its faces [Pa]
+};
+
+/// One method over a motion.
+struct MotionMethod {
+  std::string name;    // unique in a motion
+  std::string method;  // paper, unscattered, focus, ...
+  std::string scheme;
+  std::vector<MotionFrame> frames{};
+  std::vector<MotionScore> scores{};
+  int dropped = 0;  // turns at which the solver was still busy
+};
+
+/// Everything that `play` computed; grows as the motion continues.
+struct Motion {
+  std::string name;
+  std::string scene;  // resolved YAML text
+  double seconds = 0;
+  TransducerArray array{};
+  TriangleMesh mesh;                            // the solver's, at the motion's beginning, in the world's frame
+  std::optional<TriangleMesh> judge{};          // the judge's, likewise
+  SkinExtent solved_skin = SkinExtent::kWhole;  // which `mesh` is of
+  std::vector<MotionMethod> methods{};
+  std::vector<std::pair<std::string, double>> timings{};  // stage of the whole -> seconds
+  std::vector<std::string> warnings{};
+  std::vector<std::string> notes{};
+  Provenance provenance{};
+  bool complete = false;
+};
+
+}  // namespace touchfield

@@ -1,0 +1,154 @@
+#include "sim/run/result_warnings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "sim/acoustics/nonlinearity.h"
+#include "sim/run/alarm.h"
+#include "sim/run/text_table.h"
+#include "solvers/phase/phase_methods.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kLargestAlarm = 0.1;
+constexpr double kLargestAmplification = 2.0;
+constexpr double kNotableSigma = 0.3;
+constexpr double kShock = 1.0;
+
+/// "3.6 kPa", "4,000 kPa", "120 Pa".
+std::string pressure_text(double pa) {
+  if (pa < 999.5) {
+    return fmt::format("{:.3g} Pa", pa);
+  }
+  return pa < 999.5e3 ? fmt::format("{:.3g} kPa", 1e-3 * pa) : grouped(std::lround(1e-3 * pa)) + " kPa";
+}
+
+void remark_reach(const Run& run, double most, Remarks& remarks) {
+  std::string reached;
+  double wanted = 0.0;
+  for (const MethodResult* method : methods_below_wanted(run)) {
+    const Metrics& metrics = method->metrics;
+    wanted = metrics.mean_inside_pa / metrics.reached_share;
+    reached += fmt::format("{}{} reaches {} ({:.2g} %)", reached.empty() ? "" : ", ", method->name,
+                           pressure_text(metrics.mean_inside_pa), 100.0 * metrics.reached_share);
+  }
+  if (!reached.empty()) {
+    remarks.warnings.push_back(
+        fmt::format("below_wanted: {} of the wanted {} on the target; the array makes at most {} on its central face",
+                    reached, pressure_text(wanted), pressure_text(most)));
+  }
+}
+
+void remark_unconverged(const Run& run, Remarks& remarks) {
+  for (const SolveRecord& solve : run.solves) {
+    if (!solve.converged && solve.stage != "alarm") {
+      remarks.warnings.push_back(
+          fmt::format("not_converged: {}: scheme {} by {} reached a residual of {:.1e} in {} steps", solve.stage,
+                      solve.scheme, solve.solver, solve.residual, solve.steps));
+    }
+  }
+}
+
+/// Figures of a judge in a scheme with a cure are right whatever phases they are of.
+void remark_alarms(const Run& run, Remarks& remarks) {
+  const bool cured = run.judge_model && std::ranges::any_of(all_schemes(), [&](Scheme scheme) {
+                       return has_cure(scheme) && to_string(scheme) == run.judge_model->scheme;
+                     });
+  for (const auto& [scheme, alarm] : run.alarms) {
+    if (alarm > kLargestAlarm) {
+      (cured ? remarks.notes : remarks.warnings)
+          .push_back(fmt::format("fictitious_frequency: scheme {} differs from Burton-Miller by {:.1f} %: the inside "
+                                 "of this body resonates near this frequency, or the mesh is too coarse{}",
+                                 scheme, 100.0 * alarm,
+                                 cured ? ". Its phases are found with that error; the evaluation is free of it" : ""));
+    }
+  }
+}
+
+void remark_shadow(const Run& run, Remarks& remarks) {
+  if (run.target && !run.methods.empty() && run.methods.front().pressure.size() > 0) {
+    const Eigen::VectorXd power = run.methods.front().pressure.cwiseAbs2();
+    const Eigen::VectorXd& area = run.mesh.areas();
+    double inside = 0.0;
+    double inside_area = 0.0;
+    for (const Eigen::Index f : run.target->faces) {
+      inside += area(f) * power(f);
+      inside_area += area(f);
+    }
+    const double amplification = std::sqrt(area.dot(power) / area.sum() / (inside / inside_area));
+    if (amplification > kLargestAmplification) {
+      remarks.warnings.push_back(
+          fmt::format("deep_shadow: with method {1} the mean pressure of the skin is {0:.1f} times that of the target; "
+                      "errors count that many times there",
+                      amplification, run.methods.front().name));
+    }
+  }
+}
+
+/// Names and sigmas of the methods from `least` to below `end`, the largest of them in `largest`.
+std::string steepened(const Run& run, double least, double end, double& largest) {
+  std::string methods;
+  largest = 0.0;
+  for (const MethodResult& method : run.methods) {
+    const double sigma = method.shock_distance_share;
+    if (sigma >= least && sigma < end) {
+      methods += fmt::format("{}{} {:.2f}", methods.empty() ? "" : ", ", method.name, sigma);
+      largest = std::max(largest, sigma);
+    }
+  }
+  return methods;
+}
+
+/// What a plane wave without losses has lost at `sigma`: "1.2 % of its fundamental, with a second harmonic of 15 %".
+std::string plane_wave_text(double sigma) {
+  const double fundamental = plane_wave_harmonic(1, sigma);
+  return fmt::format("{:.2g} % of its fundamental and has a second harmonic of {:.0f} % of the rest",
+                     100.0 * (1.0 - fundamental), 100.0 * plane_wave_harmonic(2, sigma) / fundamental);
+}
+
+void remark_nonlinearity(const Run& run, Remarks& remarks) {
+  double largest = 0.0;
+  if (const std::string methods = steepened(run, kShock, HUGE_VAL, largest); !methods.empty()) {
+    remarks.warnings.push_back(
+        fmt::format("nonlinear: on the path to the loudest place of the skin sigma reaches {}: a shock forms at 1, "
+                    "where a plane wave without losses has lost {}; this linear model overestimates the pressure there",
+                    methods, plane_wave_text(kShock)));
+  }
+  if (const std::string methods = steepened(run, kNotableSigma, kShock, largest); !methods.empty()) {
+    remarks.notes.push_back(
+        fmt::format("nonlinear: on the path to the loudest place of the skin sigma reaches {}: at {:.2f} a plane wave "
+                    "without losses has lost {}",
+                    methods, largest, plane_wave_text(largest)));
+  }
+}
+
+}  // namespace
+
+std::vector<const MethodResult*> methods_below_wanted(const Run& run) {
+  std::vector<const MethodResult*> methods;
+  const bool best = std::ranges::any_of(run.seconds, [](const auto& stage) { return stage.first == kScaleStage; });
+  for (const MethodResult& method : run.methods) {
+    if (!best && phase_method(method.method).model != MethodModel::kGiven &&
+        method.metrics.reached_share < kLeastReached) {
+      methods.push_back(&method);
+    }
+  }
+  return methods;
+}
+
+Remarks result_remarks(const Run& run, double most) {
+  Remarks remarks;
+  remark_reach(run, most, remarks);
+  remark_unconverged(run, remarks);
+  remark_alarms(run, remarks);
+  remark_shadow(run, remarks);
+  remark_nonlinearity(run, remarks);
+  return remarks;
+}
+
+}  // namespace touchfield

@@ -1,0 +1,124 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/acoustics/transducer_array.h"
+#include "sim/field/field_grid.h"
+#include "sim/field/metrics.h"
+#include "sim/field/target.h"
+#include "sim/mesh/triangle_mesh.h"
+#include "sim/model/model.h"
+#include "solvers/phase/phase_solution.h"
+#include "solvers/phase/skin_problem.h"
+
+namespace touchfield {
+
+/// What one method found and how it was judged.
+struct MethodResult {
+  std::string name;    // unique in a run
+  std::string method;  // paper, unscattered, focus, fixed
+  std::string scheme;  // of the boundary elements
+  PhaseSolution solution;
+  Eigen::VectorXcd pressure;        // M, on the solving mesh [Pa]
+  Eigen::VectorXcd judge_pressure;  // on the judge's mesh [Pa]; empty: no judge, or `pressure` is the judge's
+  Metrics metrics;
+  double shock_distance_share = kNotComputed;  // sigma on the way to the loudest place of the skin (nonlinearity.h)
+  std::vector<std::pair<std::string, double>> seconds;  // stage -> seconds
+};
+
+/// The field on one grid.
+struct FieldResult {
+  FieldGrid grid;
+  std::vector<unsigned char> inside;                               // 1 inside a body; the pressure there is 0
+  std::vector<std::pair<std::string, Eigen::VectorXcd>> pressure;  // method name -> total pressure [Pa]
+};
+
+/// Where a run came from.
+struct Provenance {
+  std::string version;
+  std::string revision;
+  std::string compiler;
+  std::string flags;
+  std::string machine;
+  std::string blas_core;          // whose kernels OpenBLAS ran: "SkylakeX", "Haswell", ...
+  std::string instruction_level;  // of the inner loops: "v2", "v3", ...
+  std::string card{};             // graphics card that computed, with driver and toolkit; empty: none
+  int threads = 0;
+  std::string seeds;  // "name=value" separated by spaces, empty if no seed was used
+  std::string command_line;
+  std::string start;       // UTC, ISO 8601
+  std::string end;         // empty while the run continues
+  std::string scene_hash;  // of the resolved scene text
+};
+
+/// One solve of B p = b: what was done, how well, and how long it took.
+struct SolveRecord {
+  std::string stage;  // pressure, judge, alarm, ...
+  std::string scheme;
+  std::string solver;     // "LU", "GMRES, stored" or "GMRES, matrix-free"
+  std::string precision;  // "single", "single refined" or "double"
+  std::string device{};   // "cpu" or "cuda:0"
+  long unknowns = 0;
+  int right_hand_sides = 0;
+  int steps = 0;  // most GMRES steps of a column; 0 of LU
+  int refinements = 0;
+  double residual = kNotComputed;  // worst |b - B p| / |b|, by a product in double
+  bool converged = true;
+  double seconds = 0;
+};
+
+/// The judge's own model, where it is not the solving one.
+struct JudgeModel {
+  std::string scheme;
+  TriangleMesh mesh;             // in the world's frame
+  std::optional<Target> target;  // on this mesh
+};
+
+/// What the channels make of the skin by one scheme: what method surface works on.
+struct RunTransfer {
+  std::string scheme;
+  SkinProblem problem;           // rows of H at the target's faces, R of the others; amplitudes are the target's
+  Eigen::MatrixXcd incident;     // K x N, the target's rows without scattering [Pa]
+  double quiet_weight = 0;       // w_Z of R
+  double channels_left_out = 0;  // share, by norm, of what all channels do to the body that H leaves out
+  double quiet_left_out = 0;     // of what they do to the skin outside the target that R leaves out
+};
+
+/// The stage of a run in which the best pressure of its target was found.
+inline constexpr const char* kScaleStage = "scale";
+
+/// Everything a run computed; grows as the run continues.
+struct Run {
+  std::string name;
+  std::string scene;                        // resolved YAML text
+  TriangleMesh mesh;                        // in the world's frame; of several bodies one behind the other
+  TransducerArray array{};                  // as the solver assumes it
+  std::optional<ArrayTruth> array_truth{};  // then judge and fields are of it
+  double frequency = kNotComputed;          // [Hz]; not known of files from before 0.3
+  std::optional<Target> target{};
+  std::string judge = "none";                   // none, same (the solving mesh), truth, edge, split
+  std::optional<JudgeModel> judge_model{};      // there if judge is truth, edge or split
+  SkinExtent solved_skin = SkinExtent::kWhole;  // which `mesh` is of
+  std::vector<MethodResult> methods{};
+  std::vector<FieldResult> fields{};
+  std::vector<SolveRecord> solves{};                      // in the order of the run
+  std::vector<std::pair<std::string, double>> seconds{};  // stage of the whole run -> seconds
+  double alarm = kNotComputed;  // |plain - Burton-Miller| / |Burton-Miller|, first method's scheme
+  std::vector<std::pair<std::string, double>> alarms{};  // the same of each scheme without a cure: scheme -> alarm
+  std::vector<std::string> warnings{};                   // what makes it less than trustworthy, "name: what"
+  std::vector<std::string> notes{};                      // what is worth knowing besides, likewise
+  Provenance provenance{};
+  bool complete = false;
+  std::vector<std::string> bodies{};     // names of the bodies; empty if there is one without a name
+  std::vector<int> owner{};              // M: number of the body a face is of; empty with `bodies`
+  std::vector<RunTransfer> transfers{};  // one a scheme, where the scene asks for them
+
+  /// Whether the fields are scattered by the judge's mesh: where the solver mistakes the channels or has a part of the
+  /// skin.
+  bool has_fields_of_judge() const { return judge_model && (array_truth || solved_skin == SkinExtent::kPart); }
+};
+
+}  // namespace touchfield

@@ -1,0 +1,332 @@
+#include "sim/run/run_file.h"
+
+#include <cstring>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "sim/run/archive_file.h"
+#include "sim/run/archive_parts.h"
+#include "sim/run/run_archive.h"
+#include "sim/run/run_layout.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr ArchiveFormat kRunArchive = {"run", kRunFormatVersion};
+
+// Below, Io is GroupWriter or GroupReader, and what is written or read a const or a plain reference.
+
+template <class Io, class Truth>
+void truth_parts(const Io& io, Truth& truth) {
+  io.attribute("phase_levels", truth.phase_levels);
+  response_parts(io, truth.response);
+}
+
+void box_parts(const GroupWriter& io, const std::vector<TargetBox>& boxes) {
+  const auto count = static_cast<Eigen::Index>(boxes.size());
+  Points centres(3, count);
+  Points sizes(3, count);
+  Points axes(3, 3 * count);
+  for (Eigen::Index b = 0; b < count; ++b) {
+    const TargetBox& box = boxes[static_cast<std::size_t>(b)];
+    centres.col(b) = box.centre;
+    sizes.col(b) = box.size;
+    axes.middleCols<3>(3 * b) = box.rotation;
+  }
+  io.columns("centre", centres, "m");
+  io.columns("size", sizes, "m");
+  io.columns("axis", axes, "1");
+  const auto differs = [](const TargetBox& box) { return box.shape != TargetShape::kBox || box.level != 1.0; };
+  if (std::ranges::any_of(boxes, differs)) {
+    Eigen::VectorXd levels(count);
+    std::vector<int> shapes;
+    for (const TargetBox& box : boxes) {
+      levels(static_cast<Eigen::Index>(shapes.size())) = box.level;
+      shapes.push_back(static_cast<int>(box.shape));
+    }
+    io.list("level", levels, "1");
+    io.list("shape", shapes, "1");
+  }
+}
+
+void box_parts(const GroupReader& io, std::vector<TargetBox>& boxes) {
+  Points centres;
+  Points sizes;
+  Points axes;
+  io.columns("centre", centres, "m");
+  io.columns("size", sizes, "m");
+  io.columns("axis", axes, "1");
+  if (sizes.cols() != centres.cols() || axes.cols() != 3 * centres.cols()) {
+    io.fail("size must have as many rows as centre, axis three times as many");
+  }
+  if (!centres.allFinite() || !(sizes.array() > 0).all() || !sizes.allFinite() || !axes.allFinite()) {
+    io.fail("centre, size and axis must be finite, size > 0");
+  }
+  Eigen::VectorXd levels;
+  std::vector<int> shapes;
+  io.optional_list("level", levels, "1");
+  io.optional_list("shape", shapes, "1");
+  const bool plain = levels.size() == 0 && shapes.empty();
+  if (!plain && (levels.size() != centres.cols() || shapes.size() != static_cast<std::size_t>(centres.cols()))) {
+    io.fail("level and shape must have as many values as centre has rows");
+  }
+  if (std::ranges::any_of(shapes,
+                          [](int shape) { return shape < 0 || shape > static_cast<int>(TargetShape::kMask); })) {
+    io.fail("shape must be 0 (box), 1 (cylinder) or 2 (mask)");
+  }
+  for (Eigen::Index b = 0; b < centres.cols(); ++b) {
+    boxes.push_back({centres.col(b), sizes.col(b), axes.middleCols<3>(3 * b),
+                     plain ? TargetShape::kBox : static_cast<TargetShape>(shapes[static_cast<std::size_t>(b)]),
+                     plain ? 1.0 : levels(b)});
+  }
+}
+
+template <class Io, class Target>
+void target_parts(const Io& io, Target& target) {
+  io.list("face", target.faces, "1");
+  io.list("amplitude", target.amplitudes, "Pa");
+  io.list("box", target.box, "1");
+  io.part("boxes", !target.boxes.empty(), [&](const Io& part) { box_parts(part, target.boxes); });
+}
+
+/// A target, if there is one.
+template <class Io, class Optional>
+void optional_target(const Io& io, Optional& target) {
+  io.part("target", target.has_value(), [&](const Io& part) {
+    if constexpr (Io::kReads) {
+      target.emplace();
+    }
+    target_parts(part, *target);
+  });
+}
+
+template <class Io, class Method>
+void method_parts(const Io& io, Method& result) {
+  io.attribute("method", result.method);
+  io.attribute("scheme", result.scheme);
+  io.choice("status", result.solution.status, status_choices());
+  io.attribute("steps", result.solution.iterations);
+  for (const MetricField& field : metric_fields()) {
+    io.later_attribute(field.name, result.metrics.*field.value);
+  }
+  io.later_attribute("shock_distance_share", result.shock_distance_share);
+  io.stages("seconds_", result.seconds);
+  io.list("phase", result.solution.phases, "rad");
+  io.list("amplitude", result.solution.amplitudes, "1");
+  io.optional_list("pressure", result.pressure, "Pa");
+  io.optional_list("cost", result.solution.cost_history, "Pa2");
+}
+
+/// What the judge shares with the solving model is a link to the data there.
+void judge_parts(const GroupWriter& io, const Run& run) {
+  io.attribute("judge", run.judge);
+  if (run.judge_model) {
+    io.attribute("scheme", run.judge_model->scheme);
+    io.part("mesh", true, [&](const GroupWriter& part) { mesh_parts(part, run.judge_model->mesh); });
+    optional_target(io, run.judge_model->target);
+  } else {
+    io.link("mesh", "/mesh");
+    if (run.target) {
+      io.link("target", "/target");
+    }
+  }
+  const hdf5::Group methods = io.create("methods");
+  for (const MethodResult& result : run.methods) {
+    if (result.judge_pressure.size() != 0) {
+      GroupWriter(methods.create(result.name)).list("pressure", result.judge_pressure, "Pa");
+    } else if (!run.judge_model && result.pressure.size() != 0) {
+      methods.create(result.name).link("pressure", "/methods/" + result.name + "/pressure");
+    }
+  }
+}
+
+bool same_bits(const Eigen::VectorXcd& a, const Eigen::VectorXcd& b) {
+  return a.size() == b.size() &&
+         std::memcmp(a.data(), b.data(), sizeof(Complex) * static_cast<std::size_t>(a.size())) == 0;
+}
+
+/// Needs the run's methods.
+void judge_parts(const GroupReader& io, Run& run) {
+  io.attribute("judge", run.judge);
+  if (has_judge_model(run.judge)) {
+    std::string scheme;
+    io.attribute("scheme", scheme);
+    run.judge_model = JudgeModel{scheme, read_mesh(GroupReader(io.open("mesh"))), std::nullopt};
+    optional_target(io, run.judge_model->target);
+  } else if (run.judge != "same") {
+    io.fail(fmt::format("unknown judge '{}'", run.judge));
+  }
+  const hdf5::Content methods = io.open("methods");
+  for (MethodResult& result : run.methods) {
+    if (methods.has(result.name)) {
+      GroupReader(methods.open(result.name)).list("pressure", result.judge_pressure, "Pa");
+      if (!run.judge_model && same_bits(result.judge_pressure, result.pressure)) {
+        result.judge_pressure.resize(0);
+      }
+    }
+  }
+}
+
+/// Needs the run's array and target. The attributes say how to multiply.
+void transfer_parts(const GroupWriter& io, const RunTransfer& /*transfer*/, const Run& /*run*/) {
+  io.attribute("pressure",
+               std::string("p[face] = target @ q, without scattering incident @ q; q = amplitude * exp(i phase)"));
+  io.attribute("cost", std::string("sum(weight * (abs(target @ q) - wanted)**2) + sum(abs(quiet @ q)**2)"));
+  io.link("face", "/target/face");
+  io.link("wanted", "/target/amplitude");
+}
+
+void transfer_parts(const GroupReader& io, RunTransfer& transfer, const Run& run) {
+  if (!run.target) {
+    io.fail("the run must have a target");
+  }
+  transfer.problem.amplitudes = run.target->amplitudes;
+}
+
+template <class Io, class Transfers, class TheRun>
+void transfers_parts(const Io& io, Transfers& transfers, TheRun& run) {
+  io.parts(
+      transfers, [](auto& transfer) -> auto& { return transfer.scheme; },
+      [&](const Io& part, auto& transfer) {
+        transfer_parts(part, transfer, run);
+        part.attribute("quiet_weight", transfer.quiet_weight);
+        part.attribute("channels_left_out", transfer.channels_left_out);
+        part.attribute("quiet_left_out", transfer.quiet_left_out);
+        part.list("weight", transfer.problem.weights, "m2");
+        part.matrix("target", transfer.problem.target, run.array.size(), "Pa");
+        part.matrix("quiet", transfer.problem.quiet, run.array.size(), "Pa m");
+        part.matrix("incident", transfer.incident, run.array.size(), "Pa");
+      });
+}
+
+template <class Io, class Solves>
+void solves_parts(const Io& io, Solves& solves) {
+  if constexpr (Io::kReads) {
+    std::vector<std::int64_t> unknowns;
+    io.list("unknowns", unknowns, "1");
+    solves.resize(unknowns.size());
+  }
+  io.column("stage", solves, &SolveRecord::stage, "text");
+  io.column("scheme", solves, &SolveRecord::scheme, "text");
+  io.column("solver", solves, &SolveRecord::solver, "text");
+  io.column("precision", solves, &SolveRecord::precision, "text");
+  io.later_column("device", solves, &SolveRecord::device, "text");
+  io.column("unknowns", solves, &SolveRecord::unknowns, "1");
+  io.column("right_hand_sides", solves, &SolveRecord::right_hand_sides, "1");
+  io.column("steps", solves, &SolveRecord::steps, "1");
+  io.column("refinements", solves, &SolveRecord::refinements, "1");
+  io.column("residual", solves, &SolveRecord::residual, "1");
+  io.column("converged", solves, &SolveRecord::converged, "1");
+  io.column("seconds", solves, &SolveRecord::seconds, "s");
+}
+
+template <class Io, class Field>
+void field_parts(const Io& io, Field& field) {
+  auto& grid = field.grid;
+  io.three("origin", grid.origin, "m");
+  io.three("spacing", grid.spacing, "m");
+  io.three("count", grid.count, "1");
+  io.on_grid("inside", field.inside, grid, "1");
+  io.part("pressure", true, [&](const Io& pressures) {
+    if constexpr (Io::kReads) {
+      for (const std::string& method : pressures.names()) {
+        field.pressure.emplace_back(method, Eigen::VectorXcd());
+      }
+    }
+    for (auto& [method, pressure] : field.pressure) {
+      pressures.on_grid(method, pressure, grid, "Pa");
+    }
+  });
+}
+
+/// All but what is said of the run in the root itself, and its mesh.
+template <class Io, class TheRun>
+void run_parts(const Io& io, TheRun& run) {
+  io.part("array", true, [&](const Io& part) {
+    array_parts(part, run.array);
+    part.part("truth", run.array_truth.has_value(), [&](const Io& truth) {
+      if constexpr (Io::kReads) {
+        run.array_truth.emplace();
+      }
+      truth_parts(truth, *run.array_truth);
+    });
+  });
+  optional_target(io, run.target);
+  io.part("methods", !run.methods.empty(), [&](const Io& methods) {
+    methods.parts(
+        run.methods, [](auto& method) -> auto& { return method.name; },
+        [](const Io& part, auto& method) { method_parts(part, method); });
+  });
+  io.part("judge", run.judge != "none", [&](const Io& part) { judge_parts(part, run); });
+  io.part("transfer", !run.transfers.empty(), [&](const Io& part) { transfers_parts(part, run.transfers, run); });
+  io.part("solves", !run.solves.empty(), [&](const Io& part) { solves_parts(part, run.solves); });
+  io.part("field", !run.fields.empty(), [&](const Io& fields) {
+    fields.parts(
+        run.fields, [](auto& field) -> auto& { return field.grid.name; },
+        [](const Io& part, auto& field) { field_parts(part, field); });
+  });
+  io.part("seconds", !run.seconds.empty(), [&](const Io& part) { part.stages("", run.seconds); });
+  io.part("alarms", !run.alarms.empty(), [&](const Io& part) { part.stages("", run.alarms); });
+  io.optional_texts("warnings", run.warnings);
+  io.optional_texts("notes", run.notes);
+  io.part("provenance", true, [&](const Io& part) { provenance_parts(part, run.provenance); });
+}
+
+template <class Io, class TheRun>
+void bodies_parts(const Io& io, TheRun& run) {
+  io.later_attribute("bodies", run.bodies);
+  io.optional_list("body", run.owner, "1");
+}
+
+void write_run(const GroupWriter& io, const Run& run) {
+  format_parts(io, kRunArchive);
+  io.attribute("name", run.name);
+  io.attribute("complete", run.complete ? 1 : 0);
+  io.attribute("alarm", run.alarm);
+  io.attribute("frequency", run.frequency);
+  io.write_text("scene", run.scene);
+  io.part("mesh", true, [&](const GroupWriter& part) {
+    mesh_parts(part, run.mesh);
+    bodies_parts(part, run);
+  });
+  run_parts(io, run);
+  extent_parts(io, run);
+}
+
+Run read_run(const GroupReader& io) {
+  require_groups(io);
+  const GroupReader mesh(io.open("mesh"));
+  Run run{.name = io.text_attribute("name"),
+          .scene = io.read_text("scene"),
+          .mesh = read_mesh(mesh),
+          .complete = io.integer_attribute("complete") != 0};
+  io.later_attribute("alarm", run.alarm);
+  io.later_attribute("frequency", run.frequency);
+  bodies_parts(mesh, run);
+  run_parts(io, run);
+  extent_parts(io, run);
+  return run;
+}
+
+}  // namespace
+
+void write_run_file(const std::string& path, const Run& run) {
+  check_run(run);
+  const hdf5::MemoryFile file(path);
+  write_run(GroupWriter(file.root()), run);
+  write_archive(path, file);
+}
+
+std::string run_file_at(const std::string& path) {
+  return std::filesystem::is_directory(path) ? (std::filesystem::path(path) / "run.h5").string() : path;
+}
+
+Run read_run_file(const std::string& path, const Warn& warn) {
+  Run run = read_run(GroupReader(read_archive(path, kRunArchive, warn)));
+  require_undamaged(path, [&] { check_run(run); });
+  return run;
+}
+
+}  // namespace touchfield

@@ -1,0 +1,281 @@
+#include "sim/run/skin_scattering.h"
+
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "sim/gpu/gpu_library.h"
+#include "solvers/linear/blas_product.h"
+
+namespace touchfield {
+
+namespace {
+
+SystemOptions system_options(const SolverSpec& spec, SolverKind kind) {
+  SystemOptions options;
+  options.coupling = spec.coupling;
+  options.rule.split_ratio = spec.split_ratio;
+  options.grid_tolerance = kind == SolverKind::kFft ? grid_tolerance(spec) : 0.0;
+  return options;
+}
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace
+
+SkinModel::SkinModel(TriangleMesh mesh, const Wave& wave, Scheme scheme, const SolverSpec& spec,
+                     Eigen::Index right_hand_sides)
+    : spec_(spec),
+      right_hand_sides_(right_hand_sides),
+      by_grid_(solver_grid(grid_body(mesh), wave, spec).seconds),
+      device_(choose_device(spec, scheme, mesh.face_count(), right_hand_sides)),
+      decision_(choose_solver(spec, scheme, mesh.face_count(), available_memory(), right_hand_sides, by_grid_)),
+      system_(std::move(mesh), wave, scheme,
+              system_options(spec, device_.card ? SolverKind::kMatrixFree : decision_.options.kind)) {
+  if (device_.card) {
+    decision_.options.precision = Precision::kSingle;
+    decision_.options.refine = false;
+  } else {
+    system_.prepare();
+  }
+}
+
+BodyOnCard* SkinModel::card() {
+  if (device_.card && !card_) {
+    card_ = std::make_unique<BodyOnCard>(shared_gpu(*device_.card), system_, decision_.options,
+                                         spec_.solver == SolverChoice::kAuto);
+  }
+  return card_.get();
+}
+
+bool SkinModel::follow(const TriangleMesh& mesh) {
+  if (!card_ || system_.mesh().triangles() != mesh.triangles()) {
+    return false;
+  }
+  system_ = ScatteringSystem(mesh, system_.wave(), system_.scheme(), system_.options());
+  card_->move(mesh);
+  return true;
+}
+
+void SkinModel::leave_card() {
+  card_.reset();
+  device_ = {std::nullopt, "the graphics card has too little memory"};
+  decision_ =
+      choose_solver(spec_, system_.scheme(), system_.unknowns(), available_memory(), right_hand_sides_, by_grid_);
+  system_ =
+      ScatteringSystem(system_.mesh(), system_.wave(), system_.scheme(), system_options(spec_, decision_.options.kind));
+}
+
+const ScatteringSolver& SkinModel::solver() {
+  if (!solver_) {
+    solver_ = make_solver(system_, decision_.options);
+  }
+  return *solver_;
+}
+
+double SkinModel::reciprocal_condition() {
+  if (!reciprocal_condition_ && solver_) {
+    reciprocal_condition_ = solver_->reciprocal_condition();
+  }
+  return reciprocal_condition_.value_or(std::numeric_limits<double>::quiet_NaN());
+}
+
+SkinScattering::SkinScattering(std::shared_ptr<SkinModel> model, TransducerArray array,
+                               std::vector<SolveRecord>& records, Progress& progress)
+    : model_(std::move(model)), array_(std::move(array)), records_(records), progress_(progress) {}
+
+SkinScattering::SkinScattering(TriangleMesh mesh, const Wave& wave, Scheme scheme, const SolverSpec& spec,
+                               TransducerArray array, std::vector<SolveRecord>& records, Progress& progress,
+                               Eigen::Index right_hand_sides)
+    : SkinScattering(std::make_shared<SkinModel>(std::move(mesh), wave, scheme, spec, right_hand_sides),
+                     std::move(array), records, progress) {}
+
+SkinScattering::SkinScattering(const SkinScattering& other, ChannelResponse response)
+    : SkinScattering(other.model_, other.array_, other.records_, other.progress_) {
+  array_.response = std::move(response);
+}
+
+const IncidentField& SkinScattering::unit_field() {
+  if (!unit_) {
+    unit_ = system().incident(array_);
+  }
+  return *unit_;
+}
+
+IncidentField SkinScattering::driven_field(const Eigen::MatrixXcd& drives, bool single) {
+  return unit_ ? driven(*unit_, drives) : system().incident(array_, drives, single);
+}
+
+ScatteringSolver::Report SkinScattering::reporter() {
+  const double target = std::log(decision().options.tolerance);
+  return [this, target](int /*step*/, double worst) {
+    if (worst > 0) {
+      progress_.advance(std::min(0.99, std::max(0.0, std::log(worst) / target)));
+    }
+  };
+}
+
+void SkinScattering::record(const std::string& stage, Eigen::Index right_hand_sides, const SolveReport& report,
+                            double seconds) {
+  BodyOnCard* const card = model_->card();
+  SolveRecord record;
+  record.stage = stage;
+  record.scheme = to_string(system().scheme());
+  record.solver = to_string(card != nullptr ? card->kind() : decision().options.kind);
+  record.precision = precision_name(decision().options);
+  record.device = card != nullptr ? fmt::format("cuda:{}", card->gpu().info().index) : "cpu";
+  record.unknowns = system().unknowns();
+  record.right_hand_sides = static_cast<int>(right_hand_sides);
+  record.steps = report.steps;
+  record.refinements = report.refinements;
+  record.residual = report.residual;
+  record.converged = report.converged;
+  record.seconds = seconds;
+  records_.push_back(std::move(record));
+}
+
+/// Goes on without the card, for want of memory there.
+void SkinScattering::leave_card(const std::string& stage, const GpuMemoryFailure& failure) const {
+  progress_.warn(fmt::format("{}: {}; the processor continues", stage, failure.what()));
+  model_->leave_card();
+}
+
+/// The body on the card, brought there if it is not yet; null on the processor.
+BodyOnCard* SkinScattering::card(const std::string& stage) const {
+  try {
+    return model_->card();
+  } catch (const GpuMemoryFailure& failure) {
+    leave_card(stage, failure);
+    return nullptr;
+  }
+}
+
+/// Has the card do it and records that. False on the processor, and from where on the card has too little memory.
+template <typename Work>
+bool SkinScattering::on_card(const std::string& stage, Eigen::Index right_hand_sides, const Work& work) {
+  const auto start = std::chrono::steady_clock::now();
+  BodyOnCard* const body = card(stage);
+  if (body == nullptr) {
+    return false;
+  }
+  try {
+    const SolveReport report = work(*body);
+    record(stage, right_hand_sides, report, seconds_since(start));
+    return true;
+  } catch (const GpuMemoryFailure& failure) {
+    leave_card(stage, failure);
+    return false;
+  }
+}
+
+void SkinScattering::prepare() {
+  if (gpu() == nullptr) {
+    model_->solver();
+  }
+}
+
+Gpu* SkinScattering::gpu() const {
+  const BodyOnCard* const body = card("body");
+  return body != nullptr ? &body->gpu() : nullptr;
+}
+
+std::optional<IncidentProblem> SkinScattering::incident_on_card(const std::vector<Eigen::Index>& faces,
+                                                                const Eigen::VectorXd& amplitudes,
+                                                                const Eigen::VectorXd& weights,
+                                                                const Eigen::MatrixXcd& beyond, bool scattered) {
+  BodyOnCard* const body = card("body");
+  return body != nullptr ? std::optional(body->incident_problem(array_, faces, amplitudes, weights, beyond, scattered))
+                         : std::nullopt;
+}
+
+Eigen::MatrixXcd SkinScattering::pressure(const Eigen::MatrixXcd& drives, const std::string& stage, bool single) {
+  Eigen::MatrixXcd p;
+  if (on_card(stage, drives.cols(), [&](BodyOnCard& card) {
+        Solved solved = card.pressure(array_, drives, reporter());
+        p = std::move(solved.x);
+        return solved.report;
+      })) {
+    return p;
+  }
+  const IncidentField field = driven_field(drives, single);
+  return solved(system().right_hand_side(field), field, stage);
+}
+
+std::optional<BodyOnCard::Spanned> SkinScattering::spanned_on_card(
+    const std::shared_ptr<const Eigen::MatrixXcd>& drives, double tolerance, const BodyOnCard::Wanted& wanted,
+    const std::string& stage) {
+  std::optional<BodyOnCard::Spanned> spanned;
+  const auto work = [&](BodyOnCard& card) {
+    spanned =
+        drives ? card.spanned(array_, drives, wanted, reporter()) : card.spanned(array_, tolerance, wanted, reporter());
+    return spanned->report;
+  };
+  if (on_card(stage, 0, work)) {  // how many is known when they are solved
+    records_.back().right_hand_sides = static_cast<int>(spanned->drives);
+  }
+  return spanned;
+}
+
+Eigen::MatrixXcd SkinScattering::spanned_pressure(const LowRank& drives, const std::string& stage) {
+  IncidentField field;
+  if (system().needs_incident_pressure()) {
+    field.pressure = matrix_product(unit_field().pressure, drives.basis);
+  }
+  return solved(drives.coefficients.adjoint(), field, stage);
+}
+
+Eigen::MatrixXcd SkinScattering::solved(const Eigen::MatrixXcd& b, const IncidentField& field,
+                                        const std::string& stage) {
+  const auto start = std::chrono::steady_clock::now();
+  const Solved solved = model_->solver().solve(b, reporter());
+  Eigen::MatrixXcd p = system().pressure(solved.x, field);
+  record(stage, b.cols(), solved.report, seconds_since(start));
+  return p;
+}
+
+Eigen::MatrixXcd SkinScattering::transfer_rows(const std::vector<Eigen::Index>& faces, const std::string& stage) {
+  Eigen::MatrixXcd rows;
+  if (on_card(stage, static_cast<Eigen::Index>(faces.size()), [&](BodyOnCard& card) {
+        Solved solved = card.transfer_rows(array_, faces, reporter());
+        rows = std::move(solved.x);
+        return solved.report;
+      })) {
+    return rows;
+  }
+  const Eigen::MatrixXcd b = system().transposed_right_hand_side(faces);
+  const auto start = std::chrono::steady_clock::now();
+  const Solved solved = model_->solver().solve_transpose(b, reporter());
+  record(stage, b.cols(), solved.report, seconds_since(start));
+  return system().transfer_rows(faces, solved.x, unit_field());
+}
+
+std::string describe_decision(const SkinScattering& scattering) {
+  const ScatteringSystem& system = scattering.system();
+  const SolverOptions& options = scattering.decision().options;
+  if (Gpu* const gpu = scattering.gpu()) {
+    return fmt::format("  solver: on {}, single, {} unknowns ({})", gpu->info().name, system.unknowns(),
+                       scattering.device().reason);
+  }
+  std::string text =
+      fmt::format("  solver: {}, {}, {} unknowns", to_string(options.kind), precision_name(options), system.unknowns());
+  if (system.near_pairs() > 0) {
+    text += fmt::format(", {} near pairs", system.near_pairs());
+  }
+  if (traits(system.scheme()).interior_points) {
+    text += fmt::format(", {} interior points", system.interior_points().cols());
+  }
+  return text + fmt::format(" ({})", scattering.decision().reason);
+}
+
+void require_finite(const std::string& what, const Eigen::MatrixXcd& pressure) {
+  if (!pressure.allFinite()) {
+    throw NumericalError(fmt::format("{}: the scattered pressure is not finite", what));
+  }
+}
+
+}  // namespace touchfield

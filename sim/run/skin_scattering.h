@@ -1,0 +1,131 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "sim/acoustics/transducer_array.h"
+#include "sim/core/progress.h"
+#include "sim/gpu/body_on_card.h"
+#include "sim/run/run_data.h"
+#include "sim/run/solver_choice.h"
+#include "solvers/linear/low_rank.h"
+
+namespace touchfield {
+
+/// A body in one scheme with its solver, on the processor or on a graphics card: what does not depend on the array. The
+/// solver is made when the first solution is asked for.
+class SkinModel {
+ public:
+  /// right_hand_sides   of the largest block that will be asked for: what the solver is chosen by
+  SkinModel(TriangleMesh mesh, const Wave& wave, Scheme scheme, const SolverSpec& spec,
+            Eigen::Index right_hand_sides = 1);
+  SkinModel(const SkinModel&) = delete;  // the solver refers to the system
+  SkinModel& operator=(const SkinModel&) = delete;
+
+  const ScatteringSystem& system() const { return system_; }
+  const SolverDecision& decision() const { return decision_; }
+  const DeviceDecision& device() const { return device_; }
+  /// The body on the card; null on the processor.
+  BodyOnCard* card();
+  /// The same triangles with their vertices elsewhere, where the card has the body: what it keeps then serves on.
+  /// False, and nothing done, otherwise.
+  bool follow(const TriangleMesh& mesh);
+  /// Continues on the processor, for want of memory on the card.
+  void leave_card();
+  const ScatteringSolver& solver();
+  /// Reciprocal condition number of B, estimated once; NaN if no factorisation has been made.
+  double reciprocal_condition();
+
+ private:
+  SolverSpec spec_;
+  Eigen::Index right_hand_sides_;
+  double by_grid_;  // seconds of the solver_grid() of the body
+  DeviceDecision device_;
+  SolverDecision decision_;
+  ScatteringSystem system_;
+  std::unique_ptr<BodyOnCard> card_;
+  std::unique_ptr<ScatteringSolver> solver_;
+  std::optional<double> reciprocal_condition_;
+};
+
+/// A model with an array: what turns drives into pressures on the skin. The field of every channel is made when a
+/// method needs it. Solves are recorded.
+class SkinScattering {
+ public:
+  /// array     in the frame of the model's mesh
+  /// records   gets one line per solve; records and progress outlive this
+  SkinScattering(std::shared_ptr<SkinModel> model, TransducerArray array, std::vector<SolveRecord>& records,
+                 Progress& progress);
+  /// A model of its own.
+  SkinScattering(TriangleMesh mesh, const Wave& wave, Scheme scheme, const SolverSpec& spec, TransducerArray array,
+                 std::vector<SolveRecord>& records, Progress& progress, Eigen::Index right_hand_sides = 1);
+  /// The model and the array of another, whose channels respond otherwise.
+  SkinScattering(const SkinScattering& other, ChannelResponse response);
+
+  const ScatteringSystem& system() const { return model_->system(); }
+  const SolverDecision& decision() const { return model_->decision(); }
+  const DeviceDecision& device() const { return model_->device(); }
+  const TransducerArray& array() const { return array_; }
+  /// Null on the processor, from now on too if the card has no room for the body.
+  Gpu* gpu() const;
+
+  /// Makes the solver now rather than when the first solution is asked for.
+  void prepare();
+
+  /// The field of every channel at unit drive; kept once made.
+  const IncidentField& unit_field();
+
+  /// Pressures M x S [Pa] of drives N x S.
+  ///
+  /// stage    what the record calls it
+  /// single   whether the incident field is summed over channels in single precision
+  Eigen::MatrixXcd pressure(const Eigen::MatrixXcd& drives, const std::string& stage, bool single = false);
+
+  /// Pressures M x r [Pa] of the drives that span what all channels do: `drives` is b^H of unit_field() compressed, so
+  /// that their right-hand sides are known already.
+  Eigen::MatrixXcd spanned_pressure(const LowRank& drives, const std::string& stage);
+
+  /// What drives that span all channels make of the faces and of the rest, by the card; nothing on the processor.
+  ///
+  /// drives      of spanning_drives, or none: found here, to `tolerance` of b
+  std::optional<BodyOnCard::Spanned> spanned_on_card(const std::shared_ptr<const Eigen::MatrixXcd>& drives,
+                                                     double tolerance, const BodyOnCard::Wanted& wanted,
+                                                     const std::string& stage);
+
+  /// The paper's problem, see BodyOnCard::incident_problem; nothing on the processor.
+  ///
+  /// beyond   added to G^H diag(w) G, N x N, or empty
+  /// throws   GpuMemoryFailure where the card has no room for its matrix
+  std::optional<IncidentProblem> incident_on_card(const std::vector<Eigen::Index>& faces,
+                                                  const Eigen::VectorXd& amplitudes, const Eigen::VectorXd& weights,
+                                                  const Eigen::MatrixXcd& beyond, bool scattered);
+
+  /// Rows of H of the given faces, K x N [Pa]: the pressure of every channel there.
+  Eigen::MatrixXcd transfer_rows(const std::vector<Eigen::Index>& faces, const std::string& stage);
+
+  double reciprocal_condition() const { return model_->reciprocal_condition(); }
+
+ private:
+  void record(const std::string& stage, Eigen::Index right_hand_sides, const SolveReport& report, double seconds);
+  BodyOnCard* card(const std::string& stage) const;
+  void leave_card(const std::string& stage, const GpuMemoryFailure& failure) const;
+  template <typename Work>
+  bool on_card(const std::string& stage, Eigen::Index right_hand_sides, const Work& work);
+  Eigen::MatrixXcd solved(const Eigen::MatrixXcd& b, const IncidentField& field, const std::string& stage);
+  IncidentField driven_field(const Eigen::MatrixXcd& drives, bool single);
+  ScatteringSolver::Report reporter();
+
+  std::shared_ptr<SkinModel> model_;
+  TransducerArray array_;
+  std::vector<SolveRecord>& records_;
+  Progress& progress_;
+  std::optional<IncidentField> unit_;
+};
+
+/// One line: scheme, solver, precision, unknowns, near pairs, and why this solver.
+std::string describe_decision(const SkinScattering& scattering);
+
+/// throws   NumericalError that names `what`
+void require_finite(const std::string& what, const Eigen::MatrixXcd& pressure);
+
+}  // namespace touchfield

@@ -1,0 +1,168 @@
+#include "sim/run/transfer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+#include "solvers/linear/blas_product.h"
+#include "solvers/linear/low_rank.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kDriveTolerance = 1e-4;  // on b: the scheme's own error is some fifty times as large
+constexpr double kQuietTolerance = 1e-4;  // on pressures: an eigenvalue is their square
+
+/// Drives that span what all channels do to the body, r of them: b^H compressed. b itself, as large as the field of
+/// every channel, is gone before the solver takes its memory.
+LowRank spanning_drives(SkinScattering& scattering) {
+  return compressed(scattering.system().right_hand_side(scattering.unit_field()).adjoint(), kDriveTolerance);
+}
+
+/// The rows of skin beyond, reduced with the others or, of a frame, in single precision behind them; and nothing of
+/// dead channels: what they do is 0, not what rounding leaves of it.
+void finish(const SkinScattering& scattering, const QuietSkin& quiet, bool reduce, Transfer& transfer) {
+  if (transfer.quiet_weight > 0 && !quiet.beyond.empty()) {
+    const Wave& wave = scattering.system().wave();
+    if (reduce) {
+      add_quiet_rows(quiet.beyond_rows(wave, transfer.quiet_weight), kQuietTolerance, transfer.reduction);
+    } else {
+      Eigen::MatrixXcd& rows = transfer.reduction.problem.quiet;
+      const Eigen::VectorXd scale = quiet.beyond_weights(transfer.quiet_weight).cwiseSqrt();
+      Eigen::MatrixXcd all(rows.rows() + scale.size(), rows.cols());
+      all << rows, scale.asDiagonal() * quiet.beyond_pressure_single(wave).cast<std::complex<double>>();
+      rows = std::move(all);
+    }
+  }
+  const ChannelResponse& response = scattering.array().response;
+  SkinProblem& problem = transfer.reduction.problem;
+  for (Eigen::Index n = 0; n < response.gain.size(); ++n) {
+    if (response.gain(n) == 0) {
+      problem.target.col(n).setZero();
+      problem.quiet.col(n).setZero();
+    }
+  }
+}
+
+}  // namespace
+
+std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
+                                              const std::shared_ptr<const Eigen::MatrixXcd>& drives,
+                                              const Target& target, const QuietSkin& quiet, double quiet_weight) {
+  if (scattering.gpu() == nullptr) {
+    return std::nullopt;
+  }
+  const Eigen::VectorXd& areas = scattering.system().mesh().areas();
+  const Eigen::VectorXd weights = quiet.face_weights(areas, target, quiet_weight);
+  auto spanned = scattering.spanned_on_card(
+      drives, kDriveTolerance, {target.faces, quiet_weight > 0 ? &weights : nullptr, kQuietTolerance}, "transfer");
+  if (!spanned) {
+    return std::nullopt;
+  }
+  Transfer transfer;
+  transfer.quiet_weight = quiet_weight;
+  transfer.solves = spanned->drives;
+  transfer.channels_left_out = spanned->left_out;
+  transfer.reduction.left_out = spanned->quiet_left_out;
+  SkinProblem& problem = transfer.reduction.problem;
+  problem.target = std::move(spanned->target);
+  problem.quiet = std::move(spanned->quiet);
+  problem.amplitudes = target.amplitudes;
+  problem.weights = areas(target.faces);
+  finish(scattering, quiet, drives == nullptr, transfer);
+  return transfer;
+}
+
+Transfer make_transfer(SkinScattering& scattering, const Target& target, const QuietSkin& quiet, double quiet_weight) {
+  const Eigen::VectorXd& areas = scattering.system().mesh().areas();
+  const auto by_reciprocity = [&] {
+    Transfer transfer;
+    transfer.quiet_weight = quiet_weight;
+    transfer.by_reciprocity = true;
+    transfer.solves = target.size();
+    transfer.reduction.problem.target = scattering.transfer_rows(target.faces, "transfer");
+    transfer.reduction.problem.amplitudes = target.amplitudes;
+    transfer.reduction.problem.weights = areas(target.faces);
+    transfer.reduction.problem.quiet.resize(0, scattering.array().size());
+    finish(scattering, quiet, true, transfer);
+    return transfer;
+  };
+  if (scattering.gpu() != nullptr) {
+    const ScatteringSystem& system = scattering.system();
+    if (!(quiet_weight > 0) && static_cast<double>(target.size()) <
+                                   expected_drives(system.mesh(), scattering.array(), system.wave().wavelength())) {
+      return by_reciprocity();
+    }
+    if (auto transfer = make_transfer_on_card(scattering, nullptr, target, quiet, quiet_weight)) {
+      return *transfer;
+    }
+  }
+  const LowRank drives = spanning_drives(scattering);
+  if (!(quiet_weight > 0) && target.size() < drives.rank()) {
+    return by_reciprocity();
+  }
+  return make_transfer({drives.basis, scattering.spanned_pressure(drives, "transfer"), drives.left_out}, scattering,
+                       target, quiet, quiet_weight, true);
+}
+
+SpannedPressure spanned_pressure(SkinScattering& scattering, const Eigen::MatrixXcd& drives) {
+  const bool single = scattering.decision().options.precision == Precision::kSingle;
+  return {drives, scattering.pressure(drives, "transfer", single), 0.0};
+}
+
+Transfer make_transfer(const SpannedPressure& spanned, const SkinScattering& scattering, const Target& target,
+                       const QuietSkin& quiet, double quiet_weight, bool reduce) {
+  Transfer transfer;
+  transfer.quiet_weight = quiet_weight;
+  transfer.solves = spanned.drives.cols();
+  transfer.channels_left_out = spanned.left_out;
+  const Eigen::VectorXd& areas = scattering.system().mesh().areas();
+  const Eigen::VectorXd weights =
+      quiet_weight > 0 ? quiet.face_weights(areas, target, quiet_weight) : Eigen::VectorXd();
+  transfer.reduction = reduced_skin_problem(spanned.pressure, spanned.drives, areas, target, weights, kQuietTolerance);
+  finish(scattering, quiet, reduce, transfer);
+  return transfer;
+}
+
+Eigen::MatrixXcd transfer_matrix(const TriangleMesh& mesh, const Wave& wave, const TransducerArray& array,
+                                 Scheme scheme, const SolverSpec& spec) {
+  Progress silent;
+  return transfer_matrix(mesh, wave, array, scheme, spec, silent);
+}
+
+Eigen::MatrixXcd transfer_matrix(const TriangleMesh& mesh, const Wave& wave, const TransducerArray& array,
+                                 Scheme scheme, const SolverSpec& spec, Progress& progress) {
+  std::vector<SolveRecord> records;
+  const auto block = static_cast<Eigen::Index>(std::ceil(expected_drives(mesh, array, wave.wavelength())));
+  SkinScattering scattering(mesh, wave, scheme, spec, array, records, progress, block);
+  const LowRank drives = spanning_drives(scattering);
+  Eigen::MatrixXcd h;
+  multiply_by_adjoint(scattering.spanned_pressure(drives, "transfer"), drives.basis, h);
+  require_finite("transfer matrix", h);
+  for (const SolveRecord& record : records) {
+    if (!record.converged) {
+      throw NumericalError(fmt::format("transfer matrix: the residual of {:.1e} is above the tolerance of {:.1e}",
+                                       record.residual, spec.tolerance));
+    }
+  }
+  return h;
+}
+
+std::string describe_transfer(const Transfer& transfer, Eigen::Index channels) {
+  if (transfer.by_reciprocity) {
+    return fmt::format("  transfer: {} target rows of {} channels by reciprocity", transfer.solves, channels);
+  }
+  return fmt::format(
+      "  transfer: {} channels by a reduced basis of {}, error {:.1e}; skin outside the target by {} rows, error "
+      "{:.1e}",
+      channels, transfer.solves, transfer.channels_left_out, transfer.reduction.problem.quiet.rows(),
+      transfer.reduction.left_out);
+}
+
+}  // namespace touchfield

@@ -1,0 +1,288 @@
+#include "sim/cameras/joints_sensor.h"
+
+#include <chrono>
+#include <memory>
+#include <netinet/in.h>
+#include <sstream>
+#include <sys/socket.h>
+#include <thread>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include "sim/cameras/live_joints_sensor.h"
+#include "sim/core/units.h"
+#include "sim/hand/hand_skeleton.h"
+#include "sim/jobs/sensed_motion.h"
+#include "sim/motion/play.h"
+#include "tests/support/joint_table_support.h"
+#include "tests/support/scene_support.h"
+#include "tests/support/testing.h"
+
+namespace touchfield::joints_sensor_test {
+
+using Frames = std::vector<std::optional<JointPoints>>;
+
+constexpr double kPeriod = 0.02;  // of the table [s]
+
+const std::string kFinger =
+    "name: joints\n"
+    "array: {grid: {count: [12, 10], pitch_mm: 10.16}}\n"
+    "body:\n"
+    "  hand: {pose: index_up, length_mm: 180, breadth_mm: 84}\n"
+    "  place: {landmark: index_pad, at_mm: [0, 0, 200], rotate_deg: [10, 0, 20]}\n"
+    "  edge_mm: {near_target: 2.5, far: 5, within_mm: 8}\n"
+    "  keep_within_mm: 35\n"
+    "target: {box: {at: index_pad, size_mm: [7, 7, 6]}, pressure_pa: 1500}\n"
+    "solve: {methods: [surface], scheme: paper_corrected}\n"
+    "judge: none\n";
+const std::string kMoving =
+    "motion: {seconds: 0.2, frames_hz: 10, solve_ms: 20, score_hz: 11, "
+    "change: [{path: 'body.place.at_mm[0]', rate: 30}]}\n";
+
+/// A hand that moves as the scene says, whose joints are tracked exactly.
+class Tracked : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    scene_ = std::make_unique<Scene>(scene_from(kFinger + kMoving));
+    kept_ = std::make_unique<KeptBodies>();
+    truth_ = std::make_unique<MovingModel>(*scene_, kept_.get());
+  }
+  static void TearDownTestSuite() {
+    truth_.reset();
+    kept_.reset();
+    scene_.reset();
+  }
+
+  /// The true joints of the whole motion, for the table's times.
+  static Frames frames(HandSide side = HandSide::kRight) {
+    const auto& hand = std::get<HandShape>(scene_->bodies.front().shape);
+    const JointPoints own =
+        joints_of(posed_skeleton(hand_pose(hand.pose), hand.length, hand.breadth), mirror_sign(side));
+    Frames result;
+    for (int k = 0; k < 11; ++k) {
+      const RigidMotion to_own = truth_->at(truth_->state(kPeriod * k)).own_frame;
+      result.emplace_back(to_own.rotation.transpose() * (own.colwise() - to_own.shift));
+    }
+    return result;
+  }
+  std::string file(const Frames& joints) const {
+    return folder_.write("hand.csv", joint_table_text(joints, kPeriod, 1e9));
+  }
+  std::unique_ptr<JointsSensor> sensor(const Frames& joints, const std::vector<std::string>& overrides = {}) const {
+    std::vector<std::string> all{"motion.sensor={joints: {file: '" + file(joints) + "'}}", "motion.change=[]"};
+    all.insert(all.end(), overrides.begin(), overrides.end());
+    SensedMotion sensed = sensed_motion(scene_from(kFinger + kMoving, all), kept_.get());
+    EXPECT_EQ(sensed.truth, nullptr);
+    return std::unique_ptr<JointsSensor>(dynamic_cast<JointsSensor*>(sensed.sensor.release()));
+  }
+
+  static std::unique_ptr<Scene> scene_;
+  static std::unique_ptr<KeptBodies> kept_;  // of all these scenes, meshed once
+  static std::unique_ptr<MovingModel> truth_;
+  TemporaryDirectory folder_;
+  Progress silent_;
+};
+std::unique_ptr<Scene> Tracked::scene_;
+std::unique_ptr<KeptBodies> Tracked::kept_;
+std::unique_ptr<MovingModel> Tracked::truth_;
+
+// The hand is learnt to 1e-6, its pose to the prior's 0.1 mm; the template's vertices are those of the true mesh.
+TEST_F(Tracked, TheSkinIsTheTrueOne) {
+  const auto seen_by = sensor(frames());
+  EXPECT_THAT(seen_by->notes(), Contains(HasSubstr("learnt from 11 frames")));
+  EXPECT_THAT(seen_by->notes(), Not(Contains(HasSubstr("lost"))));
+  for (int k = 0; k < 6; ++k) {
+    const Seen seen = seen_by->sample(k, k / 30.0);
+    ASSERT_FALSE(seen.lost) << k;
+    EXPECT_NEAR(seen.seconds, kPeriod * std::floor(k / 30.0 / kPeriod + 1e-9), 1e-6);
+    const Points truth = truth_->at(truth_->state(seen.seconds)).body.mesh.vertices();
+    EXPECT_LT((*seen.state.skin - truth).colwise().norm().maxCoeff(), 0.25 * kMillimetre) << k;
+  }
+  EXPECT_EQ(seen_by->places(3).size(), 3U);
+}
+
+// 0.2 mm of skin; the two play the same frames otherwise, and their errors some 60 %.
+TEST_F(Tracked, APlayHasTheErrorOfAnExactSensor) {
+  const Scene judged = scene_from(kFinger + kMoving, {"judge=same", "motion.score_hz=6"});
+  const auto error = [&](std::unique_ptr<MotionSensor> by) {
+    const SensedMotion sensed{judged, std::make_unique<const MovingModel>(judged, kept_.get()), std::move(by)};
+    const Motion motion = play_motion(sensed, {}, silent_);
+    double sum = 0;
+    int count = 0;
+    for (const MotionScore& score : motion.methods.front().scores) {
+      if (score.frame >= 0) {
+        sum += score.metrics.relative_error;
+        ++count;
+      }
+    }
+    EXPECT_EQ(count, 1);
+    return sum / count;
+  };
+  const double exact = error(std::make_unique<ExactSensor>(*truth_));
+  const double tracked = error(sensor(frames()));
+  EXPECT_NEAR(tracked, exact, 0.01 * exact);
+}
+
+TEST_F(Tracked, FramesAreLostAndSaidWhy) {
+  Frames joints = frames();
+  joints[2].reset();
+  for (std::size_t k = 7; k < joints.size(); ++k) {  // the index finger's last joints far off
+    joints[k]->col(6) += Vector3(0, 0, 0.03);
+    joints[k]->col(7) -= Vector3(0, 0, 0.03);
+  }
+  const auto seen_by = sensor(joints, {"motion.sensor.hz=50"});
+  for (int k = 0; k < 11; ++k) {
+    EXPECT_EQ(seen_by->sample(k, kPeriod * k).lost, k == 2 || k >= 7) << k;
+  }
+  EXPECT_THAT(seen_by->notes(), Contains(HasSubstr("lost: of 11 frames 1 have no hand; 4 are more than 6 mm rms off")));
+  EXPECT_THAT(message_of<InputError>([&] { sensor(Frames(11)); }), HasSubstr("hand.csv: no frame has a hand"));
+}
+
+TEST_F(Tracked, TheOtherHandAndAnotherUnitAreRefused) {
+  const auto fault = [&](const Frames& joints, const std::vector<std::string>& overrides = {}) {
+    return message_of<InputError>([&] { sensor(joints, overrides); });
+  };
+  EXPECT_THAT(fault(frames(HandSide::kLeft)),
+              AllOf(HasSubstr("hand.csv: the joints are of a left hand ("),
+                    HasSubstr("the hand that is fitted must have side: left; or an axis of the tracker")));
+  EXPECT_FALSE(sensor(frames(HandSide::kLeft), {"motion.sensor.hand={pose: index_up, side: left}"})->sample(0, 0).lost);
+  Frames large = frames();
+  for (auto& joints : large) {
+    *joints *= 10;
+  }
+  EXPECT_THAT(fault(large),
+              HasSubstr("mm long from the wrist to the middle fingertip, must be 90 to 270: lengths are in m; "
+                        "another unit ends the names of a file's columns, as index_tip_x_mm"));
+  EXPECT_THAT(fault(frames(), {"motion.seconds=0.23"}), HasSubstr("motion.seconds = 0.23 must be <= 0.22"));
+  EXPECT_THAT(fault(frames(), {"motion.change=[{path: 'body.place.at_mm[0]', rate: 30}]"}),
+              HasSubstr("motion.change: the joints of motion.sensor.joints determine how the hand moves"));
+}
+
+/// A tracker's program: sends a row to a port of this machine, again and again, until it ends.
+class Sender {
+ public:
+  Sender(int port, std::string row)
+      : thread_([port, text = std::move(row)](const std::stop_token& stop) {
+          while (!stop.stop_requested()) {
+            send(port, text);
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+          }
+        }) {}
+
+  static void send(int port, const std::string& text) {
+    const int socket = ::socket(AF_INET, SOCK_DGRAM, 0);
+    const sockaddr_in to = address(port);
+    ::sendto(socket, text.data(), text.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+    ::close(socket);
+  }
+  static sockaddr_in address(int port) {
+    sockaddr_in own{};
+    own.sin_family = AF_INET;
+    own.sin_port = htons(static_cast<std::uint16_t>(port));
+    own.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    return own;
+  }
+  static int free_port() {
+    const int socket = ::socket(AF_INET, SOCK_DGRAM, 0);
+    sockaddr_in own = address(0);
+    socklen_t size = sizeof own;
+    ::bind(socket, reinterpret_cast<const sockaddr*>(&own), size);
+    ::getsockname(socket, reinterpret_cast<sockaddr*>(&own), &size);
+    ::close(socket);
+    return ntohs(own.sin_port);
+  }
+
+ private:
+  std::jthread thread_;
+};
+
+// What a tracker sends while it plays: the hand is where it was when the datagram came, and lost when none comes.
+TEST_F(Tracked, JointsThatComeByAPortAreSeenAndTheirSilenceIsALostHand) {
+  const int port = Sender::free_port();
+  const Scene scene =
+      scene_from(kFinger + kMoving, {fmt::format("motion.sensor={{joints: {{port: {}}}}}", port), "motion.change=[]"});
+  EXPECT_THAT(message_of<InputError>([&] { sensed_motion(scene, kept_.get()); }),
+              HasSubstr(fmt::format("motion.sensor.joints.port = {}: joints come by a port only while", port)));
+  const SensedMotion sensed = sensed_motion(scene, kept_.get(), nullptr, MotionClock::kWall);
+  EXPECT_THAT(message_of<InputError>([&] { sensed_motion(scene, kept_.get(), nullptr, MotionClock::kWall); }),
+              HasSubstr("cannot be listened to: Address already in use; choose another port"));
+  {
+    const Sender tracker(port, joint_row_text(*frames().front()));
+    sensed.sensor->start(silent_);
+    EXPECT_THAT(sensed.sensor->notes(), Contains(HasSubstr("the lengths of the hand's bones were learnt from")));
+    const Seen seen = sensed.sensor->sample(0, 5);
+    ASSERT_FALSE(seen.lost);
+    EXPECT_LE(seen.seconds, 5);
+    EXPECT_GT(seen.seconds, 5 - LiveJointsSensor::kSilence);
+    const Points truth = truth_->at(truth_->state(0)).body.mesh.vertices();
+    EXPECT_LT((*seen.state.skin - truth).colwise().norm().maxCoeff(), 0.25 * kMillimetre);
+    EXPECT_EQ(sensed.sensor->places(2).size(), 2U);
+  }
+  EXPECT_FALSE(sensed.sensor->sample(1, 5.1).lost);
+  std::this_thread::sleep_for(std::chrono::duration<double>(1.5 * LiveJointsSensor::kSilence));
+  EXPECT_TRUE(sensed.sensor->sample(2, 5.3).lost);
+  Sender::send(port, joint_row_text(*frames().front()));
+  EXPECT_FALSE(sensed.sensor->sample(3, 5.4).lost);
+  Sender::send(port, "1,2,3");
+  EXPECT_TRUE(sensed.sensor->sample(4, 5.5).lost);
+  Sender::send(port, "1,2,3");
+  EXPECT_THAT(
+      message_of<InputError>([&] { sensed.sensor->start(silent_); }),
+      HasSubstr(fmt::format(
+          "UDP port {} (motion.sensor.joints.port): a datagram is not a row of joints: 3 values, must be 79", port)));
+}
+
+// Fingers that are one skin in index_up cannot open.
+TEST_F(Tracked, FingersThatTheTemplateHoldsTogetherAreLostWhereTheyOpen) {
+  Frames joints;
+  const auto& hand = std::get<HandShape>(scene_->bodies.front().shape);
+  const JointPoints own = joints_of(posed_skeleton(hand_pose("flat"), hand.length, hand.breadth), -1);
+  for (int k = 0; k < 11; ++k) {
+    joints.emplace_back(own);
+  }
+  const auto folded = sensor(joints);
+  EXPECT_TRUE(folded->sample(0, 0).lost);
+  EXPECT_THAT(folded->notes(), Contains(HasSubstr("7 move fingers that touch in the pose index_up")));
+  EXPECT_FALSE(sensor(joints, {"motion.sensor.hand={pose: flat}"})->sample(0, 0).lost);
+}
+
+TEST_F(Tracked, TheTrackersFrameIsPlacedInTheWorld) {
+  Frames joints = frames();
+  for (auto& one : joints) {
+    *one = one->colwise() - Vector3(0.5, 0.1, 0);
+    *one = (Eigen::AngleAxisd(-90 * kDegree, Vector3::UnitX()).toRotationMatrix() * *one).eval();
+  }
+  const auto seen_by = sensor(joints, {"motion.sensor.joints.pose={rotation: [[1, 0, 0], [0, 0, -1], [0, 1, 0]], "
+                                       "translation_mm: [500, 100, 0]}"});
+  const Points truth = truth_->first().body.mesh.vertices();
+  EXPECT_LT((*seen_by->sample(0, 0).state.skin - truth).colwise().norm().maxCoeff(), 0.25 * kMillimetre);
+  EXPECT_THAT(message_of<InputError>([&] {
+                sensor(joints, {"motion.sensor.joints.pose={rotation: [[1, 0, 0], [0, 1, 0], [0, 0, -1]], "
+                                "translation_mm: [0, 0, 0]}"});
+              }),
+              HasSubstr("a reflection, must be a rotation: the columns are the tracker's x, y and z in the world"));
+}
+
+// What the tests of the command line move.
+TEST(TrackedJointsOfTheCommandLine, AreTheHands) {
+  const JointPoints own = joints_of(posed_skeleton(hand_pose("index_up"), 0.180, 0.084), -1);
+  std::istringstream rows(text_of(source_folder() / "tests/data/index_up_joints.csv"));
+  Eigen::Index count = 0;
+  for (std::string line; std::getline(rows, line);) {
+    if (line.starts_with("#") || line.starts_with("joint,") || line.starts_with("thumb_metacarpal,")) {
+      continue;
+    }
+    std::string name;
+    Vector3 at;
+    char comma = 0;
+    std::istringstream cells(line);
+    std::getline(cells, name, ',');
+    cells >> at.x() >> comma >> at.y() >> comma >> at.z();
+    ASSERT_LT(count, kTrackedJoints);
+    EXPECT_LT((at * kMillimetre - own.col(count++)).norm(), 1e-6) << name;
+  }
+  EXPECT_EQ(count, kTrackedJoints);
+}
+
+}  // namespace touchfield::joints_sensor_test

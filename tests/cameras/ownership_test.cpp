@@ -1,0 +1,101 @@
+// What keeps a reference to an argument takes no temporary: this file compiles, or it does not.
+#include <concepts>
+#include <type_traits>
+
+#include "hardware/stop_signals.h"
+#include "sim/bem/scattering_solver.h"
+#include "sim/cameras/fitted_sensor.h"
+#include "sim/cameras/pose_fit.h"
+#include "sim/mesh/io/text_cursor.h"
+#include "sim/mesh/remesh/edit_mesh.h"
+#include "sim/model/judge_comparison.h"
+#include "sim/pictures/skin_picture.h"
+#include "sim/run/methods.h"
+#include "sim/run/sweep_files.h"
+#include "sim/scene/input.h"
+#include "solvers/phase/dual_factor.h"
+#include "solvers/phase/skin_jacobian.h"
+
+namespace touchfield::ownership_test {
+
+using Mesh = TriangleMesh;
+using Splits = std::optional<int>;
+
+// Each is held to what it does take too, so that another parameter does not make the rest true.
+static_assert(std::is_constructible_v<JudgeComparison, Mesh&, Mesh&, Splits>);
+static_assert(!std::is_constructible_v<JudgeComparison, Mesh, Mesh&, Splits>);
+static_assert(!std::is_constructible_v<JudgeComparison, Mesh&, Mesh, Splits>);
+static_assert(!std::is_constructible_v<JudgeComparison, Mesh, Mesh, Splits>);
+
+static_assert(std::is_constructible_v<SkinJacobian, SkinProblem&>);
+static_assert(!std::is_constructible_v<SkinJacobian, SkinProblem>);
+static_assert(std::is_constructible_v<DualFactor, LowRankRelaxation&>);
+static_assert(!std::is_constructible_v<DualFactor, LowRankRelaxation>);
+
+static_assert(std::is_constructible_v<SkinPictures, Run&, PictureFormat>);
+static_assert(!std::is_constructible_v<SkinPictures, Run, PictureFormat>);
+
+static_assert(std::is_constructible_v<TextCursor, std::string&, const char*>);
+static_assert(!std::is_constructible_v<TextCursor, std::string, const char*>);
+static_assert(!std::is_constructible_v<TextCursor, const char*, const char*>);
+
+using Around = EditMesh::Around;
+static_assert(std::is_constructible_v<Around, EditMesh&, int>);
+static_assert(!std::is_constructible_v<Around, EditMesh, int>);
+
+using schema::Input;
+using schema::Reading;
+static_assert(std::is_constructible_v<Input, schema::Node&, std::string, Reading&>);
+static_assert(!std::is_constructible_v<Input, schema::Node, std::string, Reading&>);
+static_assert(!std::is_constructible_v<Input, schema::Node&, std::string, Reading>);
+
+static_assert(std::is_constructible_v<PoseFit, HandTemplate&>);
+static_assert(!std::is_constructible_v<PoseFit, HandTemplate>);
+static_assert(std::is_constructible_v<ExactSensor, MovingModel&>);
+static_assert(!std::is_constructible_v<ExactSensor, MovingModel>);
+static_assert(std::is_constructible_v<NoisySensor, MovingModel&, SensingNoise&>);
+static_assert(!std::is_constructible_v<NoisySensor, MovingModel, SensingNoise&>);
+static_assert(std::is_constructible_v<SampleStore, ExactSensor&, double>);
+static_assert(!std::is_constructible_v<SampleStore, ExactSensor, double>);
+
+// What is small is owned instead; what is written to is named by the caller.
+static_assert(std::is_constructible_v<MethodSolver, SkinScattering&, Eigen::Index, Target, SolveSpec>);
+static_assert(!std::is_constructible_v<MethodSolver, SkinScattering, Eigen::Index, Target, SolveSpec>);
+using Shared = std::shared_ptr<SkinModel>;
+using Records = std::vector<SolveRecord>;
+static_assert(std::is_constructible_v<SkinScattering, Shared, TransducerArray, Records&, Progress&>);
+static_assert(!std::is_constructible_v<SkinScattering, Shared, TransducerArray, Records, Progress&>);
+static_assert(!std::is_constructible_v<SkinScattering, Shared, TransducerArray, Records&, Progress>);
+static_assert(std::is_constructible_v<SignalledPace, StopSignals&, bool>);
+static_assert(!std::is_constructible_v<SignalledPace, StopSignals, bool>);
+static_assert(!std::is_move_constructible_v<SkinModel>);  // its solver refers to its system
+
+// Functions whose results refer to an argument.
+template <class System>
+constexpr bool kSolves = requires(System&& system) {
+  make_solver(std::forward<System>(system), SolverOptions{});
+};
+static_assert(kSolves<ScatteringSystem&> && kSolves<const ScatteringSystem&>);
+static_assert(!kSolves<ScatteringSystem> && !kSolves<const ScatteringSystem>);
+template <class Summary>
+constexpr bool kLists = requires(Summary&& summary) {
+  sweep_rows(std::forward<Summary>(summary));
+};
+static_assert(kLists<SweepSummary&> && !kLists<SweepSummary>);
+template <class Edited>
+constexpr bool kGoesRound = requires(Edited&& mesh) {
+  std::forward<Edited>(mesh).around(0);
+};
+static_assert(kGoesRound<EditMesh&> && !kGoesRound<EditMesh>);
+template <class Moving>
+constexpr bool kIsSeen = requires(Moving&& moving) {
+  simulated_images(std::forward<Moving>(moving));
+};
+static_assert(kIsSeen<MovingModel&> && !kIsSeen<MovingModel>);
+template <class Entry>
+constexpr bool kHolds = requires(const Input& input, Entry&& entry) {
+  input.at(std::forward<Entry>(entry));
+};
+static_assert(kHolds<schema::Entry&> && !kHolds<schema::Entry>);
+
+}  // namespace touchfield::ownership_test

@@ -1,0 +1,152 @@
+#include "sim/field/skin_reduction.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+#include "sim/field/quiet_skin.h"
+#include "solvers/linear/low_rank.h"
+#include "solvers/phase/skin_field.h"
+
+namespace touchfield::skin_reduction_test {
+
+using Eigen::Index;
+using Eigen::MatrixXcd;
+using Eigen::VectorXcd;
+
+struct Skin {
+  MatrixXcd h;
+  Eigen::VectorXd areas;
+  Target target;
+};
+
+/// A transfer matrix whose singular values fall like those of a field seen from far.
+Skin make_skin(Index faces, Index channels) {
+  std::srand(5);
+  const Index rank = std::min(faces, channels);
+  Eigen::VectorXd fall(rank);
+  for (Index i = 0; i < rank; ++i) {
+    fall(i) = std::pow(0.7, static_cast<double>(i));
+  }
+  Skin skin;
+  skin.h = MatrixXcd::Random(faces, rank) * fall.asDiagonal() * MatrixXcd::Random(rank, channels);
+  skin.areas = Eigen::VectorXd::Random(faces).array() + 1.5;
+  skin.target.faces = {2, 3, 7};
+  skin.target.amplitudes = Eigen::Vector3d(1.0, 0.0, 2.5);
+  return skin;
+}
+
+/// sum_T A (|p| - p')^2 + w_Z sum_Z A |p|^2, from its definition.
+double cost_of(const Skin& skin, double quiet_weight, const VectorXcd& q) {
+  const VectorXcd p = skin.h * q;
+  double cost = 0;
+  for (Index f = 0; f < p.size(); ++f) {
+    Index k = 0;
+    while (k < 3 && skin.target.faces[static_cast<std::size_t>(k)] != f) {
+      ++k;
+    }
+    cost += skin.areas(f) *
+            (k < 3 ? std::pow(std::abs(p(f)) - skin.target.amplitudes(k), 2) : quiet_weight * std::norm(p(f)));
+  }
+  return cost;
+}
+
+Eigen::VectorXd quiet_of(const Skin& skin, double quiet_weight) {
+  return QuietSkin().face_weights(skin.areas, skin.target, quiet_weight);
+}
+
+TEST(SkinReduction, KeepsTheCost) {
+  const Skin skin = make_skin(80, 30);
+  for (const double weight : {1.0, 0.1}) {
+    const SkinReduction reduction = reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target,
+                                                         quiet_of(skin, weight), 1e-9);
+    for (int i = 0; i < 5; ++i) {
+      const VectorXcd q = VectorXcd::Random(30);
+      const double expected = cost_of(skin, weight, q);
+      EXPECT_NEAR(skin_cost(reduction.problem, q), expected, 1e-10 * expected);
+    }
+  }
+}
+
+TEST(SkinReduction, QuietRowsAreOrthogonalTheStrongestFirst) {
+  const Skin skin = make_skin(80, 30);
+  const MatrixXcd quiet =
+      reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target, quiet_of(skin, 1.0), 1e-3)
+          .problem.quiet;
+  const MatrixXcd mutual = quiet * quiet.adjoint();
+  EXPECT_LT((mutual - MatrixXcd(mutual.diagonal().asDiagonal())).norm(), 1e-12 * mutual.norm());
+  for (Eigen::Index i = 1; i < quiet.rows(); ++i) {
+    EXPECT_LT(mutual(i, i).real(), mutual(i - 1, i - 1).real()) << i;
+  }
+}
+
+TEST(SkinReduction, LeavesOutWhatItSays) {
+  const Skin skin = make_skin(80, 30);
+  for (const double tolerance : {1e-1, 1e-2, 1e-3}) {
+    const SkinReduction reduction = reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target,
+                                                         quiet_of(skin, 1.0), tolerance);
+    Eigen::VectorXd quiet = skin.areas;
+    quiet(skin.target.faces).setZero();
+    const double all = (quiet.cwiseSqrt().asDiagonal() * skin.h).squaredNorm();
+    const double kept = reduction.problem.quiet.squaredNorm();
+    EXPECT_NEAR(std::sqrt((all - kept) / all), reduction.left_out, 1e-9);
+    // Each dropped direction has at most tolerance of the largest; 30 of them in all.
+    EXPECT_LE(reduction.left_out, tolerance * std::sqrt(30.0));
+    EXPECT_LT(reduction.problem.quiet.rows(), 30);
+    // Dropping rows only lowers the cost.
+    const VectorXcd q = VectorXcd::Random(30);
+    EXPECT_LE(skin_cost(reduction.problem, q), cost_of(skin, 1.0, q) * (1 + 1e-12));
+  }
+}
+
+TEST(SkinReduction, DrivesThatSpanAllWillDo) {
+  const Skin skin = make_skin(60, 90);  // rank 60 at most
+  const LowRank low = compressed(skin.h.adjoint(), 1e-7);
+  const SkinReduction reduction =
+      reduced_skin_problem(skin.h * low.basis, low.basis, skin.areas, skin.target, quiet_of(skin, 1.0), 1e-9);
+  const VectorXcd q = VectorXcd::Random(90);
+  // What the basis leaves out, 1e-7 of the largest pressures, enters linearly at the target.
+  EXPECT_NEAR(skin_cost(reduction.problem, q), cost_of(skin, 1.0, q), 1e-5 * cost_of(skin, 1.0, q));
+}
+
+TEST(SkinReduction, WithoutQuietWeightThereAreNoRows) {
+  const Skin skin = make_skin(20, 10);
+  const SkinReduction reduction =
+      reduced_skin_problem(skin.h, MatrixXcd::Identity(10, 10), skin.areas, skin.target, {}, 1e-4);
+  EXPECT_EQ(reduction.problem.quiet.rows(), 0);
+  EXPECT_EQ(reduction.problem.quiet.cols(), 10);
+  const VectorXcd q = VectorXcd::Random(10);
+  EXPECT_NEAR(skin_cost(reduction.problem, q), cost_of(skin, 0.0, q), 1e-12 * cost_of(skin, 0.0, q));
+}
+
+TEST(SkinReduction, RowsThatAreAddedKeepTheCost) {
+  const Skin skin = make_skin(80, 30);
+  for (const Index count : {4, 60}) {  // fewer rows than channels in all, and more
+    const MatrixXcd rows = MatrixXcd::Random(count, 30);
+    SkinReduction reduction =
+        reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target, quiet_of(skin, 1.0), 1e-2);
+    const MatrixXcd before = reduction.problem.quiet;
+    const double dropped =
+        std::pow(reduction.left_out, 2) / (1 - std::pow(reduction.left_out, 2)) * before.squaredNorm();
+    add_quiet_rows(rows, 1e-9, reduction);
+    const MatrixXcd& quiet = reduction.problem.quiet;
+    EXPECT_LE(quiet.rows(), std::min<Index>(30, before.rows() + count));
+    const VectorXcd q = VectorXcd::Random(30);
+    const double expected = (before * q).squaredNorm() + (rows * q).squaredNorm();
+    EXPECT_NEAR((quiet * q).squaredNorm(), expected, 1e-10 * expected);
+    const MatrixXcd mutual = quiet * quiet.adjoint();
+    EXPECT_LT((mutual - MatrixXcd(mutual.diagonal().asDiagonal())).norm(), 1e-10 * mutual.norm());
+    const double all = before.squaredNorm() + rows.squaredNorm() + dropped;
+    EXPECT_NEAR(reduction.left_out, std::sqrt(dropped / all), 1e-9);
+  }
+}
+
+TEST(SkinReduction, RefusesSizesThatDoNotFit) {
+  const Skin skin = make_skin(20, 10);
+  EXPECT_THROW(
+      reduced_skin_problem(skin.h, MatrixXcd::Identity(10, 9), skin.areas, skin.target, quiet_of(skin, 1.0), 1e-4),
+      std::invalid_argument);
+}
+
+}  // namespace touchfield::skin_reduction_test

@@ -1,0 +1,198 @@
+#include "sim/field/target.h"
+
+#include "sim/core/rotation.h"
+#include "sim/core/units.h"
+#include "sim/field/gram.h"
+#include "sim/hand/shapes.h"
+#include "tests/support/mesh_support.h"
+#include "tests/support/testing.h"
+
+namespace touchfield::target_test {
+
+TriangleMesh ball() { return icosphere(10e-3, 8); }
+
+TEST(Target, HoldsTheFacesWhoseCentroidLiesInTheBox) {
+  const TriangleMesh mesh = ball();
+  const TargetBox box{{0, 0, -10e-3}, {8e-3, 8e-3, 4e-3}};
+  const Target target = make_target(mesh, {box}, TargetProfile::kUniform, 3000.0);
+  ASSERT_GT(target.size(), 0);
+  std::vector<bool> wanted(static_cast<std::size_t>(mesh.face_count()), false);
+  for (const auto f : target.faces) {
+    wanted[static_cast<std::size_t>(f)] = true;
+  }
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    const Vector3 x = mesh.centroids().col(f);
+    const bool inside = std::abs(x.x()) <= 4e-3 && std::abs(x.y()) <= 4e-3 && std::abs(x.z() + 10e-3) <= 2e-3;
+    EXPECT_EQ(wanted[static_cast<std::size_t>(f)], inside) << "face " << f;
+  }
+  EXPECT_TRUE((target.amplitudes.array() == 3000.0).all());
+}
+
+TEST(Target, ARotatedBoxHoldsWhatTheRotatedMeshHeld) {
+  const Eigen::Matrix3d turn = extrinsic_rotation({0.3, -0.5, 1.1});
+  const TargetBox box{{1e-3, 0, -10e-3}, {8e-3, 3e-3, 4e-3}};
+  const TargetBox turned{turn * box.centre, box.size, turn};
+  EXPECT_EQ(make_target(ball(), {box}, TargetProfile::kUniform, 1.0).faces,
+            make_target(transformed(ball(), turn, Vector3::Zero()), {turned}, TargetProfile::kUniform, 1.0).faces);
+}
+
+TEST(Target, PenetrationGrowsWithTheDepthBelowTheEntryFace) {
+  const TriangleMesh mesh = ball();
+  // The lower pole dips 2 mm into a box whose upper face lies at z = -8 mm: skin that faces down came in from above.
+  const TargetBox box{{0, 0, -11e-3}, {20e-3, 20e-3, 6e-3}};
+  const Target target = make_target(mesh, {box}, TargetProfile::kPenetration, 500.0);
+  double deepest = 0.0;
+  for (const auto f : target.faces) {
+    deepest = std::max(deepest, -8e-3 - mesh.centroids()(2, f));
+  }
+  for (Eigen::Index i = 0; i < target.size(); ++i) {
+    const double depth = -8e-3 - mesh.centroids()(2, target.faces[static_cast<std::size_t>(i)]);
+    EXPECT_NEAR(target.amplitudes(i), 500.0 * depth / deepest, 1e-9);
+  }
+  EXPECT_DOUBLE_EQ(target.amplitudes.maxCoeff(), 500.0);
+}
+
+TEST(Target, PenetrationFromBelowIsItsMirrorImage) {
+  const TargetBox below{{0, 0, -11e-3}, {20e-3, 20e-3, 6e-3}};
+  const TargetBox above{{0, 0, 11e-3}, {20e-3, 20e-3, 6e-3}};
+  const auto down = make_target(ball(), {below}, TargetProfile::kPenetration, 500.0);
+  const auto up = make_target(ball(), {above}, TargetProfile::kPenetration, 500.0);
+  EXPECT_NEAR(down.amplitudes.mean(), up.amplitudes.mean(), 1e-9);  // the icosphere is symmetric in z
+}
+
+std::string message_of(const std::vector<TargetBox>& boxes) {
+  try {
+    make_target(ball(), boxes, TargetProfile::kUniform, 1.0);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Target, ABoxThatMissesTheSkinSaysByHowMuch) {
+  EXPECT_THAT(message_of({{{0, 0, -20e-3}, {8e-3, 8e-3, 4e-3}}}), HasSubstr("no face has its centroid in"));
+  // The lowest centroid of this sphere lies near z = -10 mm, 8 mm from the box's upper face at -18 mm.
+  EXPECT_THAT(message_of({{{0, 0, -20e-3}, {8e-3, 8e-3, 4e-3}}}), HasSubstr("the nearest is 8."));
+  const TargetBox good{{0, 0, -10e-3}, {8e-3, 8e-3, 4e-3}};
+  EXPECT_THAT(message_of({good, {{0, 0, 0}, {1e-3, 1e-3, 1e-3}}}), HasSubstr("target.boxes[1]"));
+}
+
+TEST(Target, ABoxAroundTheWholeBodyIsRefused) {
+  EXPECT_THAT(message_of({{{0, 0, 0}, {30e-3, 30e-3, 30e-3}}}),
+              HasSubstr("target.box covers the whole body (20.1 x 20.1 x 20.1 mm)"));
+  EXPECT_THROW(make_target(ball(), {}, TargetProfile::kUniform, 0.0), InputError);
+}
+
+TEST(Target, EveryBoxHasItsShareOfThePressure) {
+  const TargetBox low{{0, 0, -10e-3}, {8e-3, 8e-3, 4e-3}};
+  TargetBox beside{{4e-3, 0, -10e-3}, {8e-3, 8e-3, 6e-3}};
+  beside.level = 0.25;
+  const Target target = make_target(ball(), {low, beside}, TargetProfile::kUniform, 400.0);
+  ASSERT_GT(std::ranges::count(target.box, 1), 0);
+  for (std::size_t i = 0; i < target.faces.size(); ++i) {
+    const Vector3 x = ball().centroids().col(target.faces[i]);
+    EXPECT_EQ(target.box[i], holds(low, x) ? 0 : 1);  // a face in both belongs to the first
+    EXPECT_EQ(target.amplitudes(static_cast<Eigen::Index>(i)), target.box[i] == 0 ? 400.0 : 100.0);
+  }
+  TargetBox deep = low;
+  deep.level = 0.5;
+  EXPECT_DOUBLE_EQ(make_target(ball(), {deep}, TargetProfile::kPenetration, 400.0).amplitudes.maxCoeff(), 200.0);
+}
+
+TEST(Target, APartNeedsAFaceButNotEachOfItsBoxes) {
+  TargetBox good{{0, 0, -10e-3}, {8e-3, 8e-3, 4e-3}};
+  TargetBox empty{{0, 0, 0}, {1e-3, 1e-3, 1e-3}};
+  good.key = empty.key = "target.lines[0]";
+  EXPECT_TRUE(hold_faces(ball(), {empty, good}));
+  EXPECT_EQ(message_of({empty, good}), "no error");
+  empty.key = "target.lines[1]";
+  EXPECT_FALSE(hold_faces(ball(), {good, empty, empty}));
+  EXPECT_THAT(message_of({good, empty, empty}),
+              HasSubstr("target.lines[1]: no face has its centroid in the box about"));
+}
+
+TEST(Target, ARoundBoxIsACylinder) {
+  TargetBox round{{0, 0, -10e-3}, {8e-3, 8e-3, 4e-3}};
+  round.shape = TargetShape::kCylinder;
+  EXPECT_TRUE(holds(round, {3.9e-3, 0, -11.9e-3}));
+  EXPECT_FALSE(holds(round, {3e-3, 3e-3, -10e-3}));
+  EXPECT_FALSE(holds(round, {0, 0, -12.1e-3}));
+  round.centre.z() = -20e-3;
+  EXPECT_THAT(message_of({round}), HasSubstr("the nearest is 8."));
+}
+
+TEST(Target, CentralFaceIsTheOneUnderTheMiddle) {
+  const TriangleMesh mesh = ball();
+  const Target target = make_target(mesh, {{{0, 0, -10e-3}, {8e-3, 8e-3, 4e-3}}}, TargetProfile::kUniform, 1.0);
+  const Vector3 x = mesh.centroids().col(central_face(mesh, target));
+  EXPECT_LT(std::hypot(x.x(), x.y()), mesh.mean_edge());
+}
+
+TEST(Gram, BlocksEqualTheProductOfTheStackedMatrix) {
+  std::srand(5);
+  const Eigen::MatrixXcd g = Eigen::MatrixXcd::Random(30, 7);
+  const Eigen::MatrixXcd columns = Eigen::MatrixXcd::Random(30, 4);
+  const Eigen::VectorXd amplitudes = Eigen::VectorXd::LinSpaced(4, 1.0, 2.5);
+  const std::vector<Eigen::Index> faces = {3, 8, 9, 29};
+  Eigen::MatrixXcd identity = Eigen::MatrixXcd::Zero(30, 4);
+  for (int i = 0; i < 4; ++i) {
+    identity(faces[static_cast<std::size_t>(i)], i) = 1.0;
+  }
+  for (const Eigen::VectorXd& weights :
+       {Eigen::VectorXd(Eigen::VectorXd::Ones(30)), Eigen::VectorXd(Eigen::VectorXd::LinSpaced(30, 0.1, 3.0))}) {
+    const Eigen::MatrixXcd gram_g = weighted_gram(g, weights);
+    const auto roots = weights.cwiseSqrt().asDiagonal();
+    Eigen::MatrixXcd c(30, 11);
+    c << columns * amplitudes.asDiagonal(), -g;
+    c = roots * c;
+    const IncidentProblem scattered = scattered_problem(columns, g, gram_g, amplitudes, weights);
+    EXPECT_LT((scattered.gram - c.adjoint() * c).norm(), 1e-13 * scattered.gram.norm());
+    EXPECT_EQ(scattered.target_count, 4);
+    c << identity * amplitudes.asDiagonal(), -g;
+    c = roots * c;
+    const IncidentProblem unscattered = unscattered_problem(faces, g, gram_g, amplitudes, weights);
+    EXPECT_LT((unscattered.gram - c.adjoint() * c).norm(), 1e-13 * unscattered.gram.norm());
+  }
+}
+
+TEST(Gram, WeighsManyRowsInBlocks) {
+  std::srand(6);
+  const Eigen::MatrixXcd g = Eigen::MatrixXcd::Random(5000, 3);
+  const Eigen::VectorXd weights = Eigen::VectorXd::LinSpaced(5000, 0.5, 1.5);
+  const Eigen::MatrixXcd expected = g.adjoint() * weights.asDiagonal() * g;
+  EXPECT_LT((weighted_gram(g, weights) - expected).norm(), 1e-13 * expected.norm());
+}
+
+TEST(Gram, AreaWeighsFacesByTheirShareAndInteriorPointsAsOneFace) {
+  const Eigen::VectorXd areas = (Eigen::VectorXd(3) << 1e-6, 2e-6, 6e-6).finished();
+  const Eigen::VectorXd weights = row_weights(FaceWeights::kArea, areas, 5);
+  EXPECT_LT((weights - (Eigen::VectorXd(5) << 1.0 / 3, 2.0 / 3, 2.0, 1.0, 1.0).finished()).norm(), 1e-15);
+  EXPECT_EQ(row_weights(FaceWeights::kEqual, areas, 5), Eigen::VectorXd::Ones(5));
+}
+
+Target held(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes) {
+  return make_target(mesh, boxes, TargetProfile::kUniform, 1.0);
+}
+
+TEST(OppositeSides, OfABoxThroughAPlate) {
+  const TriangleMesh plate = touchfield::box({40e-3, 40e-3, 6e-3}, 1.5e-3).mesh;  // about its own middle
+  const double top = plate.vertices().row(2).maxCoeff();
+  const Vector3 middle(0, 0, top - 3e-3);
+  const OppositeSides through = opposite_sides(plate, held(plate, {{middle, {20e-3, 20e-3, 10e-3}}}));
+  EXPECT_NEAR(through.share, 1.0, 1e-12);
+  EXPECT_NEAR(through.thickness, 6e-3, 0.2e-3);
+  EXPECT_NEAR(std::abs(through.at.z() - middle.z()), 3e-3, 1e-9);
+  EXPECT_EQ(opposite_sides(plate, held(plate, {{{0, 0, top}, {20e-3, 20e-3, 4e-3}}})).share, 0.0);
+  // A box a side: each is right by itself.
+  const std::vector<TargetBox> sides = {{{0, 0, top}, {20e-3, 20e-3, 4e-3}},
+                                        {{0, 0, top - 6e-3}, {20e-3, 20e-3, 4e-3}}};
+  EXPECT_EQ(opposite_sides(plate, held(plate, sides)).share, 0.0);
+}
+
+TEST(OppositeSides, AreNoneOfACapNorOfPadsThatFaceEachOther) {
+  EXPECT_EQ(opposite_sides(ball(), held(ball(), {{{0, 0, -10e-3}, {20e-3, 20e-3, 12e-3}}})).share, 0.0);
+  const TriangleMesh pads = together(ball(), shifted(ball(), {30e-3, 0, 0}));
+  EXPECT_EQ(opposite_sides(pads, held(pads, {{{15e-3, 0, 0}, {16e-3, 10e-3, 10e-3}}})).share, 0.0);
+}
+
+}  // namespace touchfield::target_test

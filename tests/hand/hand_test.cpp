@@ -1,0 +1,516 @@
+#include "sim/hand/hand.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "sim/core/units.h"
+#include "sim/hand/hand_flesh.h"
+#include "sim/hand/hand_landmarks.h"
+#include "sim/hand/hand_pose.h"
+#include "sim/hand/hand_skeleton.h"
+#include "sim/mesh/query/face_tree.h"
+#include "sim/mesh/query/inspect.h"
+#include "sim/mesh/query/self_intersections.h"
+#include "tests/support/hand_support.h"
+#include "tests/support/testing.h"
+
+namespace touchfield::hand_test {
+
+constexpr double kMm = kMillimetre;
+constexpr std::array<const char*, 5> kDigits = {"thumb", "index", "middle", "ring", "little"};
+
+HandOptions options_for(const std::string& pose, double edge) {
+  HandOptions options;
+  options.pose = pose;
+  options.edge = edge;
+  return options;
+}
+
+/// A pose's hand, meshed once.
+const Body& made_hand(const std::string& pose, double edge = 3 * kMm) {
+  static std::map<std::pair<std::string, double>, Body> made;
+  const auto key = std::pair(pose, edge);
+  if (made.find(key) == made.end()) {
+    made.emplace(key, hand(options_for(pose, edge)));
+  }
+  return made.at(key);
+}
+
+HandSkeleton skeleton_of(const HandOptions& options) {
+  return posed_skeleton(hand_pose(options.pose, options.joints), options.length, options.breadth);
+}
+
+/// Of a left hand, as the flesh is.
+HandSkeleton default_skeleton(const std::string& pose) { return skeleton_of(options_for(pose, 3 * kMm)); }
+
+/// The bones of made_hand().
+HandSkeleton made_skeleton(const std::string& pose) { return right_hand(default_skeleton(pose)); }
+
+const SoftBody& default_flesh(const std::string& pose) {
+  static std::map<std::string, SoftBody> made;
+  if (made.find(pose) == made.end()) {
+    made.emplace(pose, hand_flesh(default_skeleton(pose)));
+  }
+  return made.at(pose);
+}
+
+const BoneChain& digit(const HandSkeleton& skeleton, std::size_t i) {
+  return i == 0 ? skeleton.thumb : skeleton.fingers[i - 1];
+}
+
+Vector3 landmark(const Body& body, const std::string& name) { return position(body.mesh, find_landmark(body, name)); }
+
+Vector3 normal_at(const Body& body, const std::string& name) {
+  return body.mesh.normals().col(find_landmark(body, name).face);
+}
+
+int genus(const MeshReport& report) { return static_cast<int>(1 - (report.vertices - report.faces / 2) / 2); }
+
+/// Mean of the widths, across and from back to palm, of the cut through a finger at a point of its bone, over that
+/// which is expected.
+double relative_thickness(const TriangleMesh& mesh, const BoneChain& finger, int bone, double t, double expected) {
+  const Vector3 centre = finger.along(bone, t);
+  const Vector3 along = finger.direction(bone);
+  const Vector3 palmar = finger.palmar[static_cast<std::size_t>(bone)];
+  const Vector3 across = along.cross(palmar);
+  const double other_finger = 0.65 * expected;  // farther from the bone the skin may be a neighbour's
+  std::array<double, 4> reach{};                // palmar, back, across both ways
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    for (int c = 0; c < 3; ++c) {
+      const Vector3 p = mesh.corner(f, c) - centre;
+      const Vector3 q = mesh.corner(f, (c + 1) % 3) - centre;
+      const double from = p.dot(along);
+      const double to = q.dot(along);
+      const Vector3 cut = p + (q - p) * (from / (from - to));
+      if (from * to < 0 && cut.norm() < other_finger) {
+        reach = {std::max(reach[0], cut.dot(palmar)), std::max(reach[1], -cut.dot(palmar)),
+                 std::max(reach[2], cut.dot(across)), std::max(reach[3], -cut.dot(across))};
+      }
+    }
+  }
+  return 0.5 * (reach[0] + reach[1] + reach[2] + reach[3]) / expected;
+}
+
+TEST(Hand, KnowsItsPoses) { EXPECT_THAT(hand_poses(), ElementsAre("flat", "index_up", "grasp", "point_down", "fist")); }
+
+class HandMesh : public ::testing::TestWithParam<std::pair<std::string, double>> {};
+
+TEST_P(HandMesh, IsAUniformClosedSurface) {
+  const auto& [pose, edge] = GetParam();
+  const TriangleMesh& mesh = made_hand(pose, edge).mesh;
+  const MeshReport report = inspect(mesh);
+  EXPECT_THAT(report.faults, IsEmpty());
+  EXPECT_EQ(report.components, 1);
+  EXPECT_EQ(report.unused_vertices, 0);
+  // Genus 0, but for the pointing hands: the thumb and the fingers that it is laid over are one ring, genus 1.
+  EXPECT_EQ(genus(report), pose == "index_up" || pose == "point_down" ? 1 : 0);
+  EXPECT_NEAR(mesh.mean_edge() / edge, 1.0, edge < 2 * kMm ? 0.05 : 0.03);  // as the header promises
+  EXPECT_GT(report.smallest_angle, 20 * kDegree);
+  EXPECT_THAT(self_intersections(mesh), IsEmpty());
+
+  int odd = 0;
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    for (int c = 0; c < 3; ++c) {
+      const double length = (mesh.corner(f, c) - mesh.corner(f, (c + 1) % 3)).norm() / edge;
+      odd += length < 0.6 || length > 1.5 ? 1 : 0;
+    }
+  }
+  EXPECT_LT(odd, 0.01 * 3.0 * static_cast<double>(mesh.face_count()));
+}
+
+INSTANTIATE_TEST_SUITE_P(Poses, HandMesh,
+                         ::testing::Values(std::pair("flat", 3 * kMm), std::pair("index_up", 3 * kMm),
+                                           std::pair("grasp", 3 * kMm), std::pair("point_down", 3 * kMm),
+                                           std::pair("fist", 3 * kMm)));
+INSTANTIATE_TEST_SUITE_P(Full, HandMesh, ::testing::Values(std::pair("index_up", 1.5 * kMm)));
+
+// Even where neither edge nor breadth is of use: closed, one piece, no face through another.
+TEST(Hand, HoldsAtTheEndsOfItsRanges) {
+  for (const auto& [pose, breadth, length, edge] : {std::tuple{"index_up", 0.05, 0.26, 4 * kMm},
+
+                                                    {"grasp", 0.15, 0.26, 6 * kMm},
+                                                    {"flat", 0.05, 0.12, 8 * kMm},
+                                                    {"index_up", 0.0883, 0.1933, 8 * kMm}}) {
+    HandOptions options = options_for(pose, edge);
+    options.breadth = breadth;
+    options.length = length;
+    const TriangleMesh mesh = hand(options).mesh;
+    EXPECT_THAT(inspect(mesh).faults, IsEmpty()) << pose << " " << breadth << " " << length;
+    EXPECT_EQ(inspect(mesh).components, 1);
+    EXPECT_THAT(self_intersections(mesh), IsEmpty()) << pose << " " << breadth << " " << length;
+  }
+}
+
+// A whole hand has about 425 cm2 of skin and 340 cm3.
+TEST(Hand, HasThePublishedAreaAndVolume) {
+  const TriangleMesh& mesh = made_hand("flat").mesh;
+  EXPECT_NEAR(mesh.total_area() / 425e-4, 1.0, 0.1);
+  EXPECT_NEAR(mesh.signed_volume() / 340e-6, 1.0, 0.1);
+}
+
+// The vertices stand off the surface so that a coarse mesh encloses what a fine one does. With the vertices on the
+// surface 3 mm edges would lose 1 to 2 % against 1.5 mm.
+TEST(Hand, AreaAndVolumeDoNotDependOnTheEdge) {
+  const TriangleMesh& fine = made_hand("flat", 1.5 * kMm).mesh;
+  const TriangleMesh& coarse = made_hand("flat").mesh;
+  EXPECT_NEAR(coarse.signed_volume() / fine.signed_volume(), 1.0, 0.005);
+  EXPECT_NEAR(coarse.total_area() / fine.total_area(), 1.0, 0.005);
+}
+
+// Shares of the breadth in the middle of each segment; a joint has the mean of its two segments.
+TEST(Hand, FingersHaveThePublishedThickness) {
+  constexpr std::array<std::array<double, 3>, 4> kShares = {
+      {{0.229, 0.198, 0.176}, {0.216, 0.197, 0.180}, {0.203, 0.182, 0.168}, {0.183, 0.165, 0.149}}};
+  const double breadth = HandOptions().breadth;
+  const TriangleMesh& mesh = made_hand("flat", 1.5 * kMm).mesh;
+  const HandSkeleton skeleton = made_skeleton("flat");
+  const auto expect_thick = [&](const BoneChain& chain, int bone, double t, double share) {
+    EXPECT_NEAR(relative_thickness(mesh, chain, bone, t, share * breadth), 1.0, 0.1) << bone << " " << t;
+  };
+  for (std::size_t i = 0; i < 4; ++i) {
+    SCOPED_TRACE(i);
+    const auto& share = kShares[i];
+    expect_thick(skeleton.fingers[i], 0, 0.75, share[0]);  // the middle lies in the web
+    expect_thick(skeleton.fingers[i], 1, 0.5, share[1]);
+    expect_thick(skeleton.fingers[i], 2, 0.5, share[2]);
+    expect_thick(skeleton.fingers[i], 0, 0.99, 0.5 * (share[0] + share[1]));
+    expect_thick(skeleton.fingers[i], 1, 0.99, 0.5 * (share[1] + share[2]));
+  }
+  expect_thick(skeleton.thumb, 1, 0.5, 0.229);
+  expect_thick(skeleton.thumb, 1, 0.99, 0.5 * (0.229 + 0.212));
+  expect_thick(skeleton.thumb, 2, 0.5, 0.212);
+}
+
+// Straight out of the skin the next skin is at least 1.5 mm away, in every pose.
+TEST(Hand, GapsAreOpenOrMerged) {
+  for (const std::string& pose : hand_poses()) {
+    const SoftBody& flesh = default_flesh(pose);
+    Points points = mirrored(made_hand(pose).mesh.vertices());
+    flesh.project(points, 1 * kMm);
+    int narrow = 0;
+    for (const auto& x : points.colwise()) {
+      const Vector3 out = flesh.at(x).gradient.normalized();
+      bool met = false;
+      for (double t = 0.1 * kMm; t <= 1.5 * kMm; t += 0.1 * kMm) {
+        met = met || flesh.distance(x + t * out) < 0;
+      }
+      narrow += met ? 1 : 0;
+    }
+    EXPECT_EQ(narrow, 0) << pose;
+  }
+}
+
+// Neighbouring fingers of a fist, and the thumb laid over them, are one flesh.
+TEST(Hand, PartsOfAFistMerge) {
+  const HandSkeleton skeleton = default_skeleton("fist");
+  const SoftBody& flesh = default_flesh("fist");
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vector3 between = 0.5 * (skeleton.fingers[i].along(1, 0.5) + skeleton.fingers[i + 1].along(1, 0.5));
+    EXPECT_LT(flesh.distance(between), 0) << i;
+  }
+  const Vector3 over = 0.5 * (skeleton.thumb.along(2, 0.1) + skeleton.fingers[1].along(1, 0.5));
+  EXPECT_LT(flesh.distance(over), 0);
+}
+
+// The table's lengths in proportion; and the hand as long as is asked for, from the crease to the middle fingertip.
+TEST(HandSkeleton, HasThePublishedProportions) {
+  constexpr std::array<std::array<double, 3>, 4> kBones = {{{39.78, 22.38, 15.82 + 3.84},
+                                                            {44.63, 26.33, 17.40 + 3.95},
+                                                            {41.37, 25.65, 17.30 + 3.95},
+                                                            {32.74, 18.11, 15.96 + 3.73}}};
+  for (const std::string& pose : hand_poses()) {
+    const HandSkeleton skeleton = default_skeleton(pose);
+    const double scale = (skeleton.fingers[1].joints[1] - skeleton.fingers[1].joints[0]).norm() / 44.63;
+    for (std::size_t i = 0; i < 4; ++i) {
+      for (std::size_t bone = 0; bone < 3; ++bone) {
+        const double length = (skeleton.fingers[i].joints[bone + 1] - skeleton.fingers[i].joints[bone]).norm();
+        EXPECT_NEAR(length / scale, kBones[i][bone], 1e-9);
+      }
+    }
+    const auto& thumb = skeleton.thumb.joints;
+    EXPECT_NEAR((thumb[1] - thumb[0]).norm() / scale, 46.22, 1e-9);
+    EXPECT_NEAR((thumb[2] - thumb[1]).norm() / scale, 31.57, 1e-9);
+    EXPECT_NEAR((thumb[3] - thumb[2]).norm() / scale, 21.67 + 5.67, 1e-9);
+    const double finger = scale * (44.63 + 26.33 + 17.40 + 3.95);
+    EXPECT_NEAR(finger + (0.373 + 0.073) * 193.3 * kMm, 193.3 * kMm, 1e-12);
+  }
+}
+
+TEST(Hand, FlatHandHasItsLengthAndBreadth) {
+  const Body& body = made_hand("flat");
+  const double crease = -0.073 * 193.3 * kMm;
+  EXPECT_NEAR(landmark(body, "middle_tip").y() - crease, 193.3 * kMm, 1.5 * kMm);  // fingers bend by some degrees
+  EXPECT_NEAR(body.mesh.vertices().row(1).minCoeff(), -20 * kMm, 1 * kMm);
+  // The breadth across the heads of the metacarpals: index at 72 mm from the wrist, little finger at 57 mm.
+  double little_side = 0;
+  double index_side = 0;
+  for (const auto& x : body.mesh.vertices().colwise()) {
+    if (std::abs(x.y() - 57 * kMm) < 5 * kMm) {
+      little_side = std::max(little_side, x.x());
+    }
+    const bool thumb = x.x() < -50 * kMm;
+    if (std::abs(x.y() - 74 * kMm) < 4 * kMm && !thumb) {
+      index_side = std::min(index_side, x.x());
+    }
+  }
+  EXPECT_NEAR(little_side - index_side, 88.3 * kMm, 0.03 * 88.3 * kMm);
+}
+
+// A digit's pad faces its palm side and its tip the end of its bone, wherever the pose leaves it free.
+TEST(Hand, LandmarksLieOnTheirSkinAndFaceTheirWay) {
+  const std::map<std::string, std::vector<std::size_t>> free_digits = {
+      {"flat", {0, 1, 2, 3, 4}}, {"index_up", {1}}, {"grasp", {0, 1, 2, 3, 4}}, {"point_down", {1}}, {"fist", {}}};
+  const double turned =
+      std::cos(25 * kDegree);  // faces of 3 mm on a little finger 13 mm thick: 13 degrees; a pad's slope
+  for (const auto& [pose, digits] : free_digits) {
+    SCOPED_TRACE(pose);
+    const Body& body = made_hand(pose);
+    const HandSkeleton skeleton = made_skeleton(pose);
+    for (const std::size_t i : digits) {
+      const BoneChain& chain = digit(skeleton, i);
+      const std::string name(kDigits[i]);
+      EXPECT_GT(normal_at(body, name + "_pad").dot(chain.palmar[2]), turned) << name;
+      EXPECT_GT(normal_at(body, name + "_tip").dot(chain.direction(2)), turned) << name;
+      // Straight below the middle of the last bone, a radius away within 15 %.
+      const Vector3 pad = landmark(body, name + "_pad") - chain.along(2, 0.5);
+      const double radius = 0.5 * (chain.radii[2] + chain.radii[3]);
+      EXPECT_NEAR(pad.dot(chain.palmar[2]), radius, 0.15 * radius) << name;
+      EXPECT_LT((pad - pad.dot(chain.palmar[2]) * chain.palmar[2]).norm(), 0.7 * kMm) << name;
+      EXPECT_LT((landmark(body, name + "_tip") - chain.joints[3]).norm(), 0.6 * kMm) << name;
+    }
+    EXPECT_LT(normal_at(body, "wrist").z(), -0.9);
+    EXPECT_NEAR(landmark(body, "wrist").y(), 0, 0.3 * kMm);
+    EXPECT_GT(normal_at(body, "back_centre").z(), 0.9);
+    EXPECT_LT(normal_at(body, "palm_centre").z(), pose == "flat" ? -0.9 : 0.0);  // else the thumb's ball slopes
+  }
+}
+
+// The study's pose: the pad is the middle of the last segment's palm side, a finger's radius below its bone.
+TEST(Hand, IndexUpPointsStraightAhead) {
+  const Body& body = made_hand("index_up");
+  const BoneChain index = made_skeleton("index_up").fingers[0];
+  for (int bone = 0; bone < 3; ++bone) {
+    EXPECT_GT(index.direction(bone).y(), std::cos(1 * kDegree));
+  }
+  const Vector3 tip = landmark(body, "index_tip");
+  EXPECT_NEAR(tip.y(), body.mesh.vertices().row(1).maxCoeff(), 0.3 * kMm);
+  // All other fingertips are back at the palm.
+  for (const char* name : {"middle_tip", "ring_tip", "little_tip", "thumb_tip"}) {
+    EXPECT_LT(landmark(body, name).y(), 75 * kMm) << name;
+  }
+  // All round the pad there is air, but for the finger itself.
+  const FaceTree skin(body.mesh);
+  const Vector3 pad = landmark(body, "index_pad");
+  for (const Vector3& way :
+       {Vector3(0, 0, -1), Vector3(1, 0, 0), Vector3(-1, 0, 0), Vector3(1, 0, -1), Vector3(-1, 0, -1)}) {
+    const double start = way.z() < 0 ? 1 * kMm : 12 * kMm;
+    for (double t = start; t < 150 * kMm; t += 1 * kMm) {
+      EXPECT_LT(skin.winding_number(pad + t * way), 0.5) << way.transpose() << " " << t;
+    }
+  }
+}
+
+// A box of 55 mm: the fingers' pads lie in one face, the thumb's in the opposite one, all facing the box.
+TEST(Hand, GraspHoldsABox) {
+  const HandSkeleton skeleton = made_skeleton("grasp");
+  const Body& body = made_hand("grasp");
+  Vector3 facing = -skeleton.thumb.palmar[2];
+  for (const BoneChain& finger : skeleton.fingers) {
+    facing += 0.25 * finger.palmar[2];
+  }
+  facing.normalize();
+  const Vector3 thumb = landmark(body, "thumb_pad");
+  EXPECT_GT(normal_at(body, "thumb_pad").dot(-facing), std::cos(20 * kDegree));
+  for (const char* name : {"index_pad", "middle_pad", "ring_pad", "little_pad"}) {
+    EXPECT_NEAR((thumb - landmark(body, name)).dot(facing), 55 * kMm, 3 * kMm) << name;
+    EXPECT_GT(normal_at(body, name).dot(facing), std::cos(20 * kDegree)) << name;
+  }
+  // The thumb stands opposite to index and middle finger.
+  const Vector3 between = 0.5 * (landmark(body, "index_pad") + landmark(body, "middle_pad"));
+  const Vector3 aside = thumb - between - (thumb - between).dot(facing) * facing;
+  EXPECT_LT(aside.norm(), 15 * kMm);
+}
+
+TEST(Hand, LandmarksHaveTheirNamesOnce) {
+  std::vector<std::string> names;
+  for (const Landmark& each : made_hand("index_up").landmarks) {
+    names.push_back(each.name);
+  }
+  EXPECT_THAT(names,
+              ElementsAre("thumb_pad", "index_pad", "middle_pad", "ring_pad", "little_pad", "thumb_tip", "index_tip",
+                          "middle_tip", "ring_tip", "little_tip", "palm_centre", "back_centre", "wrist"));
+  EXPECT_THAT(hand_landmark_names(), ElementsAreArray(names));
+}
+
+TEST(Hand, LandmarksAreWhereTheMeshHasThem) {
+  for (const std::string& pose : hand_poses()) {
+    const HandSkeleton skeleton = default_skeleton(pose);
+    const SoftBody& flesh = default_flesh(pose);
+    for (const std::string& name : hand_landmark_names()) {
+      const Vector3 at = landmark_on_skin(skeleton, flesh, name);
+      EXPECT_NEAR(flesh.distance(at), 0, 1e-6) << pose << " " << name;
+      EXPECT_LT((mirrored(at) - landmark(made_hand(pose), name)).norm(), 0.5 * kMm) << pose << " " << name;
+    }
+  }
+}
+
+TEST(Hand, LandmarkWithoutAMeshMirrorsAndKnowsItsNames) {
+  HandOptions options = options_for("point_down", 3 * kMm);
+  const Vector3 right = hand_landmark(options, "index_pad");
+  EXPECT_LT((right - landmark(made_hand("point_down"), "index_pad")).norm(), 0.5 * kMm);
+  options.side = HandSide::kLeft;
+  const Vector3 left = hand_landmark(options, "index_pad");
+  EXPECT_EQ(left, Vector3(-right.x(), right.y(), right.z()));
+  EXPECT_THAT([&] { hand_landmark(options, "index_nail"); },
+              ThrowsMessage<InputError>(AllOf(HasSubstr("'index_nail'"), HasSubstr("thumb_pad, index_pad"),
+                                              HasSubstr("palm_centre, back_centre, wrist"))));
+}
+
+// Of one's own right hand, palm down and fingers away, the thumb is on the left: from it to the other fingers one turns
+// about the way that the palm faces. A thumb that is laid over curled fingers reaches across the middle one.
+TEST(Hand, RightAndLeftAreTheHandsOfThatName) {
+  for (const std::string& pose : hand_poses()) {
+    for (const HandSide side : {HandSide::kRight, HandSide::kLeft}) {
+      if (side == HandSide::kLeft && pose != "flat") {
+        continue;  // each is the mirror image of the right one
+      }
+      SCOPED_TRACE(pose + (side == HandSide::kRight ? " right" : " left"));
+      HandOptions options = options_for(pose, 6 * kMm);
+      options.side = side;
+      const Body body = hand(options);
+      const double sign = side == HandSide::kRight ? 1.0 : -1.0;
+      const auto turn = [&](const std::string& one, const std::string& other, const auto& at) {
+        const Vector3 wrist = at("wrist");
+        return sign * Vector3(at(one) - wrist).cross(at(other) - wrist).dot(at("palm_centre") - at("back_centre"));
+      };
+      const auto on_mesh = [&](const std::string& name) { return landmark(body, name); };
+      const auto on_flesh = [&](const std::string& name) { return hand_landmark(options, name); };
+      for (std::size_t i = 1; i + 1 < kDigits.size(); ++i) {
+        const std::string one = std::string(kDigits[i]) + "_pad";
+        const std::string next = std::string(kDigits[i + 1]) + "_pad";
+        EXPECT_GT(turn(one, next, on_mesh), 0) << one;
+        EXPECT_GT(turn(one, next, on_flesh), 0) << one;
+        EXPECT_GT(sign * (landmark(body, next) - landmark(body, one)).x(), 5 * kMm) << one;
+      }
+      if (pose == "flat" || pose == "grasp") {
+        EXPECT_GT(turn("thumb_tip", "middle_tip", on_mesh), 0);
+        EXPECT_GT(turn("thumb_tip", "middle_tip", on_flesh), 0);
+        EXPECT_LT(sign * landmark(body, "thumb_tip").x(), -20 * kMm);
+      }
+    }
+  }
+}
+
+TEST(Hand, LeftIsTheMirrorImageOfRight) {
+  HandOptions options = options_for("index_up", 6 * kMm);
+  const Body right = hand(options);
+  options.side = HandSide::kLeft;
+  const Body left = hand(options);
+  EXPECT_THAT(inspect(left.mesh).faults, IsEmpty());
+  const Eigen::DiagonalMatrix<double, 3> mirror(-1, 1, 1);
+  EXPECT_LT((left.mesh.centroids() - mirror * right.mesh.centroids()).cwiseAbs().maxCoeff(), 1e-15);
+  EXPECT_LT((left.mesh.normals() - mirror * right.mesh.normals()).cwiseAbs().maxCoeff(), 1e-12);
+  for (std::size_t i = 0; i < right.landmarks.size(); ++i) {
+    EXPECT_EQ(left.landmarks[i].name, right.landmarks[i].name);
+    EXPECT_LT((position(left.mesh, left.landmarks[i]) - mirror * position(right.mesh, right.landmarks[i])).norm(),
+              1e-15);
+  }
+}
+
+TEST(Hand, DistancesAreFromTheSkinOfEitherSide) {
+  HandOptions options = options_for("index_up", 2 * kMm);
+  for (const HandSide side : {HandSide::kRight, HandSide::kLeft}) {
+    options.side = side;
+    const Body body = hand(options);
+    const Points& vertices = body.mesh.vertices();
+    EXPECT_LT(hand_distances(options, vertices).cwiseAbs().maxCoeff(), 0.2 * kMm);  // as the header says
+    const Vector3 pad = position(body.mesh, find_landmark(body, "index_pad"));
+    for (const double off : {-2.0, 0.5, 2.0}) {
+      const Points moved = body.mesh.centroids() + off * kMm * body.mesh.normals();
+      const Eigen::VectorXd distances = hand_distances(options, moved);
+      for (Eigen::Index f = 0; f < body.mesh.face_count(); ++f) {
+        if ((body.mesh.centroids().col(f) - pad).norm() < 12 * kMm) {  // where nothing else of the hand is near
+          EXPECT_NEAR(distances(f), off * kMm, 0.2 * kMm);
+        }
+      }
+    }
+  }
+}
+
+TEST(Hand, IsTheSameEveryTime) {
+  const Body one = hand(options_for("index_up", 6 * kMm));
+  const Body other = hand(options_for("index_up", 6 * kMm));
+  ASSERT_EQ(one.mesh.face_count(), other.mesh.face_count());
+  EXPECT_TRUE(one.mesh.vertices() == other.mesh.vertices());
+  EXPECT_TRUE(one.mesh.triangles() == other.mesh.triangles());
+}
+
+TEST(Hand, LengthAndBreadthScaleTheirOwnDirections) {
+  HandOptions options = options_for("flat", 3 * kMm);
+  const Vector3 tip = hand_landmark(options, "middle_tip");
+  const Vector3 pad = hand_landmark(options, "index_pad");
+  options.length *= 1.1;
+  EXPECT_NEAR(hand_landmark(options, "middle_tip").y() / tip.y(), 1.1, 0.002);  // the skin's smoothing does not scale
+  options.breadth *= 1.1;  // now 1.1 times as large in all but the stub behind the wrist
+  EXPECT_LT((hand_landmark(options, "index_pad") - 1.1 * pad).norm(), 0.2 * kMm);
+}
+
+// Fine about the index pad, coarse elsewhere, in the hand's own frame: a left hand's zone is on its own pad.
+TEST(Hand, EdgesFollowTheSizing) {
+  for (const HandSide side : {HandSide::kRight, HandSide::kLeft}) {
+    HandOptions options = options_for("index_up", 3 * kMm);
+    options.side = side;
+    const Vector3 pad = hand_landmark(options, "index_pad");
+    const Body body = hand(options, EdgeSizing(5 * kMm, {{pad, 2 * kMm, 10 * kMm}}));
+    EXPECT_THAT(inspect(body.mesh).faults, IsEmpty());
+    EXPECT_LT((landmark(body, "index_pad") - pad).norm(), 0.5 * kMm);
+    double near_area = 0;
+    double far_area = 0;
+    int near_faces = 0;
+    int far_faces = 0;
+    for (Eigen::Index f = 0; f < body.mesh.face_count(); ++f) {
+      const double distance = (body.mesh.centroids().col(f) - pad).norm();
+      if (distance < 8 * kMm) {
+        near_area += body.mesh.areas()(f);
+        ++near_faces;
+      } else if (distance > 40 * kMm) {
+        far_area += body.mesh.areas()(f);
+        ++far_faces;
+      }
+    }
+    const auto mean_edge = [](double area, int faces) { return std::sqrt(4.0 / std::sqrt(3.0) * area / faces); };
+    EXPECT_NEAR(mean_edge(near_area, near_faces) / (2 * kMm), 1.0, 0.1);
+    EXPECT_NEAR(mean_edge(far_area, far_faces) / (5 * kMm), 1.0, 0.1);
+  }
+}
+
+TEST(Hand, RefusesWhatIsNoHand) {
+  const auto with = [](auto change) {
+    return [change] {
+      HandOptions options;
+      change(options);
+      hand(options);
+    };
+  };
+  EXPECT_THAT(with([](HandOptions& o) { o.pose = "wave"; }),
+              ThrowsMessage<InputError>(
+                  AllOf(HasSubstr("hand.pose = 'wave'"), HasSubstr("flat, index_up, grasp, point_down, fist"))));
+  EXPECT_THAT(with([](HandOptions& o) { o.breadth = 0.2; }),
+              ThrowsMessage<InputError>(HasSubstr("hand.breadth = 0.2 m must be 0.05 to 0.15 m")));
+  EXPECT_THROW(with([](HandOptions& o) { o.breadth = std::nan(""); })(), InputError);
+  EXPECT_THROW(with([](HandOptions& o) { o.length = 0.1; })(), InputError);
+  EXPECT_THROW(with([](HandOptions& o) { o.edge = 0.2e-3; })(), InputError);
+  EXPECT_THROW(with([](HandOptions& o) { o.edge = 13e-3; })(), InputError);
+  EXPECT_THROW(hand(HandOptions(), EdgeSizing(13e-3)), InputError);
+  EXPECT_THROW(hand(HandOptions(), EdgeSizing(3e-3, {{Vector3::Zero(), 0.2e-3, 1e-3}})), InputError);
+  EXPECT_THROW(hand_landmark(options_for("wave", 3e-3), "index_pad"), InputError);
+}
+
+}  // namespace touchfield::hand_test

@@ -1,0 +1,512 @@
+#include "sim/hand/skin_mesh.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "sim/hand/hand_flesh.h"
+#include "sim/hand/implicit_surface.h"
+#include "sim/hand/shapes.h"
+#include "sim/mesh/query/face_tree.h"
+#include "sim/mesh/query/inspect.h"
+#include "sim/mesh/query/self_intersections.h"
+#include "sim/mesh/remesh/edit_mesh.h"
+#include "sim/mesh/remesh/mesh_quality.h"
+#include "sim/mesh/remesh/remesh.h"
+#include "tests/support/testing.h"
+#include "tests/support/threads_support.h"
+
+namespace touchfield::skin_mesh_test {
+
+using std::numbers::pi;
+
+SoftBody cone_body(const Vector3& a, const Vector3& b, double radius_a, double radius_b) {
+  SoftPart part;
+  part.cones.push_back({a, b, radius_a, radius_b});
+  return SoftBody({part});
+}
+
+Vector3 random_point(std::mt19937& random) {
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  return {uniform(random), uniform(random), uniform(random)};
+}
+
+// The body is the union of the balls along the segment, so outside the distance is the least over them.
+TEST(SoftBody, DistanceToAConeIsThatToItsBalls) {
+  std::mt19937 random(3);
+  for (const double radius_b : {0.3, 0.1, 0.29, 0.9}) {
+    const Vector3 a(0.1, -0.2, 0.0);
+    const Vector3 b(0.5, 0.3, 0.1);
+    const SoftBody body = cone_body(a, b, 0.3, radius_b);
+    for (int i = 0; i < 200; ++i) {
+      const Vector3 x = random_point(random);
+      double least = std::numeric_limits<double>::infinity();
+      constexpr int kSteps = 2000;
+      for (int s = 0; s <= kSteps; ++s) {
+        const double t = static_cast<double>(s) / kSteps;
+        least = std::min(least, (x - a - t * (b - a)).norm() - 0.3 - t * (radius_b - 0.3));
+      }
+      EXPECT_NEAR(body.distance(x), least, 1e-5) << radius_b;  // half a step is 1.6e-4, of a flat minimum
+    }
+  }
+}
+
+SoftBody blended_body() {
+  SoftPart one;
+  one.blend = 0.1;
+  one.cones = {{{-0.5, 0, 0}, {0.4, 0.1, 0}, 0.2, 0.15}, {{0.4, 0.1, 0}, {0.5, 0.6, 0.1}, 0.15, 0.1}};
+  SoftPart two;
+  two.outward_blend = 0.2;
+  Plate plate;
+  plate.corners << -0.5, 0.1, -0.3,  //
+      -0.5, -0.4, -0.1,              //
+      0.2, 0.1, 0.6;
+  plate.radii << 0.1, 0.1, 0.1;
+  two.plates.push_back(plate);
+  return SoftBody({one, two}, SoftCut{{-0.6, 0, 0}, {-1, 0, 0}, 0.1});
+}
+
+// Plates of one radius and cones have exact gradients. The parts meet in kinks only deep inside.
+TEST(SoftBody, GradientIsTheSlopeOfTheDistance) {
+  const SoftBody body = blended_body();
+  std::mt19937 random(5);
+  constexpr double kStep = 1e-6;
+  for (int i = 0; i < 300; ++i) {
+    const Vector3 x = random_point(random);
+    const SoftBody::Value value = body.at(x);
+    if (value.distance < -0.05) {
+      continue;
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vector3 step = kStep * Vector3::Unit(axis);
+      const double slope = (body.distance(x + step) - body.distance(x - step)) / (2 * kStep);
+      EXPECT_NEAR(value.gradient(axis), slope, 2e-5) << x.transpose();  // second derivatives of 10 to 20 per unit
+    }
+    EXPECT_LT(value.gradient.norm(), 1.0 + 1e-9);
+  }
+}
+
+TEST(SoftBody, BlendFillsGapsBelowAThirdOfItAndBulgesByASixth) {
+  const auto middle = [](double gap, double blend) {
+    SoftPart balls;
+    balls.blend = blend;
+    balls.cones = {{{-1 - 0.5 * gap, 0, 0}, {-1.5, 0, 0}, 1.0, 1.0}, {{1 + 0.5 * gap, 0, 0}, {1.5, 0, 0}, 1.0, 1.0}};
+    return SoftBody({balls}).distance(Vector3::Zero());
+  };
+  EXPECT_LT(middle(0.099, 0.3), 0);
+  EXPECT_GT(middle(0.101, 0.3), 0);
+  EXPECT_NEAR(middle(0.5, 0.3), 0.25 - 0.05, 1e-12);
+  EXPECT_NEAR(middle(0.5, 0.0), 0.25, 1e-12);
+}
+
+TEST(SoftBody, ProjectsOntoItsSurface) {
+  const SoftBody body = blended_body();
+  std::mt19937 random(11);
+  Points points(3, 300);
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    do {
+      points.col(i) = random_point(random);
+    } while (std::abs(body.distance(points.col(i))) > 0.05);
+  }
+  const Points before = points;
+  body.project(points, 0.1);
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    EXPECT_NEAR(body.distance(points.col(i)), 0, 1e-9);
+    EXPECT_LT((points.col(i) - before.col(i)).norm(), 0.1);  // twice the distance: gradients are 0.5 and more there
+  }
+}
+
+// The very same, not nearly: what is left out of a union changes nothing.
+TEST(SoftBody, WithinABallIsTheSame) {
+  std::mt19937 random(12);
+  for (const double radius : {0.01, 0.1, 0.5}) {
+    for (int ball = 0; ball < 200; ++ball) {
+      const Vector3 centre = random_point(random);
+      const SoftBody body = blended_body();
+      const SoftBody near = body.within(centre, radius);
+      for (int i = 0; i < 20; ++i) {
+        const Vector3 x =
+            centre + radius * std::uniform_real_distribution(0.0, 1.0)(random) * random_point(random).normalized();
+        EXPECT_EQ(near.at(x).distance, body.at(x).distance);
+        EXPECT_EQ(near.at(x).gradient, body.at(x).gradient);
+      }
+    }
+  }
+}
+
+TEST(SoftBody, RefusesNothing) {
+  EXPECT_THROW(SoftBody({}), InputError);
+  EXPECT_THROW(SoftBody({SoftPart()}), InputError);
+}
+
+TEST(SkinMesh, HasTheAreaAndVolumeOfABall) {
+  const double radius = 0.01;
+  const SoftBody ball = cone_body(Vector3::Zero(), {1e-9, 0, 0}, radius, radius);
+  const TriangleMesh mesh = skin_mesh(ball, 2e-3, 1e-3);
+  EXPECT_THAT(inspect(mesh).faults, IsEmpty());
+  EXPECT_NEAR(mesh.mean_edge() / 2e-3, 1.0, 0.03);
+  // With vertices on the sphere the volume would be 1 % short: (edge / radius)^2 / 4.
+  EXPECT_NEAR(mesh.signed_volume() / (4.0 / 3.0 * pi * std::pow(radius, 3)), 1.0, 1e-3);
+  EXPECT_NEAR(mesh.total_area() / (4.0 * pi * radius * radius), 1.0, 5e-3);
+}
+
+TEST(SkinMesh, FillsACavity) {
+  // Six plates about a hollow cube.
+  SoftPart part;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {-0.02, 0.02}) {
+      std::array<Vector3, 4> corners;
+      for (std::size_t i = 0; i < 4; ++i) {
+        corners[i](axis) = side;
+        corners[i]((axis + 1) % 3) = i == 1 || i == 2 ? 0.02 : -0.02;
+        corners[i]((axis + 2) % 3) = i >= 2 ? 0.02 : -0.02;
+      }
+      for (const std::size_t second : {1u, 2u}) {
+        Plate plate;
+        plate.corners << corners[0], corners[second], corners[second + 1];
+        plate.radii = Vector3::Constant(0.004);
+        part.plates.push_back(plate);
+      }
+    }
+  }
+  ASSERT_GT(SoftBody({part}).distance(Vector3::Zero()), 0);
+  const MeshReport report = inspect(skin_mesh(SoftBody({part}), 3e-3, 2e-3));
+  EXPECT_EQ(report.components, 1);
+  EXPECT_GT(report.volume, std::pow(0.04, 3));
+}
+
+TEST(SkinMesh, RefusesABodyInTwoPieces) {
+  SoftPart part;
+  part.cones = {{{0, 0, 0}, {0.01, 0, 0}, 0.005, 0.005}, {{0, 0.05, 0}, {0.01, 0.05, 0}, 0.005, 0.005}};
+  EXPECT_THROW(skin_mesh(SoftBody({part}), 2e-3, 1e-3), NumericalError);
+}
+
+SoftBody ball_of(double radius) { return cone_body(Vector3::Zero(), {1e-9, 0, 0}, radius, radius); }
+
+/// Faces that the sizing asks for on a sphere about the origin between two heights, by the integral of 4 / (sqrt(3)
+/// h^2) over rings; the sizing is even about the z axis.
+double wanted_on_sphere(double radius, const EdgeSizing& sizing, double lower, double upper) {
+  constexpr int kSteps = 4000;
+  double faces = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double z = lower + (upper - lower) * (i + 0.5) / kSteps;
+    const double h = sizing.at(Vector3(std::sqrt(radius * radius - z * z), 0, z));
+    faces += 2 * pi * radius * (upper - lower) / kSteps * 4.0 / (std::sqrt(3.0) * h * h);
+  }
+  return faces;
+}
+
+TEST(SkinMesh, FollowsTheSizesAskedFor) {
+  const double radius = 0.01;
+  for (const double growth : {0.1, 0.3}) {
+    const EdgeSizing sizing(3e-3, {{Vector3(0, 0, radius), 0.6e-3, 4e-3}}, growth);
+    const TriangleMesh mesh = skin_mesh(ball_of(radius), sizing, 1e-3);
+    EXPECT_THAT(inspect(mesh).faults, IsEmpty());
+    for (const auto& [lower, upper] : {std::pair{-1.0, 0.0}, {0.0, 0.7}, {0.7, 0.9}, {0.94, 1.0}}) {
+      const double wanted = wanted_on_sphere(radius, sizing, lower * radius, upper * radius);
+      // Smoothing takes some faces from where the edges grow to where they are finest.
+      const Eigen::ArrayXd height = mesh.centroids().colwise().normalized().row(2).array();
+      const auto faces = static_cast<double>((height >= lower && height < upper).count());
+      EXPECT_NEAR(faces / wanted, 1.0, 0.13) << lower << " " << upper << " " << growth;
+    }
+    EXPECT_NEAR(static_cast<double>(mesh.face_count()) / wanted_on_sphere(radius, sizing, -radius, radius), 1.0, 0.06);
+    EXPECT_GT(edge_fit(mesh, sizing).share, 0.99);
+    EXPECT_NEAR(edge_fit(mesh, sizing).mean_log, 0.0, 0.04);
+    EXPECT_GT(inspect(mesh).smallest_angle, 25 * pi / 180);
+  }
+}
+
+// Lifts held to a tenth of the finest edge would leave 1.5 % of the volume out at the coarse end.
+TEST(SkinMesh, KeepsAreaAndVolumeAtEveryEdgeOfAGradedMesh) {
+  const double radius = 0.01;
+  const EdgeSizing sizing(4e-3, {{Vector3(0, 0, radius), 0.5e-3, 2e-3}}, 0.3);
+  const TriangleMesh mesh = skin_mesh(ball_of(radius), sizing, 1e-3);
+  EXPECT_NEAR(mesh.signed_volume() / (4.0 / 3.0 * pi * std::pow(radius, 3)), 1.0, 2e-3);
+  EXPECT_NEAR(mesh.total_area() / (4.0 * pi * radius * radius), 1.0, 1.2e-2);
+}
+
+// The faces' corners are on the sphere but for the lift, so area and volume are off by a share of (edge / radius)^2.
+TEST(SkinMesh, AreaAndVolumeConvergeWithTheEdge) {
+  const double radius = 0.01;
+  std::array<double, 2> area_error{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const TriangleMesh mesh = skin_mesh(ball_of(radius), i == 0 ? 3e-3 : 1e-3, 1e-3);
+    area_error[i] = std::abs(mesh.total_area() / (4.0 * pi * radius * radius) - 1.0);
+    EXPECT_NEAR(mesh.signed_volume() / (4.0 / 3.0 * pi * std::pow(radius, 3)), 1.0, i == 0 ? 2e-3 : 2e-4);
+  }
+  EXPECT_GT(area_error[0] / area_error[1], 5.0);  // of 9
+  EXPECT_LT(area_error[0] / area_error[1], 16.0);
+}
+
+TEST(SkinMesh, OneEdgeIsASizingWithoutZones) {
+  const SoftBody body = cone_body(Vector3::Zero(), {0.02, 0, 0}, 0.006, 0.004);
+  const TriangleMesh one = skin_mesh(body, 2e-3, 1e-3);
+  const TriangleMesh other = skin_mesh(body, EdgeSizing(2e-3), 1e-3);
+  EXPECT_TRUE(one.vertices() == other.vertices());
+  EXPECT_TRUE(one.triangles() == other.triangles());
+}
+
+TEST(SkinMesh, DoesNotDependOnTheNumberOfThreads) {
+  const SoftBody body = cone_body(Vector3::Zero(), {0.02, 0, 0}, 0.006, 0.004);
+  const EdgeSizing sizing(2e-3, {{Vector3(0.02, 0, 0), 0.7e-3, 4e-3}});
+  const TriangleMesh one = with_threads(1, [&] { return skin_mesh(body, sizing, 1e-3); });
+  const TriangleMesh other = with_threads(5, [&] { return skin_mesh(body, sizing, 1e-3); });
+  ASSERT_EQ(one.vertex_count(), other.vertex_count());
+  EXPECT_TRUE(one.vertices() == other.vertices());
+  EXPECT_TRUE(one.triangles() == other.triangles());
+}
+
+// Two fingers side by side on a base, 1.5 mm apart, meshed with edges twice as long as the gap is wide.
+TEST(SkinMesh, KeepsAGapOpenThatIsNarrowerThanItsEdges) {
+  SoftPart part;
+  const double radius = 7e-3;
+  const double apart = 2 * radius + 1.5e-3;
+  part.cones = {{{0, 0, 0}, {0, 0.05, 0}, radius, radius},
+                {{apart, 0, 0}, {apart, 0.05, 0}, radius, radius},
+                {{0, 0, 0}, {apart, 0, 0}, radius, radius}};
+  const SoftBody body({part});
+  const EdgeSizing sizing(3e-3, {{Vector3(0, 0.05, 0), 1.2e-3, 10e-3}});
+  const TriangleMesh mesh = skin_mesh(body, sizing, 1.2e-3);
+  const MeshReport report = inspect(mesh);
+  EXPECT_THAT(report.faults, IsEmpty());
+  EXPECT_EQ(report.vertices - report.faces / 2, 2);
+  EXPECT_THAT(self_intersections(mesh), IsEmpty());
+  const FaceTree tree(mesh);
+  // Edges of 3 mm cannot follow the bottom of the slit, at 7 mm.
+  for (double y = 0.0105; y < 0.05; y += 0.5e-3) {
+    EXPECT_LT(tree.winding_number({0.5 * apart, y, 0}), 0.5) << y;
+    EXPECT_GT(tree.winding_number({0.5 * apart - 1.5e-3, y, 0}), 0.5) << y;
+  }
+}
+
+class GradedHand : public ::testing::TestWithParam<std::string> {};
+
+// A whole hand, fine about the pad of its index finger.
+TEST_P(GradedHand, IsAsFineAsAskedFor) {
+  const auto& poses = hand_pose_table();
+  const auto pose = std::find_if(poses.begin(), poses.end(), [&](const HandPose& p) { return p.name == GetParam(); });
+  ASSERT_NE(pose, poses.end());
+  const HandSkeleton skeleton = posed_skeleton(*pose, 193.3e-3, 88.3e-3);
+  const BoneChain& index = skeleton.fingers[0];
+  const Vector3 pad = index.along(2, 0.5) + 0.5 * (index.radii[2] + index.radii[3]) * index.palmar[2];
+  const EdgeSizing sizing(3e-3, {{pad, 1.2e-3, 15e-3}});
+  const SoftBody flesh = hand_flesh(skeleton);
+  const TriangleMesh mesh = skin_mesh(flesh, sizing, 1.2e-3);
+  EXPECT_GE(mesh.face_count(), 6000);
+  EXPECT_LE(mesh.face_count(), 16000);
+  EXPECT_NEAR(static_cast<double>(mesh.face_count()) / wanted_faces(mesh, sizing, 1e6), 1.0, 0.06);
+  const MeshReport report = inspect(mesh);
+  EXPECT_THAT(report.faults, IsEmpty());
+  EXPECT_EQ(report.components, 1);
+  EXPECT_GE(report.smallest_angle, 15 * pi / 180);
+  EXPECT_GE(edge_fit(mesh, sizing).share, 0.99);
+  EXPECT_THAT(self_intersections(mesh), IsEmpty());
+  const auto fine = resolution_within(mesh, 1.2e-3, pad, 13e-3);
+  ASSERT_TRUE(fine);
+  EXPECT_NEAR(fine->mean, 1.0, 0.05) << "1.2 mm about the pad";
+  // The grading costs no flesh: the same as 1.5 mm everywhere.
+  const TriangleMesh uniform = skin_mesh(flesh, 1.5e-3, 1.2e-3);
+  EXPECT_NEAR(mesh.signed_volume() / uniform.signed_volume(), 1.0, 0.003);
+  EXPECT_NEAR(mesh.total_area() / uniform.total_area(), 1.0, 0.005);
+}
+
+INSTANTIATE_TEST_SUITE_P(Poses, GradedHand, ::testing::Values("index_up", "grasp", "flat"));
+
+/// Every relation between sides, and the valences, by their definition.
+void expect_consistent(const EditMesh& mesh) {
+  std::vector<int> valence(static_cast<std::size_t>(mesh.vertex_count()), 0);
+  for (int side = 0; side < mesh.side_count(); ++side) {
+    if (mesh.alive(side)) {
+      const int other = mesh.opposite(side);
+      ASSERT_TRUE(mesh.alive(other));
+      ASSERT_EQ(mesh.opposite(other), side);
+      ASSERT_EQ(mesh.from(other), mesh.to(side));
+      ASSERT_EQ(mesh.to(other), mesh.from(side));
+      ASSERT_EQ(mesh.label(other), mesh.label(side));
+      ++valence[static_cast<std::size_t>(mesh.from(side))];
+    }
+  }
+  for (int v = 0; v < mesh.vertex_count(); ++v) {
+    if (mesh.vertex_alive(v)) {
+      ASSERT_EQ(mesh.valence(v), valence[static_cast<std::size_t>(v)]);
+      int count = 0;
+      for (const int side : mesh.around(v)) {
+        ASSERT_EQ(mesh.from(side), v);
+        ASSERT_LE(++count, mesh.valence(v));
+      }
+      ASSERT_EQ(count, mesh.valence(v)) << "the faces about a vertex form one fan";
+    } else {
+      ASSERT_EQ(valence[static_cast<std::size_t>(v)], 0);
+    }
+  }
+}
+
+TEST(EditMesh, StaysAClosedManifoldThroughRandomChanges) {
+  const TriangleMesh start = icosphere(1.0, 3);
+  EditMesh mesh(start.triangles(), start.vertex_count());
+  std::mt19937 random(2);
+  int collapses = 0;
+  int flips = 0;
+  for (int i = 0; i < 6000; ++i) {
+    const int side = std::uniform_int_distribution<int>(0, mesh.side_count() - 1)(random);
+    const int what = std::uniform_int_distribution<int>(0, 3)(random);
+    if (!mesh.alive(side)) {
+      continue;
+    }
+    if (what == 0 && i < 3000) {
+      mesh.split(side);
+    } else if (what <= 2 && mesh.can_collapse(side)) {
+      mesh.collapse(side);
+      ++collapses;
+    } else if (what == 3 && mesh.can_flip(side)) {
+      mesh.flip(side);
+      ++flips;
+    }
+    if (i % 50 == 0) {
+      ASSERT_NO_FATAL_FAILURE(expect_consistent(mesh)) << i;
+    }
+  }
+  EXPECT_GT(collapses, 100);
+  EXPECT_GT(flips, 100);
+  ASSERT_NO_FATAL_FAILURE(expect_consistent(mesh));
+  std::vector<int> numbers;
+  const Triangles triangles = mesh.compact(numbers);
+  EXPECT_EQ(static_cast<Eigen::Index>(numbers.size()) - triangles.cols() / 2, 2) << "still a sphere";
+}
+
+/// The labelled edges as pairs of vertices, the lower first.
+std::vector<std::pair<int, int>> labelled(const EditMesh& mesh) {
+  std::vector<std::pair<int, int>> edges;
+  for (int side = 0; side < mesh.side_count(); ++side) {
+    if (mesh.alive(side) && mesh.label(side) == 7 && mesh.from(side) < mesh.to(side)) {
+      edges.emplace_back(mesh.from(side), mesh.to(side));
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  return edges;
+}
+
+// One labelled edge a, b of a sphere, c and d opposite to it; every kind of change about it.
+TEST(EditMesh, LabelsFollowTheirEdges) {
+  using Edges = std::vector<std::pair<int, int>>;
+  const auto ordered = [](int v, int w) { return std::pair(std::min(v, w), std::max(v, w)); };
+  const TriangleMesh ball = icosphere(1.0, 6);
+  EditMesh start(ball.triangles(), ball.vertex_count());
+  int side = 0;
+  while (start.valence(start.from(side)) != 6 || start.valence(start.to(side)) != 6 ||
+         start.valence(start.from(EditMesh::previous(side))) != 6) {
+    ++side;
+  }
+  start.set_label(side, 7);
+  const int a = start.from(side);
+  const int b = start.to(side);
+  const int c = start.from(EditMesh::previous(side));
+  EXPECT_EQ(labelled(start), Edges{ordered(a, b)});
+  EXPECT_EQ(start.side_between(a, b), side);
+  EXPECT_EQ(start.side_between(b, a), start.opposite(side));
+
+  {
+    SCOPED_TRACE("changes beside it");
+    EditMesh mesh = start;
+    mesh.split(mesh.side_between(b, c));
+    EXPECT_EQ(labelled(mesh), Edges{ordered(a, b)});
+    ASSERT_TRUE(mesh.can_flip(mesh.side_between(c, a)));
+    mesh.flip(mesh.side_between(c, a));
+    EXPECT_EQ(labelled(mesh), Edges{ordered(a, b)});
+    ASSERT_NO_FATAL_FAILURE(expect_consistent(mesh));
+  }
+  {
+    SCOPED_TRACE("flipped: it is gone");
+    EditMesh mesh = start;
+    ASSERT_TRUE(mesh.can_flip(side));
+    mesh.flip(side);
+    EXPECT_EQ(labelled(mesh), Edges{});
+  }
+  {
+    SCOPED_TRACE("split: both halves, and one edge again");
+    EditMesh mesh = start;
+    const int middle = mesh.split(side);
+    EXPECT_EQ(labelled(mesh), (Edges{ordered(a, middle), ordered(b, middle)}));
+    ASSERT_NO_FATAL_FAILURE(expect_consistent(mesh));
+    ASSERT_TRUE(mesh.can_collapse(mesh.side_between(middle, a)));
+    mesh.collapse(mesh.side_between(middle, a));
+    EXPECT_EQ(labelled(mesh), Edges{ordered(a, b)});
+    ASSERT_NO_FATAL_FAILURE(expect_consistent(mesh));
+  }
+  {
+    SCOPED_TRACE("its corner collapsed into an end: the other edge of the face falls onto it");
+    EditMesh mesh = start;
+    ASSERT_TRUE(mesh.can_collapse(mesh.side_between(c, b)));
+    mesh.collapse(mesh.side_between(c, b));
+    EXPECT_EQ(labelled(mesh), Edges{ordered(a, b)});
+    ASSERT_NO_FATAL_FAILURE(expect_consistent(mesh));
+  }
+  {
+    SCOPED_TRACE("its end collapsed into a corner: it falls onto the other edge of the face");
+    EditMesh mesh = start;
+    ASSERT_TRUE(mesh.can_collapse(mesh.side_between(b, c)));
+    mesh.collapse(mesh.side_between(b, c));
+    EXPECT_EQ(labelled(mesh), Edges{ordered(a, c)});
+    ASSERT_NO_FATAL_FAILURE(expect_consistent(mesh));
+  }
+}
+
+TEST(EditMesh, RefusesASurfaceThatIsOpenOrMisoriented) {
+  const TriangleMesh ball = icosphere(1.0, 1);
+  EXPECT_THROW(EditMesh(ball.triangles().leftCols(19), ball.vertex_count()), InputError);
+  Triangles flipped = ball.triangles();
+  std::swap(flipped(0, 3), flipped(1, 3));
+  EXPECT_THROW(EditMesh(flipped, ball.vertex_count()), InputError);
+}
+
+void project_on_sphere(Points& points) { points.colwise().normalize(); }
+
+TEST(Remesh, ReachesTheWantedEdgeFromCoarseAndFine) {
+  for (const int f : {1, 4, 60}) {
+    const TriangleMesh start = icosphere(1.0, f);
+    const RemeshTarget target{
+        [](const Points& points) { return Eigen::VectorXd(Eigen::VectorXd::Constant(points.cols(), 0.1)); },
+        project_on_sphere};
+    const TriangleMesh mesh = remeshed(start.vertices(), start.triangles(), target, 8);
+    const MeshReport report = inspect(mesh);
+    EXPECT_THAT(report.faults, IsEmpty());
+    EXPECT_EQ(report.vertices - report.faces / 2, 2);
+    EXPECT_NEAR(mesh.mean_edge() / 0.1, 1.0, 0.03) << f;
+    EXPECT_GT(report.smallest_angle, 25 * pi / 180) << f;
+    EXPECT_NEAR(mesh.vertices().colwise().norm().minCoeff(), 1.0, 1e-12);
+  }
+}
+
+// Edges ten times as long at one pole as at the other: each region gets its own length.
+TEST(Remesh, FollowsAGradedEdgeLength) {
+  const auto wanted = [](double z) { return 0.02 + 0.09 * (1 - z); };
+  const RemeshTarget target{
+      [&](const Points& points) { return Eigen::VectorXd(points.row(2).transpose().unaryExpr(wanted)); },
+      project_on_sphere};
+  const TriangleMesh start = icosphere(1.0, 10);
+  const TriangleMesh mesh = remeshed(start.vertices(), start.triangles(), target, 10);
+  EXPECT_THAT(inspect(mesh).faults, IsEmpty());
+  EXPECT_GT(inspect(mesh).smallest_angle, 15 * pi / 180);
+  for (const auto& [lower, upper] : {std::pair{-1.0, -0.5}, {-0.5, 0.5}, {0.5, 0.8}, {0.95, 1.0}}) {
+    double faces = 0;
+    double wanted_faces = 0;
+    for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+      const double z = mesh.centroids()(2, f);
+      if (z >= lower && z <= upper) {
+        faces += 1;
+        wanted_faces += mesh.areas()(f) / (std::sqrt(3.0) / 4 * std::pow(wanted(z), 2));
+      }
+    }
+    EXPECT_NEAR(faces / wanted_faces, 1.0, 0.15) << lower;
+  }
+}
+
+}  // namespace touchfield::skin_mesh_test

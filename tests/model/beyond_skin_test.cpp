@@ -1,0 +1,150 @@
+#include "sim/model/beyond_skin.h"
+
+#include <cmath>
+
+#include "sim/core/progress.h"
+#include "sim/mesh/query/face_tree.h"
+#include "sim/run/methods.h"
+#include "sim/run/solve_model.h"
+#include "tests/support/solve_support.h"
+#include "tests/support/testing.h"
+
+namespace touchfield::beyond_skin_test {
+
+const std::vector<std::string> kLong = {"body.capsule.length_mm=60", "body.place.at_mm=[0, 20, 50]"};
+
+Model long_model(std::vector<std::string> changes) {
+  changes.insert(changes.begin(), kLong.begin(), kLong.end());
+  return small_model(changes);
+}
+
+double skin_area(const Model& model) {
+  double area = 0;
+  for (Eigen::Index f = 0; f < model.body.mesh.face_count(); ++f) {
+    area += model.fixed->skin[static_cast<std::size_t>(f)] != 0 ? model.body.mesh.areas()(f) : 0.0;
+  }
+  return area;
+}
+
+TEST(BeyondSkin, PartAndPatchesTogetherAreTheSkin) {
+  const Model whole = long_model({});
+  EXPECT_TRUE(whole.beyond.empty());
+  for (const char* kept : {"14", "20", "30"}) {
+    const Model model = long_model({std::string("body.keep_within_mm=") + kept});
+    ASSERT_FALSE(model.beyond.empty());
+    // Faces that reach over the border of what counts as skin are shared out by their middle: half a face round it.
+    EXPECT_NEAR((skin_area(model) + model.beyond.areas.sum()) / whole.body.mesh.total_area(), 1.0, 0.02) << kept;
+    const double border = 0.9e-3 * std::stod(kept);
+    const Points centres = model.beyond.centres();
+    EXPECT_GT((centres.colwise() - Vector3(0, 20e-3, 50e-3)).cwiseAbs().colwise().maxCoeff().minCoeff(), border - 2e-3);
+    EXPECT_LT(FaceTree(whole.body.mesh).nearest(centres.col(0)).distance, 1e-5);
+    // 0.9 wavelengths apart at most.
+    EXPECT_LT(model.beyond.areas.mean(), std::pow(0.9 * model.fixed->wave.wavelength(), 2));
+  }
+  EXPECT_TRUE(long_model({"body.keep_within_mm=200"}).beyond.empty());
+}
+
+TEST(BeyondSkin, PatchesAreTwiceAsManyAsWhatReachesThem) {
+  const Model model = long_model({"body.keep_within_mm=14", "array={autd3: {layout: [1, 2]}}"});
+  const SkinPatches& beyond = model.beyond;
+  const double drives = expected_drives(beyond.centres(), beyond.normals(), beyond.areas, model.fixed->array,
+                                        model.fixed->wave.wavelength());
+  EXPECT_GT(static_cast<double>(beyond.size()), 1.8 * drives);
+}
+
+TEST(BeyondSkin, OtherBodiesLieBeyondAsAWhole) {
+  const std::string two =
+      "bodies=[{name: one, capsule: {radius_mm: 6, length_mm: 10}, edge_mm: 2.5, place: {landmark: bottom, at_mm: [0, "
+      "0, "
+      "50]}, keep_within_mm: 30}, {name: other, sphere: {radius_mm: 8}, edge_mm: 2.5, keep_within_mm: 30, place: "
+      "{at_mm: [70, 0, 60]}}]";
+  const std::string target = "target.box={at: one.bottom, size_mm: [6, 12, 5]}";
+  const Model model = small_model({two, "body=null", target});
+  EXPECT_THAT(model.fixed->owner, Each(0));
+  EXPECT_THAT(model.fixed->cut, ElementsAre(1));
+  EXPECT_THAT(model.beyond.owner, Each(1));
+  const double sphere = 4 * std::acos(-1.0) * 64e-6;
+  EXPECT_NEAR(model.beyond.areas.sum() / sphere, 1.0, 0.03);
+  EXPECT_NEAR((model.beyond.centres().colwise() - Vector3(70e-3, 0, 60e-3)).colwise().norm().mean(), 8e-3, 0.3e-3);
+  const JudgeMesh judge = build_judge_mesh(model);
+  EXPECT_THAT(judge.owner, Contains(1));
+  // It has to be there where it is pressed on, or where nothing may lie beyond.
+  EXPECT_THROW(
+      small_model({two, "body=null",
+                   "target.boxes=[{at: one.bottom, size_mm: [6, 12, 5]}, {at: other.bottom, size_mm: [6, 6, 5]}]",
+                   "target.box=null"}),
+      InputError);
+}
+
+/// Cost and phases of `unscattered` on faces near by and points beyond are those on all faces, where a point stands for
+/// each of the others.
+TEST(BeyondSkin, UnscatteredIsTheSameOnFacesAndPoints) {
+  const Model whole = long_model({});
+  const TriangleMesh& mesh = whole.body.mesh;
+  for (const FaceWeights faces : {FaceWeights::kArea, FaceWeights::kEqual}) {
+    // Every face farther than 15 mm is no face any more, but a patch.
+    QuietSkin quiet;
+    quiet.array = whole.fixed->array;
+    quiet.faces.setOnes(mesh.face_count());
+    const SkinPatches all = pieces_of(mesh, 1.0, 0);
+    ASSERT_EQ(all.size(), mesh.face_count());
+    const auto is_far = [&](Eigen::Index f) {
+      return (mesh.centroids().col(f) - Vector3(0, 20e-3, 50e-3)).norm() > 15e-3;
+    };
+    for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+      quiet.faces(f) = is_far(f) ? 0.0 : 1.0;
+    }
+    quiet.beyond = picked(all, is_far);
+    std::vector<SolveRecord> records;
+    Progress silent;
+    SkinScattering scattering(mesh, whole.fixed->wave, Scheme::kBurtonMiller, {}, whole.fixed->array, records, silent);
+    const Target target = build_target(whole);
+    MethodSpec method;
+    method.kind = &phase_method("unscattered");
+    method.faces = faces;
+    method.iterations = 8;
+    const PhaseSolution on_faces = MethodSolver(scattering, whole.fixed->array.size(), target, whole.fixed->scene.solve)
+                                       .solve(method, target.amplitudes, silent);
+    const PhaseSolution on_points =
+        MethodSolver(scattering, whole.fixed->array.size(), target, whole.fixed->scene.solve, quiet)
+            .solve(method, target.amplitudes, silent);
+    ASSERT_EQ(on_points.cost_history.size(), on_faces.cost_history.size());
+    EXPECT_NEAR(on_points.cost_history.back(), on_faces.cost_history.back(), 1e-9 * on_faces.cost_history.back());
+    EXPECT_LT((on_points.phases - on_faces.phases).cwiseAbs().maxCoeff(), 1e-6);
+  }
+}
+
+/// The skin beyond is minded: with it the whole body gets a better pattern than without.
+TEST(BeyondSkin, PhasesMindTheSkinThatIsNotSolved) {
+  const std::vector<std::string> changes = {"array.grid.count=[16, 16]", "body.keep_within_mm=14",
+                                            "target.pressure_pa=1500",
+                                            "solve.methods=[surface, {paper: {faces: area}}]", "judge={edge_mm: 2.2}"};
+  const auto errors = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> all = changes;
+    all.insert(all.end(), more.begin(), more.end());
+    const touchfield::Run run = solve_model(long_model(all));
+    return std::pair(run.methods[0].metrics.relative_error, run.methods[1].metrics.relative_error);
+  };
+  const auto [surface, paper] = errors({});
+  const auto [surface_of_whole, paper_of_whole] = errors({"body.keep_within_mm=null"});
+  EXPECT_LT(surface, surface_of_whole + 0.03);
+  EXPECT_LT(paper, paper_of_whole + 0.02);
+}
+
+TEST(BeyondSkin, PatchesAreSeenAsTheSkinIs) {
+  const std::vector<std::string> kept = {"body.keep_within_mm=14"};
+  const Model truth = long_model(kept);
+  const Model moved = long_model({kept[0], "sensing={noise_mm_rms: 0, offset_mm: [0.5, -0.6, 0.7]}"});
+  ASSERT_EQ(moved.beyond.size(), truth.beyond.size());
+  EXPECT_LT((moved.beyond.corners - (truth.beyond.corners.colwise() + Vector3(0.5e-3, -0.6e-3, 0.7e-3)))
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-12);
+  const Model noisy = long_model({kept[0], "sensing={noise_mm_rms: 0.3, correlation_mm: 5, seed: 2}"});
+  const Points shift = noisy.beyond.centres() - truth.beyond.centres();
+  const Eigen::VectorXd along = shift.cwiseProduct(truth.beyond.normals()).colwise().sum();
+  EXPECT_NEAR(std::sqrt(along.squaredNorm() / static_cast<double>(along.size())), 0.3e-3, 0.1e-3);
+  EXPECT_LT((shift - truth.beyond.normals() * along.asDiagonal()).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+}  // namespace touchfield::beyond_skin_test

@@ -1,0 +1,106 @@
+#include "sim/model/model.h"
+
+#include "tests/support/solve_support.h"
+#include "tests/support/testing.h"
+
+namespace touchfield::model_test {
+
+std::string refusal(const std::vector<std::string>& changes) {
+  return message_of<InputError>([&] { small_model(changes); });
+}
+
+TEST(Model, OwnsItsScene) {
+  const Model model = [] {
+    const Scene scene = small_scene({"name=gone"});
+    return build_model(scene);
+  }();
+  EXPECT_EQ(model.fixed->scene.name, "gone");
+  EXPECT_EQ(build_target(model).size(), build_target(model, model.body.mesh).size());
+}
+
+TEST(Model, BodiesStandWhereTheScenePutsThem) {
+  const Model model = small_model({"body.place.at_mm=[3, -4, 70]"});
+  EXPECT_NEAR(model.body.mesh.vertices().row(2).minCoeff(), 0.070, 1e-4);
+  const Vector3 bottom = position(model.body.mesh, find_landmark(model.body, "bottom"));
+  EXPECT_LT((bottom - Vector3(0.003, -0.004, 0.070)).norm(), 1e-9);
+  const Vector3 own = model.own_frame(bottom);
+  const Model other = small_model();
+  const Vector3 other_own = other.own_frame(position(other.body.mesh, find_landmark(other.body, "bottom")));
+  EXPECT_LT((own - other_own).norm(), 1e-9);  // a body keeps its own frame wherever it stands
+}
+
+TEST(Model, WhatDoesNotGoTogetherIsRefused) {
+  EXPECT_THAT(refusal({"body.place.landmark=elbow"}), HasSubstr("elbow"));
+  EXPECT_THAT(refusal({"body.place.at_mm=[0, 0, 0]"}), HasSubstr("crosses the board"));
+  EXPECT_THAT(refusal({"target.box.size_mm=[0.001, 0.001, 0.001]"}), HasSubstr("target"));
+  EXPECT_THAT(refusal({"target.box.size_mm=[100, 100, 100]"}), HasSubstr("target"));
+  EXPECT_THAT(refusal({"solve.methods=[{fixed: {phases_rad: [0, 1, 2]}}]"}), HasSubstr("3 phases"));
+}
+
+TEST(Model, PointsAndLinesAreDrawnOnTheSkin) {
+  const Model model = small_model(
+      {"target.box=null", "target.points=[{at: bottom, diameter_mm: 5}, {at: x_plus, diameter_mm: 4, level: 0.5}]",
+       "target.lines=[{points: [{at: bottom, offset_mm: [0, -4, 0]}, {at: bottom, offset_mm: [0, 6, 0]}], width_mm: "
+       "3}]"});
+  EXPECT_EQ(model.boxes[0].key, "target.points[0]");
+  EXPECT_EQ(model.boxes[1].key, "target.points[1]");
+  EXPECT_EQ(model.boxes[2].key, "target.lines[0]");
+  const Target target = build_target(model);
+  const double pressure = target.amplitudes.maxCoeff();
+  const double side = position(model.body.mesh, find_landmark(model.body, "x_plus")).x();
+  for (std::size_t i = 0; i < target.faces.size(); ++i) {
+    const bool at_side = model.body.mesh.centroids()(0, target.faces[i]) > 0.7 * side;
+    EXPECT_DOUBLE_EQ(target.amplitudes(static_cast<Eigen::Index>(i)), at_side ? 0.5 * pressure : pressure);
+  }
+  EXPECT_EQ(model.plan.targets.size(), 5U);  // two points, and the line every 5 mm
+}
+
+TEST(Model, PointsAndLinesWithoutAFaceNameTheirKey) {
+  const std::string points = "{at: bottom, offset_mm: [0.31, 0.2, 0]}, {at: bottom, offset_mm: [0.31, 0.5, 0]}";
+  EXPECT_THAT(refusal({"target.lines=[{points: [" + points + "], width_mm: 0.03}]"}),
+              HasSubstr("target.lines[0]: no face has its centroid in the box about"));
+  EXPECT_THAT(refusal({"target.points=[{at: bottom, diameter_mm: 0.01}]"}),
+              HasSubstr("target.points[0]: no face has its centroid in the box about"));
+}
+
+TEST(Model, ChannelsAreCountedBeforeTheyAreMade) {
+  EXPECT_EQ(channel_count(small_scene().array), small_model().fixed->array.size());
+  EXPECT_EQ(channel_count(small_scene({"array={sonicsurface: {}}"}).array), 256);
+}
+
+TEST(Model, TheJudgeHasTheWholeBodyWhateverItIs) {
+  const double skin = small_model({"body.capsule.length_mm=40"}).body.mesh.total_area();
+  for (const char* judge : {"auto", "same", "{split: 1}", "{edge_mm: 2}"}) {
+    SCOPED_TRACE(judge);
+    const Model model =
+        small_model({"body.capsule.length_mm=40", "body.keep_within_mm=11", std::string("judge=") + judge});
+    EXPECT_TRUE(judged_elsewhere(model));
+    const JudgeMesh mesh = build_judge_mesh(model);
+    EXPECT_NEAR(mesh.mesh.total_area() / skin, 1.0, 0.01);
+    EXPECT_LE(mesh.mesh.mean_edge(), 1.05 * kCoarsestJudge * model.fixed->wave.wavelength());
+  }
+}
+
+TEST(Model, AJudgeByItselfIsFineWhereTheSolverIsCoarse) {
+  const auto judge_of = [](const std::vector<std::string>& changes) { return small_model(changes).fixed->scene.judge; };
+  EXPECT_EQ(judge_of({}).kind, JudgeSpec::Kind::kSame);
+  EXPECT_EQ(judge_of({"body.edge_mm={near_target: 1.5, far: 3}"}).kind, JudgeSpec::Kind::kSame);
+  const JudgeSpec coarse = judge_of({"body.edge_mm={near_target: 1.5, far: 5}"});
+  ASSERT_EQ(coarse.kind, JudgeSpec::Kind::kEdge);
+  EXPECT_NEAR(coarse.edge.far, 0.35 * 343.21 / 40e3, 1e-6);
+  EXPECT_NEAR(*coarse.edge.near_target, 1.2e-3, 1e-9);
+  EXPECT_EQ(judge_of({"body.keep_within_mm=11"}).kind, JudgeSpec::Kind::kEdge);
+}
+
+TEST(Model, TheJudgeHasItsOwnMeshWhereTheSceneSaysSo) {
+  EXPECT_FALSE(judged_elsewhere(small_model()));
+  const Model split = small_model({"judge={split: 1}"});
+  EXPECT_TRUE(judged_elsewhere(split));
+  EXPECT_EQ(build_judge_mesh(split).mesh.face_count(), 4 * split.body.mesh.face_count());
+  const Model noisy = small_model({"sensing={noise_mm_rms: 0.3, correlation_mm: 5, seed: 1}"});
+  ASSERT_TRUE(noisy.truth.has_value());
+  EXPECT_EQ(build_judge_mesh(noisy).mesh.vertices(), noisy.truth->vertices());
+  EXPECT_NE(noisy.body.mesh.vertices(), noisy.truth->vertices());
+}
+
+}  // namespace touchfield::model_test

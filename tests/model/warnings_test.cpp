@@ -1,0 +1,216 @@
+#include "sim/model/warnings.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "sim/core/progress.h"
+#include "sim/run/result_warnings.h"
+#include "sim/run/solve_model.h"
+#include "tests/support/mesh_support.h"
+#include "tests/support/solve_support.h"
+#include "tests/support/testing.h"
+
+namespace touchfield::warnings_test {
+
+touchfield::Run unsolved(const Model& model) {
+  Progress progress;
+  return solve_model(
+      model, {}, [](const touchfield::Run&) {}, progress);
+}
+
+constexpr const char* kFinerJudge = "judge={scheme: burton_miller, edge_mm: 2}";
+
+std::vector<std::string> warnings_of(const std::vector<std::string>& changes) {
+  return model_remarks(small_model(changes)).warnings;
+}
+std::vector<std::string> notes_of(const std::vector<std::string>& changes) {
+  return model_remarks(small_model(changes)).notes;
+}
+
+TEST(ModelRemarks, ASoundSceneHasNone) {
+  const Remarks remarks = model_remarks(small_model({kFinerJudge}));
+  EXPECT_THAT(remarks.warnings, IsEmpty());
+  EXPECT_THAT(remarks.notes, IsEmpty());
+}
+
+TEST(ModelRemarks, EachWarningIsNamed) {
+  EXPECT_THAT(warnings_of({"body.edge_mm=3.8"}), Contains(StartsWith("coarse_mesh: ")));
+  EXPECT_THAT(warnings_of({"array.rotate_deg=[180, 0, 0]"}), Contains(StartsWith("behind_array: ")));
+  EXPECT_THAT(warnings_of({"body.place.at_mm=[5.08, 5.08, 1.5]"}), Contains(StartsWith("near_source: ")));
+  EXPECT_THAT(warnings_of({"body={box: {size_mm: [20, 20, 3]}, edge_mm: 2.5, "
+                           "place: {landmark: bottom, at_mm: [0, 0, 50]}}"}),
+              Contains(StartsWith("thin_body: ")));
+}
+
+// Fine on the whole, so that the mean says nothing of it.
+TEST(ModelRemarks, CoarseFacesInOnePlaceAreNamed) {
+  const std::string ball = "body={sphere: {radius_mm: 20}, place: {at_mm: [0, 0, 60]}, edge_mm: ";
+  const std::string box = "target.box={at: nearest_array, size_mm: [10, 10, 4]}";
+  const auto warned = [&](const std::string& edges, const std::string& target,
+                          const std::string& judge = "judge=same") {
+    return warnings_of({ball + edges + "}", target, judge});
+  };
+  EXPECT_THAT(warned("1.5", box), IsEmpty());
+  EXPECT_THAT(warned("{near: {top: 0.7}, far: 5, within_mm: 14}", box),
+              ElementsAre(AllOf(StartsWith("coarse_mesh: "), HasSubstr("on a twentieth of the skin;"))));
+  EXPECT_THAT(warned("{near: {top: 0.7}, far: 3.3, within_mm: 14}", box),
+              ElementsAre(AllOf(StartsWith("coarse_mesh: "), HasSubstr("within 15 mm of the target;"))));
+  EXPECT_THAT(warned("{near: {top: 0.7}, far: 3.3, within_mm: 14}", "target.box={at: top, size_mm: [10, 10, 4]}"),
+              ElementsAre(StartsWith("facing_away: ")));
+  // Where a judge has the body, the rest of the skin is its to resolve.
+  EXPECT_THAT(
+      warned("{near: {top: 0.7}, far: 5, within_mm: 14}", "target.box={at: top, size_mm: [10, 10, 4]}", kFinerJudge),
+      ElementsAre(StartsWith("facing_away: ")));
+  EXPECT_THAT(warned("{near: {top: 0.7}, far: 5, within_mm: 14}", box, kFinerJudge),
+              ElementsAre(MatchesRegex("coarse_mesh: .* within 15 mm of the target; below 3: .*")));
+}
+
+TEST(ModelRemarks, CrossingFacesAreNamedWhateverTheyComeFrom) {
+  Model model = small_model();
+  model.body.mesh = together(model.body.mesh, shifted(model.body.mesh, Vector3(8e-3, 0, 0)));
+  FixedModel& fixed = own_part(model);
+  fixed.skin.assign(static_cast<std::size_t>(model.body.mesh.face_count()), 1);
+  fixed.owner.assign(fixed.skin.size(), 0);
+  EXPECT_THAT(model_remarks(model).warnings,
+              Contains(MatchesRegex("cutting_faces: [0-9]+ pairs of faces intersect, .*")));
+}
+
+TEST(ModelRemarks, ABoxOverBothSidesIsNamed) {
+  const std::string plate =
+      "body={box: {size_mm: [30, 30, 6]}, edge_mm: 2, place: {landmark: bottom, at_mm: [0, 0, 50]}}";
+  EXPECT_THAT(
+      warnings_of({plate, "target.box.size_mm=[12, 12, 20]"}),
+      Contains(MatchesRegex("both_sides: 100 % of the target is on two opposite sides of 6.. mm of a body, .*")));
+  EXPECT_THAT(warnings_of({plate, "target.box.size_mm=[12, 12, 5]"}), IsEmpty());
+}
+
+TEST(ModelRemarks, APatternJudgedWhereItWasFoundIsNoted) {
+  EXPECT_THAT(notes_of({}), ElementsAre(StartsWith("judged_by_itself: ")));
+  EXPECT_THAT(notes_of({"judge={split: 1}"}), IsEmpty());
+  EXPECT_THAT(notes_of({"judge=none"}), IsEmpty());
+  EXPECT_THAT(notes_of({"sensing={noise_mm_rms: 0.1, correlation_mm: 4}"}), IsEmpty());
+  EXPECT_THAT(notes_of({"solve.methods=[{fixed: {phases_rad: 0}}]"}), IsEmpty());  // nothing was fitted
+}
+
+TEST(ModelRemarks, SkinBeyondIsNoted) {
+  const std::string kept = "body.keep_within_mm=11";
+  EXPECT_THAT(notes_of({kept, kFinerJudge}), ElementsAre(MatchesRegex("beyond: .* within 11 mm .* [0-9]+ points, .*")));
+  EXPECT_THAT(notes_of({"body.keep_within_mm=60", kFinerJudge}), IsEmpty());  // nothing is left out
+}
+
+TEST(ModelRemarks, AHandWithoutAnArmIsNoted) {
+  const auto hand = [](const std::string& more) {
+    return "body={hand: {pose: index_up" + more +
+           "}, edge_mm: {near_target: 3, far: 8, within_mm: 10}, "
+           "place: {landmark: index_pad, at_mm: [0, 0, 100]}}";
+  };
+  const std::string on_the_pad = "target.box.at=index_pad";
+  EXPECT_THAT(notes_of({hand(""), on_the_pad, "judge=none"}), ElementsAre(StartsWith("no_arm: ")));
+  EXPECT_THAT(notes_of({hand(", forearm_mm: 100"), on_the_pad, "judge=none"}), IsEmpty());
+}
+
+TEST(ModelRemarks, ABodyBetweenTheArrayAndTheSkinBeyondIsNamed) {
+  const auto warned = [](double height) {
+    return warnings_of(
+        {fmt::format(
+             "bodies=[{{name: pressed, capsule: {{radius_mm: 6, length_mm: 60}}, edge_mm: 2.5, keep_within_mm: 15, "
+             "place: {{landmark: bottom, at_mm: [0, 0, 60]}}}}, "
+             "{{name: other, box: {{size_mm: [40, 20, 8]}}, edge_mm: 2.5, place: {{at_mm: [0, 25, {}]}}}}]",
+             height),
+         "body=null", "target.box={at: pressed.bottom, size_mm: [6, 12, 5]}"});
+  };
+  EXPECT_THAT(warned(45), ElementsAre(StartsWith("shadowed_skin: ")));
+  EXPECT_THAT(warned(90), IsEmpty());
+}
+
+TEST(ModelRemarks, AMotionThatIsLeftOutIsNoted) {
+  EXPECT_THAT(notes_of({"judge=none", "motion={seconds: 1, change: [{path: body.place.at_mm.0, rate: 5}]}"}),
+              ElementsAre(StartsWith("still: ")));
+}
+
+TEST(ResultRemarks, ASolveThatMissedItsToleranceIsNamed) {
+  touchfield::Run run = unsolved(small_model());
+  EXPECT_THAT(result_remarks(run).warnings, IsEmpty());
+  run.solves.front().converged = false;
+  EXPECT_THAT(result_remarks(run).warnings, Contains(StartsWith("not_converged: " + run.solves.front().stage + ": ")));
+  run.solves.front().stage = "alarm";  // which has a warning of its own
+  EXPECT_THAT(result_remarks(run).warnings, IsEmpty());
+}
+
+TEST(ResultRemarks, TheAlarmIsOfSchemesWithoutACure) {
+  touchfield::Run run = unsolved(small_model());
+  run.alarm = 0.5;
+  run.alarms = {{"paper_corrected", 0.09}, {"paper", 0.11}};
+  EXPECT_THAT(result_remarks(run).warnings, ElementsAre(StartsWith("fictitious_frequency: scheme paper ")));
+  run.judge_model = JudgeModel{"paper_corrected", run.mesh, std::nullopt};
+  EXPECT_THAT(result_remarks(run).warnings, SizeIs(1));
+  run.judge_model->scheme = "burton_miller";  // the figures are free of it
+  EXPECT_THAT(result_remarks(run).warnings, IsEmpty());
+  EXPECT_THAT(result_remarks(run).notes, Contains(StartsWith("fictitious_frequency: scheme paper ")));
+}
+
+TEST(ResultRemarks, EverySchemeWithoutACureIsCompared) {
+  const touchfield::Run run = unsolved(
+      small_model({"solve.methods=[paper, {paper: {as: original, scheme: paper}}, {focus: {scheme: paper_corrected}}, "
+                   "{fixed: {phases_rad: 0, scheme: paper}}, {unscattered: {scheme: chief}}]",
+                   "solve.alarm=always"}));
+  EXPECT_FALSE(std::isnan(run.alarm));  // of the first method's, burton_miller_polished
+  ASSERT_EQ(run.alarms.size(), 2U);
+  EXPECT_EQ(run.alarms[0].first, "paper");
+  EXPECT_EQ(run.alarms[1].first, "paper_corrected");
+  // What they are compared with is the run's own burton_miller_polished.
+  std::vector<std::string> references;
+  for (const SolveRecord& solve : run.solves) {
+    if (solve.stage == "alarm") {
+      references.push_back(solve.scheme);
+    }
+  }
+  EXPECT_THAT(references, ElementsAre("paper_corrected", "burton_miller_polished", "burton_miller_polished"));
+  for (std::size_t i = 0; i < 2; ++i) {
+    const MethodResult& method = run.methods[i + 1];
+    EXPECT_GT(run.alarms[i].second, 1e-4) << method.name;
+    EXPECT_LT(run.alarms[i].second, 0.3) << method.name;
+  }
+  EXPECT_TRUE(unsolved(small_model({"solve.methods=[{paper: {scheme: paper}}]", "solve.alarm=never"})).alarms.empty());
+}
+
+TEST(ResultRemarks, SteepenedSoundIsNotedAndFromAShockOnWarnedOf) {
+  touchfield::Run run = unsolved(small_model());
+  const auto with = [&](const std::vector<double>& sigmas) {
+    for (std::size_t m = 0; m < sigmas.size(); ++m) {
+      run.methods[m].shock_distance_share = sigmas[m];
+    }
+    return result_remarks(run);
+  };
+  EXPECT_THAT(with({0.29, 0.1, kNotComputed}).notes, IsEmpty());
+  const Remarks noted = with({0.3, 0.29, 0.1});
+  EXPECT_THAT(noted.warnings, IsEmpty());
+  EXPECT_THAT(noted.notes, ElementsAre(AllOf(StartsWith("nonlinear: "), HasSubstr("sigma reaches paper 0.30:"),
+                                             HasSubstr("1.1 % of its fundamental"), HasSubstr("15 % of the rest"))));
+  const Remarks both = with({1.0, 0.99, 2.7});
+  EXPECT_THAT(both.warnings, ElementsAre(AllOf(StartsWith("nonlinear: "), HasSubstr("paper 1.00, focus 2.70:"),
+                                               HasSubstr("12 % of its fundamental"), HasSubstr("40 % of the rest"))));
+  EXPECT_THAT(both.notes, ElementsAre(HasSubstr("unscattered 0.99:")));
+}
+
+// The array's drive scales it, and a plane wave has no way from an array.
+TEST(ResultRemarks, SigmaFollowsTheDrive) {
+  const touchfield::Run full = unsolved(small_model({"solve.methods=[focus]"}));
+  const touchfield::Run half = unsolved(small_model({"solve.methods=[focus]", "array.level=0.5"}));
+  EXPECT_GT(full.methods[0].shock_distance_share, 0.0);
+  EXPECT_NEAR(half.methods[0].shock_distance_share / full.methods[0].shock_distance_share, 0.5, 1e-9);
+  const touchfield::Run plane =
+      unsolved(small_model({"array={plane_wave: {direction: [0, 0, 1]}}", "solve.methods=[{fixed: {phases_rad: 0}}]"}));
+  EXPECT_TRUE(std::isnan(plane.methods[0].shock_distance_share));
+}
+
+TEST(ResultRemarks, AQuietTargetIsInTheShadow) {
+  touchfield::Run run = unsolved(small_model());
+  for (const Eigen::Index f : run.target->faces) {
+    run.methods.front().pressure(f) *= 0.01;
+  }
+  EXPECT_THAT(result_remarks(run).warnings, Contains(StartsWith("deep_shadow: ")));
+}
+
+}  // namespace touchfield::warnings_test

@@ -1,0 +1,165 @@
+#include "sim/run/motion_file.h"
+
+#include <functional>
+
+#include "sim/run/run_file.h"
+#include "tests/support/motion_support.h"
+#include "tests/support/output_support.h"
+#include "tests/support/result_file_support.h"
+#include "tests/support/same_support.h"
+#include "tests/support/testing.h"
+
+namespace touchfield::motion_file_test {
+
+class MotionFile : public ResultFile {};
+class DamagedMotionFile : public ResultFile {};
+
+TEST_F(MotionFile, ReadsBackWhatWasWritten) {
+  write_motion_file(path_, full_motion());
+  expect_same(full_motion(), read_motion_file(path_));
+  EXPECT_EQ(directory_.entries(), 1U);  // no temporary file is left
+  EXPECT_EQ(archive_format(path_), kMotionArchive.name());
+}
+
+TEST_F(MotionFile, AMotionThatHasOnlyBegun) {
+  Motion motion{.name = "bare", .scene = "", .array = full_motion().array, .mesh = sheet(1, 1, 0.01)};
+  write_motion_file(path_, motion);
+  expect_same(motion, read_motion_file(path_));
+  motion.methods.push_back({.name = "surface", .method = "surface", .scheme = "chief"});  // no frame, no score
+  write_motion_file(path_, motion);
+  expect_same(motion, read_motion_file(path_));
+  const hdf5::Content content = hdf5::read_content(path_);
+  for (const char* absent : {"judge", "seconds", "warnings", "notes"}) {
+    EXPECT_FALSE(content.has(absent)) << absent;
+  }
+}
+
+TEST_F(MotionFile, TheSameMotionGivesTheSameBytesAndReplacesAnOlderFile) {
+  Motion shorter = full_motion();
+  shorter.methods.pop_back();
+  write_motion_file(directory_.file("a.h5"), shorter);
+  write_motion_file(directory_.file("a.h5"), full_motion());
+  write_motion_file(directory_.file("b.h5"), full_motion());
+  EXPECT_EQ(read_bytes(directory_.file("a.h5")), read_bytes(directory_.file("b.h5")));
+}
+
+TEST_F(MotionFile, PartsThatDoNotFitAreRefusedBeforeAnythingIsWritten) {
+  const auto refused = [&](const std::function<void(Motion&)>& change) {
+    Motion motion = full_motion();
+    change(motion);
+    return message_of<InputError>([&] { write_motion_file(path_, motion); });
+  };
+  EXPECT_THAT(refused([](Motion& m) { m.methods[1].frames[2].solution.phases.conservativeResize(5); }),
+              AllOf(HasSubstr("paper-2"), HasSubstr("frame 2"), HasSubstr("phases"), HasSubstr("must have 6")));
+  EXPECT_THAT(refused([](Motion& m) { m.methods[0].frames[0].solution.amplitudes.resize(0); }),
+              HasSubstr("amplitudes"));
+  EXPECT_THAT(refused([](Motion& m) { m.methods[0].name = "paper-2"; }), HasSubstr("twice"));
+  EXPECT_THAT(refused([](Motion& m) { m.methods[0].name = "a/b"; }), HasSubstr("a/b"));
+  EXPECT_THAT(refused([](Motion& m) { m.methods[0].frames[3].seconds[1].first = "pose"; }), HasSubstr("twice"));
+  EXPECT_THAT(refused([](Motion& m) { m.methods[0].frames[3].seconds[1].first = "a/b"; }), HasSubstr("a/b"));
+  EXPECT_THAT(refused([](Motion& m) { m.methods[0].frames[3].seconds[1].second = kNotComputed; }),
+              AllOf(HasSubstr("factorisation"), HasSubstr(">= 0")));
+  EXPECT_THAT(refused([](Motion& m) { m.methods[0].scores[5].frame = 4; }),
+              AllOf(HasSubstr("score 5"), HasSubstr("-1..3")));
+  EXPECT_THAT(refused([](Motion& m) { m.methods[0].scores[5].frame = -2; }), HasSubstr("-1..3"));
+  EXPECT_THAT(refused([](Motion& m) { m.methods[0].dropped = -1; }), HasSubstr("dropped"));
+  EXPECT_THAT(refused([](Motion& m) { m.array.device.conservativeResize(2); }), HasSubstr("device"));
+  EXPECT_EQ(directory_.entries(), 0U);
+}
+
+TEST_F(DamagedMotionFile, FilesThatAreNoMotionsAreInputErrors) {
+  const auto read = [&] { read_motion_file(path_); };
+  EXPECT_THAT(message_of<InputError>(read), AllOf(HasSubstr(path_), HasSubstr("No such file")));
+  write_bytes(path_, std::string(5000, 'x'));
+  EXPECT_THAT(message_of<InputError>(read), HasSubstr("not an HDF5 file"));
+  write_run_file(path_, full_run());
+  EXPECT_THAT(message_of<InputError>(read), HasSubstr("not a touchfield motion"));
+  write_motion_file(path_, full_motion());
+  EXPECT_THAT(message_of<InputError>([&] { read_run_file(path_); }), HasSubstr("not a touchfield run"));
+  const hdf5::MemoryFile file(path_);
+  {
+    const hdf5::Group root = file.root();
+    root.set_attribute("format", kMotionArchive.name());
+    root.set_attribute("format_version", kMotionFormatVersion + 1);
+  }
+  write_archive(path_, file);
+  EXPECT_THAT(message_of<InputError>(read), HasSubstr(": a newer touchfield reads it"));
+}
+
+TEST_F(DamagedMotionFile, IsRefused) {
+  const auto read = [&] { read_motion_file(path_); };
+  write_motion_file(path_, full_motion());
+  expect_damage_is_seen(path_, read, 50, 100);
+}
+
+/// What a forged method says of two frames and two scores of one channel.
+struct Forged {
+  hdf5::Shape phases = {2, 1};
+  hdf5::Shape cost = {2, 1};
+  std::array<std::int64_t, 2> frame = {0, 1};
+  std::array<std::int64_t, 2> quiet = {0, 1};
+  std::vector<std::string> status = {"converged", "direct"};
+  std::uint64_t displaced = 2;
+  std::uint64_t stage = 2;
+};
+
+void forge(const std::string& path, const Forged& forged) {
+  const hdf5::MemoryFile file(path);
+  {
+    const hdf5::Group root = file.root();
+    forge_beginning(root, kMotionArchive.name(), kMotionFormatVersion);
+    root.set_attribute("seconds", 1.0);
+    const std::array<double, 9> numbers = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    const hdf5::Group method = root.create("methods").create("focus");
+    method.set_attribute("method", "focus");
+    method.set_attribute("scheme", "");
+    method.set_attribute("dropped", 0);
+    const hdf5::Group frames = method.create("frames");
+    for (const char* name : {"sampled", "started", "late", "shown", "pose_time"}) {
+      frames.write(name, numbers.data(), {2}, "s");
+    }
+    frames.write("quiet", forged.quiet.data(), {2}, "1");
+    frames.write("steps", forged.quiet.data(), {2}, "1");
+    frames.write_texts("status", forged.status);
+    frames.write("phases", numbers.data(), forged.phases, "rad");
+    frames.write("amplitudes", numbers.data(), {2, 1}, "1");
+    frames.write("cost", numbers.data(), forged.cost, "Pa2");
+    frames.create("seconds").write("pose", numbers.data(), {forged.stage}, "s");
+    const hdf5::Group scores = method.create("scores");
+    scores.write("time", numbers.data(), {2}, "s");
+    scores.write("age", numbers.data(), {2}, "s");
+    scores.write("frame", forged.frame.data(), {2}, "1");
+    scores.write("displacement", numbers.data(), {forged.displaced, 3}, "m");
+    root.create("provenance");
+  }
+  write_archive(path, file);
+}
+
+TEST_F(DamagedMotionFile, SizesThatContradictEachOtherAreErrors) {
+  forge(path_, {});
+  const Motion read = read_motion_file(path_);  // without any metric, as if they came later
+  ASSERT_EQ(read.methods.size(), 1U);
+  EXPECT_TRUE(read.methods[0].frames[1].quiet);
+  EXPECT_FALSE(read.methods[0].frames[1].lost) << "the file is without it";
+  EXPECT_TRUE(std::isnan(read.methods[0].frames[1].off.skin));
+  EXPECT_TRUE(std::isnan(read.methods[0].frames[1].target_off));
+  EXPECT_TRUE(std::isnan(read.methods[0].scores[1].metrics.relative_error));
+  const auto message = [&](const Forged& forged) {
+    forge(path_, forged);
+    return message_of<InputError>([&] { read_motion_file(path_); });
+  };
+  EXPECT_THAT(message({.phases = {2, 2}}),
+              AllOf(HasSubstr(path_), HasSubstr("/methods/focus/frames"), HasSubstr("phases")));
+  EXPECT_THAT(message({.phases = {3, 1}}), HasSubstr("phases"));
+  EXPECT_THAT(message({.cost = {2}}), HasSubstr("cost must be"));
+  EXPECT_THAT(message({.cost = {1, 2}}), HasSubstr("cost"));
+  EXPECT_THAT(message({.frame = {0, 2}}), AllOf(HasSubstr("damaged"), HasSubstr("score 1"), HasSubstr("-1..1")));
+  EXPECT_THAT(message({.frame = {0, 1LL << 40}}), HasSubstr("out of range"));
+  EXPECT_THAT(message({.quiet = {0, 2}}), HasSubstr("quiet[1] = 2 is out of range"));
+  EXPECT_THAT(message({.status = {"converged"}}), HasSubstr("status has 1 texts, must have 2"));
+  EXPECT_THAT(message({.status = {"converged", "happy"}}), HasSubstr("unknown status 'happy'"));
+  EXPECT_THAT(message({.displaced = 1}), HasSubstr("displacement"));
+  EXPECT_THAT(message({.stage = 3}), HasSubstr("pose has 3 values, must have 2"));
+}
+
+}  // namespace touchfield::motion_file_test

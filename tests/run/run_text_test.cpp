@@ -1,0 +1,116 @@
+#include <sstream>
+
+#include <nlohmann/json.hpp>
+
+#include "sim/run/run_file.h"
+#include "sim/run/text_table.h"
+#include "tests/support/output_support.h"
+#include "tests/support/testing.h"
+
+namespace touchfield::run_text_test {
+
+TEST(Describe, SaysWhatThereIs) {
+  const std::string text = describe_run(full_run());
+  for (const char* part :
+       {"complete          yes", "faces 48, vertices 35, area 24 cm2", "6 transducers", "t4010a1",
+        "target faces      3\n", "2000 Pa", "surface", "paper-2", "35.00 %", "5.25", "stalled", "direct",
+        "side 5 x 1 x 4", "0123456789ab", "coarse mesh", "judge             edge\n",
+        "judge scheme      burton_miller_polished\n", "faces 80, vertices", "alarm             1.25 %\n"}) {
+    EXPECT_THAT(text, HasSubstr(part));
+  }
+  EXPECT_THAT(text,
+              ContainsRegex("  pressure +burton_miller_polished +GMRES, matrix-free .*single refined +10,842 +3 +14 "
+                            "+2 +3.1e-06 +yes +1.25\n"));
+  EXPECT_THAT(text, ContainsRegex("  judge +chief +LU +.*double +80 +1 +0 +0 +- +no +0.333\n"));
+  EXPECT_THAT(text, Not(HasSubstr("nan")));
+}
+
+TEST(Describe, ARunWithoutTargetOrMethods) {
+  const std::string text = describe_run(bare_run(sheet(1, 1, 0.01)));
+  EXPECT_THAT(text,
+              AllOf(HasSubstr("complete     no\n"), HasSubstr("target faces 0\n"), HasSubstr("judge        none\n"),
+                    HasSubstr("no method has finished"), Not(HasSubstr("alarm"))));
+}
+
+TEST(Describe, AJudgeThatIsTheSolvingModel) {
+  EXPECT_THAT(describe_run(self_judged_run()), ContainsRegex("judge +same\n"));
+}
+
+TEST(Describe, ATableOfMethodsFitsAScreenOf100Columns) {
+  RunData run = full_run();
+  run.methods.front().name = "unscattered";
+  run.methods.front().metrics.mean_inside_pa = 12345;
+  run.methods.front().metrics.width_mm = 12.34;
+  run.methods.front().metrics.width_wanted_mm = 12.34;
+  run.methods.front().metrics.seconds_total = 12345.6;
+  run.methods.front().metrics.optimality_gap = 0.5;
+  std::istringstream table(methods_table(run));
+  for (std::string line; std::getline(table, line);) {
+    EXPECT_LE(line.size(), 100U) << line;
+  }
+}
+
+/// A run at a frequency with fields of one point.
+RunData with_points(double frequency) {
+  RunData run = full_run();
+  run.frequency = frequency;
+  for (const auto& [name, inside] : {std::pair{"left_ear", 0}, std::pair{"lost", 1}}) {
+    FieldResult field{{name, Vector3(0, 0, 0.5), Vector3::Ones(), {1, 1, 1}}, {static_cast<unsigned char>(inside)}, {}};
+    field.pressure.emplace_back("surface", Eigen::VectorXcd::Constant(1, Complex(0.0, inside != 0 ? 0.0 : 20.0)));
+    run.fields.push_back(field);
+  }
+  return run;
+}
+
+TEST(Levels, AreOfFieldsOfOnePointBesideTheLimitsOfTheirBand) {
+  const std::string text = levels_text(with_points(40e3));
+  EXPECT_THAT(text, ContainsRegex("left_ear +surface +20 +117\n"));
+  EXPECT_THAT(text, ContainsRegex("lost +surface +- +-\n"));
+  EXPECT_THAT(text, ContainsRegex("INIRC-IRPA 1984 +public +100\n"));
+  EXPECT_THAT(text, HasSubstr("band of 40 kHz; no assessment of safety"));
+  EXPECT_THAT(text, Not(HasSubstr("side")));  // a plane
+  EXPECT_THAT(describe_run(with_points(40e3)), ContainsRegex("left_ear +surface +20 +117\n"));
+  const std::string high = levels_text(with_points(150e3));
+  EXPECT_THAT(high, AllOf(HasSubstr("no published limit is known here for 150 kHz"), Not(HasSubstr("INIRC"))));
+}
+
+TEST(Levels, AreOfNobodyWhoAsksForNone) {
+  RunData run = full_run();
+  run.frequency = 40e3;
+  EXPECT_EQ(levels_text(run), "");
+  EXPECT_TRUE(levels_value(run)["exposure_limits"].empty());
+}
+
+TEST(MetricsCsv, OneLineAMethodAndQuotesWhereTheyAreNeeded) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("metrics.csv");
+  RunData run = full_run();
+  run.methods[0].scheme = "chief, 3 \"points\"";
+  run.methods[1].metrics.relative_error = -kNotComputed;
+  write_metrics_csv(path, run);
+  std::istringstream lines(read_bytes(path));
+  std::string header;
+  std::string first;
+  std::string second;
+  std::string rest;
+  ASSERT_TRUE(std::getline(lines, header) && std::getline(lines, first) && std::getline(lines, second));
+  EXPECT_FALSE(std::getline(lines, rest));
+  std::string expected = "name,method,scheme";
+  for (const MetricField& field : metric_fields()) {
+    expected += std::string(",") + field.name;
+  }
+  EXPECT_EQ(header, expected + ",status");
+  EXPECT_THAT(first, AllOf(StartsWith("surface,paper,\"chief, 3 \"\"points\"\"\",0.35,nan,"), EndsWith(",stalled")));
+  EXPECT_THAT(second, StartsWith("paper-2,paper,chief,nan,nan,"));
+}
+
+TEST(TextTable, NumbersAreGroupedByThousands) {
+  EXPECT_EQ(grouped(0), "0");
+  EXPECT_EQ(grouped(999), "999");
+  EXPECT_EQ(grouped(1000), "1,000");
+  EXPECT_EQ(grouped(1234567), "1,234,567");
+  EXPECT_EQ(grouped(-123), "-123");
+  EXPECT_EQ(grouped(-1234), "-1,234");
+}
+
+}  // namespace touchfield::run_text_test

@@ -1,0 +1,105 @@
+#include "sim/run/solve_model.h"
+
+#include "sim/core/progress.h"
+#include "tests/support/solve_support.h"
+#include "tests/support/testing.h"
+
+namespace touchfield::solve_model_test {
+
+touchfield::Run solved(const Model& model) { return solve_model(model); }
+
+TEST(SolveModel, ShowsTheRunAfterEachMethod) {
+  std::vector<std::string> shown;
+  Progress progress;
+  const touchfield::Run run = solve_model(
+      small_model(), {.command_line = "a line"},
+      [&](const touchfield::Run& so_far) {
+        EXPECT_FALSE(so_far.complete);
+        EXPECT_TRUE(so_far.provenance.end.empty());
+        EXPECT_GT(so_far.methods.back().metrics.relative_error, 0.0);
+        shown.push_back(so_far.methods.back().name);
+      },
+      progress);
+  EXPECT_THAT(shown, ElementsAre("paper", "unscattered", "focus"));
+  EXPECT_TRUE(run.complete);
+  EXPECT_EQ(run.provenance.command_line, "a line");
+  EXPECT_FALSE(run.provenance.end.empty());
+}
+
+TEST(SolveModel, WhatTheObserverThrowsEndsIt) {
+  Progress progress;
+  int shown = 0;
+  const auto full_disk = [&](const touchfield::Run&) {
+    ++shown;
+    throw IoError("the disk is full");
+  };
+  EXPECT_EQ(message_of<IoError>([&] { solve_model(small_model(), {}, full_disk, progress); }), "the disk is full");
+  EXPECT_EQ(shown, 1);
+}
+
+TEST(SolveModel, ScatteringIsWhatTheMethodsDifferIn) {
+  const touchfield::Run run = solved(small_model());
+  ASSERT_EQ(run.methods.size(), 3U);
+  EXPECT_EQ(run.methods[0].scheme, "burton_miller_polished");
+  EXPECT_EQ(run.methods[1].scheme, "none");
+  EXPECT_LT(run.methods[0].metrics.relative_error, run.methods[1].metrics.relative_error);
+  EXPECT_GT(run.methods[2].metrics.mean_inside_pa,
+            run.methods[0].metrics.mean_inside_pa);  // a focus is as loud as can be
+}
+
+// As a program does that brings phases of its own.
+TEST(SolveModel, PhasesThatAreGivenToTheModelMustFitTheChannels) {
+  Model model = small_model({"target=null", "solve.methods=[{fixed: {phases_rad: 0}}]"});
+  MethodSpec& given = own_part(model).scene.solve.methods.front();
+  given.phases.assign(static_cast<std::size_t>(model.fixed->array.size()), 0.0);
+  EXPECT_EQ(solved(model).methods.front().solution.phases.size(), model.fixed->array.size());
+  given.phases.pop_back();
+  EXPECT_THROW(solved(model), InputError);
+}
+
+TEST(SolveModel, WithoutATargetThereAreFixedPhasesAndNoErrorOfThem) {
+  const touchfield::Run run = solved(small_model({"target=null", "solve.methods=[{fixed: {phases_rad: 0}}]"}));
+  EXPECT_FALSE(run.target.has_value());
+  EXPECT_TRUE(std::isnan(run.methods.front().metrics.relative_error));
+  EXPECT_GT(run.methods.front().pressure.norm(), 0.0);
+}
+
+TEST(SolveModel, PressureIsLinearInTheDrive) {
+  const std::vector<std::string> fixed = {"target=null", "solve.methods=[{fixed: {phases_rad: 0}}]"};
+  std::vector<std::string> half = fixed;
+  half.emplace_back("array.level=0.5");
+  const Eigen::VectorXcd full = solved(small_model(fixed)).methods.front().pressure;
+  const Eigen::VectorXcd halved = solved(small_model(half)).methods.front().pressure;
+  EXPECT_LT((full - 2.0 * halved).norm(), 1e-5 * full.norm());  // the solver's tolerance
+}
+
+TEST(SolveModel, BestPressureIsFoundForTheFirstMethod) {
+  const touchfield::Run given = solved(small_model({"target.pressure_pa=5000"}));
+  const touchfield::Run best = solved(small_model({"target.pressure_pa=best"}));
+  EXPECT_LE(best.methods.front().metrics.relative_error, given.methods.front().metrics.relative_error + 1e-3);
+  EXPECT_NE(best.target->amplitudes.maxCoeff(), 1.0);
+}
+
+TEST(SolveModel, AnotherMeshOfTheBodyJudges) {
+  const touchfield::Run run = solved(small_model({"judge={edge_mm: 1.8}"}));
+  EXPECT_EQ(run.judge, "edge");
+  ASSERT_TRUE(run.judge_model.has_value());
+  EXPECT_GT(run.judge_model->mesh.face_count(), run.mesh.face_count());
+  for (const MethodResult& method : run.methods) {
+    EXPECT_EQ(method.judge_pressure.size(), run.judge_model->mesh.face_count());
+    EXPECT_GT(method.metrics.judge_difference, 0.0);
+    EXPECT_LT(method.metrics.judge_difference, 0.5);
+  }
+}
+
+TEST(SolveModel, TheCertificateIsBelowWhatAnyMethodReaches) {
+  const touchfield::Run run = solved(small_model({"solve.certificate=true", "solve.methods=[surface, paper, focus]"}));
+  for (const MethodResult& method : run.methods) {
+    EXPECT_GT(method.metrics.cost_bound, 0.0);
+    EXPECT_LE(method.metrics.error_bound, method.metrics.relative_error_raw * (1 + 1e-9)) << method.name;
+    EXPECT_GT(method.metrics.error_bound, 0.0);
+    EXPECT_LE(method.metrics.cost_bound, method.metrics.cost_skin * (1 + 1e-9)) << method.name;
+  }
+}
+
+}  // namespace touchfield::solve_model_test

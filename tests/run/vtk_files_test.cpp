@@ -1,0 +1,339 @@
+#include "sim/run/vtk_files.h"
+
+#include <functional>
+
+#include <vtkCellData.h>
+#include <vtkDataArray.h>
+#include <vtkIdList.h>
+#include <vtkImageData.h>
+#include <vtkInformation.h>
+#include <vtkMultiBlockDataSet.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkStringArray.h>
+#include <vtkXMLDataElement.h>
+#include <vtkXMLDataParser.h>
+#include <vtkXMLImageDataReader.h>
+#include <vtkXMLMultiBlockDataReader.h>
+#include <vtkXMLPolyDataReader.h>
+
+#include "tests/support/motion_support.h"
+#include "tests/support/output_support.h"
+#include "tests/support/testing.h"
+
+namespace touchfield::vtk_files_test {
+
+template <class Reader>
+vtkNew<Reader> read_vtk(const std::string& path) {
+  vtkNew<Reader> reader;
+  reader->SetFileName(path.c_str());
+  reader->Update();
+  EXPECT_EQ(reader->GetErrorCode(), 0U);
+  return reader;
+}
+
+/// One array must be there, double, and hold exactly the values of the function.
+template <class Function>
+void expect_values(vtkFieldData* data, const std::string& name, Eigen::Index n, const Function& expected) {
+  SCOPED_TRACE(name);
+  vtkDataArray* array = data->GetArray(name.c_str());
+  ASSERT_NE(array, nullptr);
+  EXPECT_EQ(array->GetDataType(), VTK_DOUBLE);
+  ASSERT_EQ(array->GetNumberOfTuples(), n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double value = array->GetTuple1(i);
+    if (std::isnan(expected(i))) {
+      EXPECT_TRUE(std::isnan(value)) << i;
+    } else {
+      EXPECT_EQ(value, expected(i)) << i;
+    }
+  }
+}
+
+void expect_pressure(vtkFieldData* data, const std::string& method, const Eigen::VectorXcd& p) {
+  expect_values(data, method + "_abs_pa", p.size(), [&](Eigen::Index i) { return std::abs(p(i)); });
+  expect_values(data, method + "_re_pa", p.size(), [&](Eigen::Index i) { return p(i).real(); });
+  expect_values(data, method + "_im_pa", p.size(), [&](Eigen::Index i) { return p(i).imag(); });
+}
+
+void expect_points(vtkPointSet* data, const Points& expected) {
+  ASSERT_EQ(data->GetNumberOfPoints(), expected.cols());
+  for (Eigen::Index i = 0; i < expected.cols(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_EQ(data->GetPoint(i)[c], expected(c, i)) << i;
+    }
+  }
+}
+
+/// Where the file came from, as field data: all that /provenance of run.h5 says, and the scene.
+void expect_provenance(vtkDataObject* data, const RunData& run) {
+  const Provenance& from = run.provenance;
+  const std::vector<std::pair<std::string, std::string>> expected = {{"version", from.version},
+                                                                     {"revision", from.revision},
+                                                                     {"compiler", from.compiler},
+                                                                     {"flags", from.flags},
+                                                                     {"machine", from.machine},
+                                                                     {"threads", std::to_string(from.threads)},
+                                                                     {"seeds", from.seeds},
+                                                                     {"command_line", from.command_line},
+                                                                     {"start", from.start},
+                                                                     {"blas_core", from.blas_core},
+                                                                     {"instruction_level", from.instruction_level},
+                                                                     {"card", from.card},
+                                                                     {"end", from.end},
+                                                                     {"scene_hash", from.scene_hash},
+                                                                     {"scene", run.scene},
+                                                                     {"solved_skin", to_string(run.solved_skin)}};
+  for (const auto& [name, text] : expected) {
+    SCOPED_TRACE(name);
+    auto* array = vtkStringArray::SafeDownCast(data->GetFieldData()->GetAbstractArray(name.c_str()));
+    ASSERT_NE(array, nullptr);
+    ASSERT_EQ(array->GetNumberOfValues(), 1);
+    EXPECT_EQ(array->GetValue(0), text);
+  }
+  EXPECT_EQ(data->GetFieldData()->GetNumberOfArrays(), static_cast<int>(expected.size()));
+}
+
+/// What ParaView 5.11 of Debian 12 can open: inline binary, not the appended mode that is VTK's default.
+void expect_inline_binary(const std::string& path) {
+  EXPECT_THAT(read_bytes(path), AllOf(HasSubstr("format=\"binary\""), HasSubstr("vtkZLibDataCompressor"),
+                                      Not(HasSubstr("format=\"appended\"")), Not(HasSubstr("AppendedData"))));
+}
+
+TEST(SurfaceVtp, HoldsMeshTargetAndPressures) {
+  const TemporaryDirectory directory("with space \xc3\xa4");
+  const std::string path = directory.file("surface.vtp");
+  const RunData run = full_run();
+  write_surface_vtp(path, run);
+  EXPECT_EQ(directory.entries(), 1U);
+  expect_inline_binary(path);
+  const auto reader = read_vtk<vtkXMLPolyDataReader>(path);
+  vtkPolyData* surface = reader->GetOutput();
+  expect_points(surface, run.mesh.vertices());
+  const Eigen::Index faces = run.mesh.face_count();
+  ASSERT_EQ(surface->GetNumberOfCells(), faces);
+  for (Eigen::Index f = 0; f < faces; ++f) {
+    vtkNew<vtkIdList> corners;
+    surface->GetCellPoints(f, corners);
+    ASSERT_EQ(corners->GetNumberOfIds(), 3);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_EQ(corners->GetId(c), run.mesh.triangles()(c, f));
+    }
+  }
+  vtkCellData* data = surface->GetCellData();
+  expect_values(data, "target_pa", faces, [](Eigen::Index f) {
+    return f == 3 ? 1000.0 : f == 4 ? 2000.0 : f == 10 ? 1e-3 : 0.0;
+  });
+  for (const MethodResult& result : run.methods) {
+    expect_pressure(data, result.name, result.pressure);
+    expect_values(data, result.name + "_phase_rad", faces,
+                  [&](Eigen::Index f) { return std::arg(result.pressure(f)); });
+  }
+  EXPECT_EQ(data->GetNumberOfArrays(), 1 + 2 * 4);
+  expect_provenance(surface, run);
+}
+
+TEST(SurfaceVtp, WithoutTargetAndMethodsIsTheMeshAlone) {
+  const TemporaryDirectory directory;
+  write_surface_vtp(directory.file("surface.vtp"), bare_run(sheet(1, 1, 0.01)));
+  const auto reader = read_vtk<vtkXMLPolyDataReader>(directory.file("surface.vtp"));
+  EXPECT_EQ(reader->GetOutput()->GetNumberOfCells(), 2);
+  EXPECT_EQ(reader->GetOutput()->GetCellData()->GetNumberOfArrays(), 0);
+  expect_provenance(reader->GetOutput(), bare_run(sheet(1, 1, 0.01)));  // empty texts are texts too
+}
+
+TEST(JudgeVtp, HoldsTheJudgesMeshTargetAndPressures) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("judge.vtp");
+  RunData run = full_run();
+  run.methods.push_back(made_up_method("not_judged", run, 1.5));
+  write_judge_vtp(path, run);
+  expect_inline_binary(path);
+  const auto reader = read_vtk<vtkXMLPolyDataReader>(path);
+  vtkPolyData* surface = reader->GetOutput();
+  expect_points(surface, run.judge_model->mesh.vertices());
+  ASSERT_EQ(surface->GetNumberOfCells(), 80);
+  vtkCellData* data = surface->GetCellData();
+  expect_values(data, "target_pa", 80, [](Eigen::Index f) {
+    return f == 5 ? 1e-3 : f == 6 ? 7.0 : f == 17 ? 1000.0 : f == 18 ? 2000.0 : 0.0;
+  });
+  for (const std::size_t method : {0U, 1U}) {
+    expect_pressure(data, run.methods[method].name, run.methods[method].judge_pressure);
+  }
+  EXPECT_EQ(data->GetNumberOfArrays(), 1 + 2 * 4);
+  expect_provenance(surface, run);
+}
+
+TEST(JudgeVtp, IsRefusedWhereTheJudgeHasNoModelOfItsOwn) {
+  const TemporaryDirectory directory;
+  EXPECT_THROW(write_judge_vtp(directory.file("judge.vtp"), self_judged_run()), InputError);
+  EXPECT_EQ(directory.entries(), 0U);
+}
+
+TEST(ArrayVtp, IsAVertexAChannel) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("array.vtp");
+  RunData run = full_run();
+  run.array.device(4) = 7;
+  run.provenance.seeds = "sensing=1 paper=7";
+  write_array_vtp(path, run);
+  expect_inline_binary(path);
+  const auto reader = read_vtk<vtkXMLPolyDataReader>(path);
+  vtkPolyData* array = reader->GetOutput();
+  expect_points(array, run.array.positions);
+  EXPECT_EQ(array->GetNumberOfVerts(), 6);
+  vtkPointData* data = array->GetPointData();
+  vtkDataArray* axes = data->GetArray("axis");
+  ASSERT_NE(axes, nullptr);
+  ASSERT_EQ(axes->GetNumberOfComponents(), 3);
+  for (Eigen::Index n = 0; n < 6; ++n) {
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_EQ(axes->GetComponent(n, c), run.array.axes(c, n));
+    }
+    EXPECT_EQ(data->GetArray("device")->GetTuple1(n), run.array.device(n));
+    EXPECT_EQ(data->GetArray("channel")->GetTuple1(n), run.array.channel(n));
+  }
+  for (const MethodResult& result : run.methods) {
+    expect_values(data, result.name + "_phase_rad", 6, [&](Eigen::Index n) { return result.solution.phases(n); });
+    expect_values(data, result.name + "_amplitude", 6, [&](Eigen::Index n) { return result.solution.amplitudes(n); });
+  }
+  expect_provenance(array, run);
+}
+
+TEST(RunVtm, VtkOpensTheFilesItNamesColouredByTheFirstMethod) {
+  const TemporaryDirectory directory;
+  const RunData run = full_run();
+  write_judge_vtp(directory.file("judge.vtp"), run);
+  write_array_vtp(directory.file("array.vtp"), run);
+  write_field_vti(directory.file("side.vti"), run, run.fields[0]);
+  write_blocks(directory.file("run.vtm"), {"judge.vtp", "array.vtp", "side.vti"});
+  const auto reader = read_vtk<vtkXMLMultiBlockDataReader>(directory.file("run.vtm"));
+  auto* blocks = vtkMultiBlockDataSet::SafeDownCast(reader->GetOutput());
+  ASSERT_NE(blocks, nullptr);
+  ASSERT_EQ(blocks->GetNumberOfBlocks(), 3U);
+  EXPECT_STREQ(blocks->GetMetaData(1U)->Get(vtkCompositeDataSet::NAME()), "array");
+  auto* skin = vtkPolyData::SafeDownCast(blocks->GetBlock(0));
+  ASSERT_NE(skin, nullptr);
+  EXPECT_EQ(skin->GetNumberOfCells(), run.judge_model->mesh.face_count());
+  ASSERT_NE(skin->GetCellData()->GetScalars(), nullptr);
+  EXPECT_EQ(skin->GetCellData()->GetScalars()->GetName(), run.methods[0].name + "_abs_pa");
+}
+
+TEST(FieldVti, KeepsGridMaskAndPressures) {
+  const TemporaryDirectory directory;
+  const RunData run = full_run();
+  for (const FieldResult& field : run.fields) {
+    const std::string path = directory.file(field.grid.name + ".vti");
+    write_field_vti(path, run, field);
+    expect_inline_binary(path);
+    const auto reader = read_vtk<vtkXMLImageDataReader>(path);
+    vtkImageData* image = reader->GetOutput();
+    const Points points = field.grid.points();
+    ASSERT_EQ(image->GetNumberOfPoints(), points.cols());
+    vtkPointData* data = image->GetPointData();
+    ASSERT_NE(data->GetArray("inside"), nullptr);
+    for (Eigen::Index i = 0; i < points.cols(); ++i) {
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_DOUBLE_EQ(image->GetPoint(i)[c], points(c, i)) << i;  // the two add up the same numbers in their own way
+      }
+      EXPECT_EQ(data->GetArray("inside")->GetTuple1(i), field.inside[static_cast<std::size_t>(i)]);
+    }
+    for (const auto& [name, pressure] : field.pressure) {
+      expect_pressure(data, name, pressure);
+    }
+    expect_provenance(image, run);
+  }
+}
+
+TEST(VtkFiles, AFailureIsAnIoErrorThatNamesThePath) {
+  const TemporaryDirectory directory;
+  const RunData run = full_run();
+  const std::string path = directory.file("missing/x.vtp");
+  for (const auto& write : std::initializer_list<std::function<void()>>{
+           [&] { write_surface_vtp(path, run); }, [&] { write_judge_vtp(path, run); },
+           [&] { write_array_vtp(path, run); }, [&] { write_field_vti(path, run, run.fields[0]); }}) {
+    try {
+      write();
+      ADD_FAILURE() << "no error";
+    } catch (const IoError& error) {
+      EXPECT_THAT(error.what(), AllOf(HasSubstr(path), HasSubstr("No such file or directory")));
+    }
+  }
+  EXPECT_EQ(directory.entries(), 0U);
+}
+
+TEST(VtkFiles, PartsThatDoNotFitAreRefused) {
+  const TemporaryDirectory directory;
+  RunData run = full_run();
+  run.methods[0].pressure.conservativeResize(3);
+  run.fields[0].pressure[0].second.conservativeResize(3);
+  EXPECT_THROW(write_surface_vtp(directory.file("x"), run), InputError);
+  EXPECT_THROW(write_array_vtp(directory.file("x"), run), InputError);
+  EXPECT_THROW(write_field_vti(directory.file("x"), run, run.fields[0]), InputError);
+  EXPECT_EQ(directory.entries(), 0U);
+}
+
+TEST(ArrayVtp, OfAMotionHasNoPhases) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("array.vtp");
+  const Motion motion = full_motion();
+  write_array_vtp(path, motion);
+  const auto reader = read_vtk<vtkXMLPolyDataReader>(path);
+  expect_points(reader->GetOutput(), motion.array.positions);
+  EXPECT_EQ(reader->GetOutput()->GetPointData()->GetNumberOfArrays(), 3);
+  EXPECT_NE(reader->GetOutput()->GetPointData()->GetArray("axis"), nullptr);
+}
+
+TEST(MotionSeries, ListsItsStepsAndTheirTimes) {
+  const TemporaryDirectory directory;
+  const Motion motion = full_motion();
+  std::vector<SeriesStep> steps;
+  for (const double time : {0.0, 1.0 / 61, 0.25}) {
+    MotionInstant instant{.time = time, .mesh = sheet(6, 4, 0.01), .target = full_run().target};
+    instant.pressure = {{"surface", made_up_pressure(48, time)}, {"a", made_up_pressure(48, 2.0)}};
+    add_to_series(directory.path(), motion, instant, steps);
+  }
+  ASSERT_EQ(steps.size(), 3U);
+  EXPECT_EQ(directory.entries(), 4U);
+  vtkNew<vtkXMLDataParser> parser;
+  parser->SetFileName(directory.file("judge.pvd").c_str());
+  ASSERT_NE(parser->Parse(), 0);
+  vtkXMLDataElement* collection = parser->GetRootElement()->GetNestedElement(0);
+  EXPECT_STREQ(parser->GetRootElement()->GetAttribute("type"), "Collection");
+  ASSERT_EQ(collection->GetNumberOfNestedElements(), 3);
+  for (int i = 0; i < 3; ++i) {
+    vtkXMLDataElement* step = collection->GetNestedElement(i);
+    const SeriesStep& expected = steps[static_cast<std::size_t>(i)];
+    EXPECT_EQ(std::stod(step->GetAttribute("timestep")), expected.time);
+    EXPECT_EQ(step->GetAttribute("file"), expected.file);
+    const auto reader = read_vtk<vtkXMLPolyDataReader>(directory.file(expected.file));
+    vtkCellData* data = reader->GetOutput()->GetCellData();
+    expect_pressure(data, "surface", made_up_pressure(48, expected.time));
+    expect_pressure(data, "a", made_up_pressure(48, 2.0));
+    EXPECT_NE(data->GetArray("target_pa"), nullptr);
+  }
+}
+
+TEST(MotionSeries, NamesThatMeanSomethingInXmlStayWhole) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("s.pvd");
+  write_series(path, {{0.5, "a<b & \"c\".vtp"}});
+  vtkNew<vtkXMLDataParser> parser;
+  parser->SetFileName(path.c_str());
+  ASSERT_NE(parser->Parse(), 0);
+  EXPECT_STREQ(parser->GetRootElement()->GetNestedElement(0)->GetNestedElement(0)->GetAttribute("file"),
+               "a<b & \"c\".vtp");
+}
+
+TEST(MotionSeries, AnInstantThatDoesNotFitItselfIsRefused) {
+  const TemporaryDirectory directory;
+  MotionInstant instant{.time = 0, .mesh = sheet(6, 4, 0.01)};
+  instant.pressure = {{"surface", made_up_pressure(47, 1.0)}};
+  std::vector<SeriesStep> steps;
+  EXPECT_THROW(add_to_series(directory.path(), full_motion(), instant, steps), InputError);
+  EXPECT_TRUE(steps.empty());
+  EXPECT_EQ(directory.entries(), 0U);
+}
+
+}  // namespace touchfield::vtk_files_test
