@@ -1,4 +1,4 @@
-// What edges, keep_within and the number of points beyond cost the pattern on the whole hand: every line is judged with
+// What edges, keep_within and the number of points beyond cost the pattern on the whole hand: every line is evaluated with
 // all others of its scene on one fine mesh of it. One factor at a time leaves its default. The table is CSV.
 //
 // usage: beyond_study SCENE [--set key.path=value]... < settings
@@ -78,7 +78,7 @@ void study(const std::string& path, const std::vector<std::string>& changes, con
     SkinScattering scattering(model.body.mesh, model.fixed->wave, model.fixed->scene.solve.scheme,
                               model.fixed->scene.solve.solver, model.fixed->array, records, silent, 700);
     const Target target = build_target(model);
-    MethodSolver methods(scattering, model.fixed->array.size(), target, model.fixed->scene.solve, quiet_skin(model));
+    MethodSolver methods(scattering, model.fixed->array.size(), target, model.fixed->scene.solve, outside_skin(model));
     for (const MethodSpec& method : model.fixed->scene.solve.methods) {
       drives.push_back(drive(methods.solve(method, target.amplitudes, silent)));
     }
@@ -88,22 +88,22 @@ void study(const std::string& path, const std::vector<std::string>& changes, con
   }
   std::vector<std::string> whole = changes;
   whole.emplace_back("body.keep_within_mm=null");
-  whole.emplace_back("judge={scheme: burton_miller_polished, edge_mm: {near_target: 1.2, far: 3, within_mm: 15}}");
+  whole.emplace_back("evaluation={scheme: burton_miller_polished, edge_mm: {near_target: 1.2, far: 3, within_mm: 15}}");
   const Model model = build_model(read_scene(path, whole), &kept);
-  const JudgeMesh judge = build_judge_mesh(model, &kept);
-  const Target target = build_target(model, judge.mesh);
+  const EvaluationMesh evaluation = build_evaluation_mesh(model, &kept);
+  const Target target = build_target(model, evaluation.mesh);
   std::vector<SolveRecord> records;
-  SkinScattering scattering(judge.mesh, model.fixed->wave, Scheme::kBurtonMillerPolished, {}, model.fixed->array,
+  SkinScattering scattering(evaluation.mesh, model.fixed->wave, Scheme::kBurtonMillerPolished, {}, model.fixed->array,
                             records, silent, static_cast<Eigen::Index>(drives.size()));
   Eigen::MatrixXcd columns(model.fixed->array.size(), static_cast<Eigen::Index>(drives.size()));
   for (std::size_t i = 0; i < drives.size(); ++i) {
     columns.col(static_cast<Eigen::Index>(i)) = drives[i];
   }
-  const Eigen::MatrixXcd pressures = scattering.pressure(columns, "judge");
+  const Eigen::MatrixXcd pressures = scattering.pressure(columns, "evaluation");
   Eigen::Index column = 0;
   for (const Line& line : lines) {
     for (const MethodSpec& method : model.fixed->scene.solve.methods) {
-      const Metrics metrics = pattern_metrics(judge.mesh, model.boxes, target, pressures.col(column++));
+      const Metrics metrics = pattern_metrics(evaluation.mesh, model.boxes, target, pressures.col(column++));
       const Setting& s = line.setting;
       fmt::print("{},{},{:g},{:g},{:g},{},{},{:.2f},{:.5f},{:.5f}\n", model.fixed->scene.name, method.name, s.near,
                  s.far, s.kept, line.points, line.faces, line.seconds, metrics.relative_error, metrics.leakage);

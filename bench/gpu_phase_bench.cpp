@@ -38,15 +38,15 @@ double milliseconds(int repeats, const Work& work) {
   return least;
 }
 
-/// As phase_bench has it: the strongest quiet rows some ten times as strong as those of the target, then falling off.
+/// As phase_bench has it: the strongest outside rows some ten times as strong as those of the target, then falling off.
 SkinProblem skin_problem(Eigen::Index faces, Eigen::Index rank, Eigen::Index channels) {
   Uniform uniform(1);
   SkinProblem problem;
   problem.target = 0.1 * random_matrix(faces, channels, uniform);
-  problem.quiet = random_matrix(rank, channels, uniform);
+  problem.outside = random_matrix(rank, channels, uniform);
   for (Eigen::Index i = 0; i < rank; ++i) {
     const double place = static_cast<double>(i) / static_cast<double>(rank);
-    problem.quiet.row(i) *= place < 0.4 ? 1.0 - 2.0 * place : 0.2 * std::pow(5e-4, (place - 0.4) / 0.6);
+    problem.outside.row(i) *= place < 0.4 ? 1.0 - 2.0 * place : 0.2 * std::pow(5e-4, (place - 0.4) / 0.6);
   }
   problem.amplitudes = 0.5 * problem.target.cwiseAbs().rowwise().sum();
   problem.weights = Eigen::VectorXd::Ones(faces);

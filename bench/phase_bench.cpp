@@ -8,8 +8,8 @@
 
 #include "solvers/linear/blas_product.h"
 #include "solvers/phase/baselines.h"
-#include "solvers/phase/certificate.h"
 #include "solvers/phase/incident_problem.h"
+#include "solvers/phase/optimality_bound.h"
 #include "solvers/phase/surface.h"
 
 namespace touchfield {
@@ -55,7 +55,7 @@ BENCHMARK(paper_iteration)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
-/// K target faces that want half of what reaches them, r quiet rows, N channels. As on a whole hand the strongest quiet
+/// K target faces that want half of what reaches them, r outside rows, N channels. As on a whole hand the strongest outside
 /// rows are some ten times as strong as those of the target, and they fall off gently over the first two fifths, then
 /// by a factor of 2,000.
 SkinProblem skin_problem(const benchmark::State& state) {
@@ -63,10 +63,10 @@ SkinProblem skin_problem(const benchmark::State& state) {
   std::srand(1);
   SkinProblem problem;
   problem.target = 0.1 * Eigen::MatrixXcd::Random(state.range(0), channels);
-  problem.quiet = Eigen::MatrixXcd::Random(state.range(1), channels);
+  problem.outside = Eigen::MatrixXcd::Random(state.range(1), channels);
   for (Eigen::Index i = 0; i < state.range(1); ++i) {
     const double place = static_cast<double>(i) / static_cast<double>(state.range(1));
-    problem.quiet.row(i) *= place < 0.4 ? 1.0 - 2.0 * place : 0.2 * std::pow(5e-4, (place - 0.4) / 0.6);
+    problem.outside.row(i) *= place < 0.4 ? 1.0 - 2.0 * place : 0.2 * std::pow(5e-4, (place - 0.4) / 0.6);
   }
   problem.amplitudes = 0.5 * problem.target.cwiseAbs().rowwise().sum();
   problem.weights = Eigen::VectorXd::Ones(state.range(0));
@@ -78,7 +78,7 @@ void surface_iteration(benchmark::State& state) {
   const SkinProblem problem = skin_problem(state);
   SurfaceOptions options;
   options.iterations = kIterations;
-  options.initial_damping = 3e-4;  // of the last steps on a hand: how many quiet rows take part depends on it
+  options.initial_damping = 3e-4;  // of the last steps on a hand: how many outside rows take part depends on it
   const Eigen::VectorXcd start = random_start(problem.channel_count(), 1);
   for (auto unused : state) {
     benchmark::DoNotOptimize(solve_surface(problem, start, options));
@@ -119,17 +119,17 @@ BENCHMARK(lbfgs_iteration)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
-/// A step of the certificate's relaxation, with a third of what comes once: its start, the reduction and the proof.
-void certificate_iteration(benchmark::State& state) {
+/// A step of the optimality bound's relaxation, with a third of what comes once: its start, the reduction and the proof.
+void optimality_bound_iteration(benchmark::State& state) {
   const SkinProblem problem = skin_problem(state);
-  CertificateOptions options;
+  OptimalityBoundOptions options;
   options.max_iterations = 3;
   for (auto unused : state) {
-    benchmark::DoNotOptimize(certify(problem, options));
+    benchmark::DoNotOptimize(prove_bound(problem, options));
   }
   count_iterations(state, options.max_iterations);
 }
-BENCHMARK(certificate_iteration)
+BENCHMARK(optimality_bound_iteration)
     ->ArgNames({"K", "r", "N"})
     ->Args({150, 160, 1496})
     ->Args({500, 500, 1496})

@@ -30,8 +30,8 @@ struct LinkAbilities {
 /// A real array, or what stands for one. Made by make_link, or for another process by GuardedLink.
 ///
 /// Order of calls: layout, abilities and describe at any time, without touching the device; open; set_modulation and
-/// send any number of times; quiet; close. No call takes longer than kLinkPatience: a device that does not take what it
-/// is sent within that time is lost. After a DeviceError only quiet and close may be called.
+/// send any number of times; silent; close. No call takes longer than kLinkPatience: a device that does not take what it
+/// is sent within that time is lost. After a DeviceError only silence and close may be called.
 ///
 /// throws   DeviceError from everything that touches the device: missing, refused, silent, lost. InputError if the
 ///          caller asks for what the device cannot do, before a byte is sent.
@@ -51,7 +51,7 @@ class ArrayLink {
 
   /// Takes hold of the device; it emits nothing yet.
   virtual void open() = 0;
-  /// Instead of open(): takes hold of a device that another process, which is gone, has left on. Only quiet and close
+  /// Instead of open(): takes hold of a device that another process, which is gone, has left on. Only silent and close
   /// may follow.
   virtual void take_over() { open(); }
   /// From the next frame on. Without this call: static, or what the firmware always does.
@@ -67,8 +67,8 @@ class ArrayLink {
   /// Notices a device that went away while nothing was sent; called several times per second while a frame is held.
   virtual void check() {}
   /// Every transducer off, committed, and on its way out of this machine when the call returns.
-  virtual void quiet() = 0;
-  /// Lets go of the device. Does not quiet it. Errors are swallowed: nothing can be done about them.
+  virtual void silence() = 0;
+  /// Lets go of the device. Does not silence it. Errors are swallowed: nothing can be done about them.
   virtual void close() noexcept = 0;
 };
 

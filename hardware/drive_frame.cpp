@@ -5,7 +5,7 @@
 
 namespace touchfield {
 
-DriveFrame quiet_frame(std::size_t n) { return {std::vector<std::uint8_t>(n, 0), std::vector<std::uint8_t>(n, 0)}; }
+DriveFrame silent_frame(std::size_t n) { return {std::vector<std::uint8_t>(n, 0), std::vector<std::uint8_t>(n, 0)}; }
 
 Eigen::VectorXd phases_of(const DriveFrame& frame, const DriveSteps& steps) {
   const double step = 2 * std::numbers::pi / steps.phase_levels;

@@ -23,12 +23,12 @@ struct DriveSteps {
 };
 
 /// The frame in which n transducers are off: phase and intensity steps 0.
-DriveFrame quiet_frame(std::size_t n);
+DriveFrame silent_frame(std::size_t n);
 
 /// Phases [rad] of a frame's steps, 0 <= phase < 2 pi.
 Eigen::VectorXd phases_of(const DriveFrame& frame, const DriveSteps& steps);
 
-/// The largest amplitude in a frame, 0..1; 0 if it is quiet.
+/// The largest amplitude in a frame, 0..1; 0 if it is silent.
 double level_of(const DriveFrame& frame, const DriveSteps& steps);
 
 }  // namespace touchfield

@@ -45,7 +45,7 @@ class StreamPlayer {
         report_(report),
         observer_(observer),
         apart_(1 / link.abilities().most_frames_per_second),
-        quiet_(quiet_frame(static_cast<std::size_t>(link.layout().positions.cols()))) {}
+        silent_(silent_frame(static_cast<std::size_t>(link.layout().positions.cols()))) {}
 
   void play(double seconds) {
     const double start = pace_.now();
@@ -61,7 +61,7 @@ class StreamPlayer {
       }
       if (seen_ && pace_.now() - *seen_ > stream_.stale) {
         seen_.reset();
-        send(quiet_);
+        send(silent_);
         silent_since_ = spoke_;
         ++report_.silences;
       }
@@ -110,7 +110,7 @@ class StreamPlayer {
   PlayReport& report_;
   const FrameObserver& observer_;
   double apart_;  // of frames, at least [s]
-  DriveFrame quiet_;
+  DriveFrame silent_;
   double spoke_ = 0;                    // to the link
   double next_ = 0;                     // when it takes another frame
   std::optional<double> seen_;          // of the frame that it has, while that is not too old
@@ -190,12 +190,12 @@ void play(const FrameStream& stream, ArrayLink& link, double seconds, Pace& pace
     StreamPlayer(stream, link, pace, report, observer).play(seconds);
   } catch (...) {
     try {
-      link.quiet();
+      link.silence();
     } catch (const std::exception&) {  // it is lost: the first error says so
     }
     throw;
   }
-  link.quiet();
+  link.silence();
 }
 
 }  // namespace touchfield

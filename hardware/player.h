@@ -37,7 +37,7 @@ struct PlayReport {
   bool stopped = false;     // by the pace, before its time
   // Of a stream:
   std::size_t stale = 0;     // frames that were too old when they came
-  std::size_t silences = 0;  // times it fell quiet because what it had became too old
+  std::size_t silences = 0;  // times it fell silent because what it had became too old
   double silent = 0;         // how long these were together [s]
 };
 
@@ -83,9 +83,9 @@ struct FrameStream {
 };
 
 /// Sends the newest frame of a stream as soon as it is there, at most as many per second as the link carries. The array
-/// is quiet before the first frame. It is quieted when the observation (StreamFrame::seen) behind its frame becomes
+/// is silent before the first frame. It is silenced when the observation (StreamFrame::seen) behind its frame becomes
 /// older than stream.stale and no newer frame comes. Frames that are already that old when they come are not sent. The
-/// array is quieted at the end, also after an error.
+/// array is silenced at the end, also after an error.
 ///
 /// seconds   after which it ends, if the stream is not over before and the pace does not stop it
 /// report    gets what was done, also until something is thrown

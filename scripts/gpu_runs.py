@@ -31,8 +31,8 @@ SPHERE = """\
 name: sphere
 array: {plane_wave: {direction: [0, 0, 1]}}
 body: {mesh: {file: sphere.ply, unit: mm}}
-solve: {methods: [{fixed: {phases_rad: 0, scheme: burton_miller_polished}}], alarm: never}
-judge: none
+solve: {methods: [{fixed: {phases_rad: 0, scheme: burton_miller_polished}}], resonance_check: never}
+evaluation: none
 write: [h5]
 """
 SPHERE_KA = 25

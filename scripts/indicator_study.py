@@ -27,8 +27,8 @@ SCENE = """\
 name: body
 array: {{plane_wave: {{direction: [0, 0, 1]}}}}
 body: {{{body}, edge_mm: {edge}}}
-solve: {{methods: [{{fixed: {{phases_rad: 0}}}}], alarm: never}}
-judge: {judge}
+solve: {{methods: [{{fixed: {{phases_rad: 0}}}}], resonance_check: never}}
+evaluation: {evaluation}
 write: [h5]
 """
 
@@ -48,8 +48,8 @@ BODIES = [
 
 def measure(body, edge, splits, radius, scheme, folder):
     scene = pathlib.Path(folder) / "scene.yaml"
-    judge = f"{{scheme: burton_miller_polished, split: {splits}}}" if splits else "none"
-    scene.write_text(SCENE.format(body=body, edge=edge, judge=judge))
+    evaluation = f"{{scheme: burton_miller_polished, split: {splits}}}" if splits else "none"
+    scene.write_text(SCENE.format(body=body, edge=edge, evaluation=evaluation))
     chosen = ["--set", f"solve.scheme={scheme}"]
     report = json.loads(subprocess.run([PROGRAM, "check", str(scene), "--accuracy", "--json", *chosen], check=True,
                                        capture_output=True, text=True).stdout)
@@ -57,7 +57,7 @@ def measure(body, edge, splits, radius, scheme, folder):
                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     with open_run(folder + "/out") as run:
         if radius is None:
-            return report, float(run["methods/fixed"].attrs["judge_difference"])
+            return report, float(run["methods/fixed"].attrs["evaluation_difference"])
         return report, plane_wave_errors(run, radius, ["fixed"])["fixed"]
 
 

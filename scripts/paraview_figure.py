@@ -197,7 +197,7 @@ def draw(results, picture, asked, around_mm):
 
 def play(results, film, asked, around_mm, rate):
     """Writes the figure over the time of a motion, as numbered pictures or a film."""
-    path = os.path.join(results, "judge.pvd")
+    path = os.path.join(results, "evaluation.pvd")
     series = series_of(path)
     scene.need_paraview()
     skin = scene.simple.PVDReader(FileName=path)

@@ -158,7 +158,7 @@ def skin_and_array(run_dir):
     paths = [os.path.join(run_dir, name) for name in ("surface.vtp", "array.vtp")]
     for path in paths:
         if not os.path.isfile(path):
-            moving = os.path.isfile(os.path.join(run_dir, "judge.pvd"))
+            moving = os.path.isfile(os.path.join(run_dir, "evaluation.pvd"))
             raise RunError(f"{path} is missing: " + ("for a moving body, use --motion FILM" if moving
                                                      else "add vtp to write in the scene"))
     return paths
@@ -192,8 +192,8 @@ def load(run_dir, method=None):
     show_array(array, method, view)
     for field in fields:
         show_field(field, method, view)
-    if os.path.isfile(path("judge.vtp")):
-        simple.Hide(simple.XMLPolyDataReader(registrationName="judge", FileName=[path("judge.vtp")]), view)
+    if os.path.isfile(path("evaluation.vtp")):
+        simple.Hide(simple.XMLPolyDataReader(registrationName="evaluation", FileName=[path("evaluation.vtp")]), view)
     if method is not None:
         tops = [quantile(magnitudes(surface, "CELLS", method), TOP_SHARE)]
         tops += [quantile(magnitudes(field, "POINTS", method), TOP_SHARE) for field in fields]

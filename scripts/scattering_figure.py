@@ -19,8 +19,8 @@ import touchfield
 
 def skin_of(run):
     """The mesh and the target for which the metrics hold."""
-    own = "judge" in run and isinstance(run["judge"].get("mesh", getlink=True), h5py.HardLink)
-    return (run["judge/mesh"], run["judge/target"]) if own else (run["mesh"], run["target"])
+    own = "evaluation" in run and isinstance(run["evaluation"].get("mesh", getlink=True), h5py.HardLink)
+    return (run["evaluation/mesh"], run["evaluation/target"]) if own else (run["mesh"], run["target"])
 
 
 def relative_error(area, pressure, target):
@@ -49,7 +49,7 @@ def main():
             kept = {}
             for name, source in {f"{arguments.method}_in_free_air": arguments.method, f"{arguments.method}_on_the_hand": arguments.method,
                                  **{other: other for other in arguments.others}}.items():
-                kept[name] = (source, run[f"judge/methods/{source}/pressure"][:], dict(run["methods"][source].attrs))
+                kept[name] = (source, run[f"evaluation/methods/{source}/pressure"][:], dict(run["methods"][source].attrs))
             free_name = f"{arguments.method}_in_free_air"
             error = relative_error(mesh["area"][:], abs(free), target)
             kept[free_name] = (arguments.method, free, {**kept[free_name][2], "relative_error": error})
@@ -68,7 +68,7 @@ def write(run, kept):
     parts = {source: {part: values[()] for part, values in run["methods"][source].items()} for source in set(order.values())}
     for group in {"field", "transfer"} & set(run):
         del run[group]
-    for group in ["methods", "judge/methods"]:
+    for group in ["methods", "evaluation/methods"]:
         del run[group]
         run.create_group(group, track_order=True)
     for name, (source, pressure, attributes) in kept.items():
@@ -77,7 +77,7 @@ def write(run, kept):
             group.attrs[key] = value
         for part, values in parts[source].items():
             group.create_dataset(part, data=values).attrs["unit"] = "1"
-        run.create_dataset(f"judge/methods/{name}/pressure", data=pressure).attrs["unit"] = "Pa"
+        run.create_dataset(f"evaluation/methods/{name}/pressure", data=pressure).attrs["unit"] = "Pa"
 
 
 if __name__ == "__main__":

@@ -32,8 +32,8 @@ SCENE = """\
 name: sphere
 array: {{plane_wave: {{direction: [0, 0, 1]}}}}
 body: {body}
-solve: {{methods: [{methods}], alarm: never}}
-judge: none
+solve: {{methods: [{methods}], resonance_check: never}}
+evaluation: none
 write: [h5]
 """
 

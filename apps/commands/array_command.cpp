@@ -132,7 +132,7 @@ int off(const ArrayCommand& command, const CommonFlags& flags) {
   const auto array = array_of(command.run);
   const std::unique_ptr<ArrayLink> link = local_link(command.options.device, array ? layout_of(*array) : ArrayLayout{});
   link->open();
-  link->quiet();
+  link->silence();
   link->close();
   print_value({{"device", link->describe()}, {"off", true}}, flags);
   return 0;

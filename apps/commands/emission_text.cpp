@@ -19,7 +19,7 @@ std::string outcome(const EmissionReport& report) {
     return fmt::format("nothing was sent: {}{}", report.dry ? "a dry run" : "add --emit to emit sound",
                        report.gaps.longest > kLongestGap ? "; an emission would have stopped at the longest gap" : "");
   }
-  return report.quiet     ? "the array is quiet"
+  return report.silent    ? "the array is silent"
          : report.failure ? "ended by an error"
                           : "stopped by the guard, which says how it left the array";
 }
@@ -47,7 +47,7 @@ Json emission_value(const EmissionReport& report) {
                 {"gaps_begin_at_s", kShownGap},
                 {"longest_gap_s", report.gaps.longest}};
   if (report.emitted) {
-    value.update({{"quiet", report.quiet},
+    value.update({{"silent", report.silent},
                   {"sent", report.play.sent},
                   {"dropped", report.play.dropped},
                   {"late", report.play.late},

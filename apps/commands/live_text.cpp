@@ -68,7 +68,7 @@ double rate_of(const LiveResult& result) {
   return static_cast<double>(result.loop.frames.size()) / std::max(result.play.seconds, 1e-9);
 }
 
-long quiet_frames(const LiveReport& report) { return std::ranges::count(report.frames, true, &MotionFrame::quiet); }
+long silent_frames(const LiveReport& report) { return std::ranges::count(report.frames, true, &MotionFrame::silent); }
 long lost_frames(const LiveReport& report) { return std::ranges::count(report.frames, true, &MotionFrame::lost); }
 
 }  // namespace
@@ -84,7 +84,7 @@ Json live_value(const LiveResult& result) {
           {"late", loop.late},
           {"dropped", loop.dropped},
           {"waiting", loop.waiting},
-          {"quiet_frames", quiet_frames(loop)},
+          {"silent_frames", silent_frames(loop)},
           {"lost_frames", lost_frames(loop)},
           {"stale", result.play.stale},
           {"unsent", unsent_frames(result)},
@@ -112,7 +112,7 @@ std::string live_csv(const LiveReport& report, const SentChecksums& sent) {
                 {"pose_time_s", frame.pose_time},
                 {"solved_s", solved},
                 {"shown_s", frame.shown},
-                {"quiet", frame.quiet},
+                {"silent", frame.silent},
                 {"lost", frame.lost},
                 {"target_off_mm", frame.target_off / kMillimetre},
                 {"sent_crc32", sent.contains(number) ? sent.at(number) : ""}};

@@ -26,7 +26,7 @@ struct LiveResult {
 Json live_value(const LiveResult& result);
 
 /// live.csv: a header line and one line per frame. A line begins with the frame's number, its times since the loop
-/// began [s], whether it is quiet, and whether it is lost. Then follow the distance of the target from its true place
+/// began [s], whether it is silent, and whether it is lost. Then follow the distance of the target from its true place
 /// [mm], the checksum as it was sent, and the seconds per stage. A value that a frame does not have is nan; a missing
 /// checksum is empty.
 std::string live_csv(const LiveReport& report, const SentChecksums& sent);

@@ -29,7 +29,7 @@ Modulation modulation_of(const DeviceChoice& device, const LinkAbilities& abilit
   return StaticModulation{};
 }
 
-/// Plays to a link and leaves it quiet.
+/// Plays to a link and leaves it silent.
 using Playing = std::function<void(ArrayLink& link, Pace& pace, const FrameObserver& observer)>;
 
 Gaps worst(const Gaps& a, const Gaps& b) { return {std::max(a.count, b.count), std::max(a.longest, b.longest)}; }
@@ -43,10 +43,10 @@ void play_guarded(const EmissionPlan& plan, const Playing& playing, const Modula
     link.set_modulation(modulation);
     pace.emplace(signals, true);
     playing(link, *pace, plan.observer);
-    report.quiet = true;
+    report.silent = true;
     pace->end();
     if (pace->overslept()) {
-      throw DeviceError(fmt::format("this program {}; the array is quiet", pace->attention().fault()));
+      throw DeviceError(fmt::format("this program {}; the array is silent", pace->attention().fault()));
     }
   } catch (const DeviceError&) {
     if (pace) {
@@ -83,7 +83,7 @@ void require_unread(const DryRunFiles& files, const std::vector<std::string>& re
 // What is done without a device: a stream is played all the same, and a dry run writes its files.
 void play_dry(const EmissionPlan& plan, const std::vector<DriveFrame>& frames, const Playing& playing,
               const ArrayLink& device, EmissionReport& report) {
-  // Between two frames of a stream there may be a quiet one.
+  // Between two frames of a stream there may be a silent one.
   const auto most = static_cast<std::size_t>(2 * std::ceil(report.seconds * report.rate)) + 1;
   const std::size_t count = plan.stream ? most : frames.size();
   require_unread({parse_link_address(plan.device.link).path, count}, plan.read);
@@ -212,12 +212,12 @@ EmissionReport emit(const EmissionPlan& plan) {
     const PlayOptions options{report.rate, report.seconds, plan.request.repeat};
     if (plan.request.stored) {
       play_stored(frames, link, options, pace, report.play);
-      link.quiet();
+      link.silence();
       return;
     }
     const auto source = [&](std::size_t n) { return frames[n]; };
     play(frames.size(), source, link, options, pace, report.play, observer);
-    link.quiet();
+    link.silence();
   };
   if (plan.emit && !report.dry) {
     if (abilities.switches_off_after == 0) {

@@ -100,7 +100,7 @@ struct EmissionReport {
   std::string modulation;
   QuantisationReport quantisation;
   bool emitted = false;
-  bool quiet = false;          // after an emission: this program has quieted the array; else the guard had to
+  bool silent = false;         // after an emission: this program has silenced the array; else the guard had to
   std::size_t written = 0;     // files of a dry run
   PlayReport play;             // if emitted, or a stream
   Gaps gaps;                   // the same: of this program or, if that has more, of the guard
@@ -115,7 +115,7 @@ ArrayLayout layout_of(const TransducerArray& array);
 std::unique_ptr<ArrayLink> local_link(const DeviceChoice& device, const ArrayLayout& array, std::size_t frames = 1);
 
 /// Checks everything that can be checked (the functions above, array_match.h, quantise.h). If the plan is to emit, it
-/// then sends through a guard and leaves the array quiet. A dry run writes its files.
+/// then sends through a guard and leaves the array silent. A dry run writes its files.
 ///
 /// throws   InputError before the device hears anything: a value out of range, above its cap, or that the device cannot
 ///          do, an array that is not the device's. DeviceError before the first frame; a later one is in the report

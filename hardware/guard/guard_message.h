@@ -22,7 +22,7 @@ enum class GuardRequest : std::uint8_t {
   kStore,       // StoredFrames
   kPlayStored,  // StoredPlay
   kCheck,       // also the program's sign of life
-  kQuiet,       //
+  kSilence,     //
   kClose,       // and end; the answer has the Gaps of the guard while the device could emit
 };
 
@@ -32,7 +32,7 @@ enum class GuardReply : std::uint8_t {
   kInputError,
   kDeviceError,
   kError,
-  kStopped,  // the guard quieted the device of its own accord and ends; may come unasked
+  kStopped,  // the guard silenced the device of its own accord and ends; may come unasked
   kAlive,    // the answer takes longer
 };
 

@@ -154,8 +154,8 @@ class Guard {
       case GuardRequest::kCheck:
         link_->check();
         return;
-      case GuardRequest::kQuiet:
-        link_->quiet();
+      case GuardRequest::kSilence:
+        link_->silence();
         on_ = false;
         return;
       default:
@@ -185,12 +185,12 @@ class Guard {
     return program_.send(GuardMessage(reply, std::move(with)), kReplyPatience);
   }
 
-  // Quiets, as far as the device still lets it, and asks nothing of it any more. Returns how that went.
+  // Silents, as far as the device still lets it, and asks nothing of it any more. Returns how that went.
   std::string release() {
     tell(GuardReply::kAlive);
     open_ = false;
     on_ = false;
-    return quieted(*link_).text;
+    return silenced(*link_).text;
   }
 
   void stop(const std::string& reason) {
@@ -210,20 +210,20 @@ class Guard {
   std::unique_ptr<ArrayLink> link_;
   bool was_open_ = false;
   bool open_ = false;
-  bool on_ = false;  // a frame was sent, and the device not quieted since
+  bool on_ = false;  // a frame was sent, and the device not silenced since
   bool ended_ = false;
   double deadline_ = kForEver;
 };
 
 }  // namespace
 
-Quieting quieted(ArrayLink& link) {
+Silencing silenced(ArrayLink& link) {
   const double start = steady_now();
   try {
-    link.quiet();
-    return {true, fmt::format("the array is quiet after {:.0f} ms", (steady_now() - start) * 1e3)};
+    link.silence();
+    return {true, fmt::format("the array is silent after {:.0f} ms", (steady_now() - start) * 1e3)};
   } catch (const std::exception& error) {
-    return {false, fmt::format("the array could not be quieted: {}{}", error.what(), kMayBeOn)};
+    return {false, fmt::format("the array could not be silenced: {}{}", error.what(), kMayBeOn)};
   }
 }
 

@@ -11,7 +11,7 @@ inline constexpr int kGuardDescriptor = 3;
 
 /// The guard: owns a device on behalf of the program at the other end of a socket, and outlives it.
 ///
-/// It stops the device: it sends a quiet frame, commits and closes, each within kLinkPatience. The reasons are:
+/// It stops the device: it sends a silent frame, commits and closes, each within kLinkPatience. The reasons are:
 ///
 ///   - it is told to
 ///   - any of StopSignals::all() comes
@@ -31,14 +31,14 @@ void run_guard();
 inline constexpr double kGuardGrace = 0.25;
 
 /// How the last that was asked of a device went.
-struct Quieting {
-  bool quiet = false;
-  std::string text;  // "the array is quiet after 3 ms", or why it is not
+struct Silencing {
+  bool silent = false;
+  std::string text;  // "the array is silent after 3 ms", or why it is not
 };
 
-/// Quiets an open device, which stays open. The system may block the caller that closes a stalled line, and the result
+/// Silents an open device, which stays open. The system may block the caller that closes a stalled line, and the result
 /// is to be reported before that.
-Quieting quieted(ArrayLink& link);
+Silencing silenced(ArrayLink& link);
 
 /// "; the array may still be on: switch off its supply": said wherever nobody can tell.
 inline constexpr const char* kMayBeOn = "; the array may still be on: switch off its supply";

@@ -98,7 +98,7 @@ void GuardedLink::play_stored(std::size_t count, double rate) {
 
 void GuardedLink::check() { ask(GuardRequest::kCheck); }
 
-void GuardedLink::quiet() { ask(GuardRequest::kQuiet); }
+void GuardedLink::silence() { ask(GuardRequest::kSilence); }
 
 void GuardedLink::close() noexcept {
   if (guard_ < 0) {
@@ -146,9 +146,9 @@ GuardBytes GuardedLink::ask(GuardRequest request, GuardBytes with, double patien
 
 GuardBytes GuardedLink::result_of(GuardMessage answer, GuardRequest request) {
   const auto reply = static_cast<GuardReply>(answer.what);
-  // After an error the guard has quieted the device, and says how that went.
+  // After an error the guard has silenced the device, and says how that went.
   on_ = on_ && (reply == GuardReply::kInputError ||
-                (reply == GuardReply::kDone && request != GuardRequest::kQuiet && request != GuardRequest::kClose));
+                (reply == GuardReply::kDone && request != GuardRequest::kSilence && request != GuardRequest::kClose));
   has_told_ = has_told_ || reply == GuardReply::kStopped;
   switch (reply) {
     case GuardReply::kDone:
@@ -180,9 +180,9 @@ void GuardedLink::lose(std::string fault) {
   } else if (on) {
     try {
       own_->take_over();
-      left = "; " + quieted(*own_).text;
+      left = "; " + silenced(*own_).text;
     } catch (const std::exception& error) {
-      left = fmt::format("; the array could not be quieted: {}{}", error.what(), kMayBeOn);
+      left = fmt::format("; the array could not be silenced: {}{}", error.what(), kMayBeOn);
     }
   }
   if (left.ends_with(kMayBeOn)) {  // at once: closing a stalled line may take its time

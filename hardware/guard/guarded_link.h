@@ -18,10 +18,10 @@ inline constexpr double kGuardPatience = 0.25;
 
 /// A link that lives in a process of its own, the guard, which owns the device. Guard and program watch each other:
 ///
-///   - the guard quiets the device when this process, or the guard itself, is told to stop, and when this process is
+///   - the guard silences the device when this process, or the guard itself, is told to stop, and when this process is
 ///     gone or silent (run_guard)
 ///   - every request is also a look at the guard. If it is gone, stopped or late, it is killed, and this process opens
-///     the device itself and quiets it. The request then throws a DeviceError that says how that went
+///     the device itself and silences it. The request then throws a DeviceError that says how that went
 ///
 /// So the owner has to call check() every 50 ms while the device may emit, as players do.
 class GuardedLink final : public ArrayLink {
@@ -43,7 +43,7 @@ class GuardedLink final : public ArrayLink {
   void store(std::size_t first, const std::vector<DriveFrame>& frames) override;
   void play_stored(std::size_t count, double rate) override;
   void check() override;
-  void quiet() override;
+  void silence() override;
   void close() noexcept override;
   /// Of the guard, once it is closed: when it did not look after the array.
   const Gaps& gaps() const { return gaps_; }
@@ -53,7 +53,7 @@ class GuardedLink final : public ArrayLink {
  private:
   GuardBytes ask(GuardRequest request, GuardBytes with = {}, double patience = kGuardPatience);
   GuardBytes result_of(GuardMessage answer, GuardRequest request);
-  /// Ends a guard that does not do its work, and quiets the device in its place.
+  /// Ends a guard that does not do its work, and silences the device in its place.
   /// fault   "was stopped by a signal"; empty: it is gone
   [[noreturn]] void lose(std::string fault);
   /// Waits for the guard's end and returns its status; nothing if it does not end in time.

@@ -108,11 +108,11 @@ void Autd3UdpLink::check() {
   }
 }
 
-void Autd3UdpLink::quiet() {
+void Autd3UdpLink::silence() {
   if (!chain_.is_open()) {
     throw DeviceError("autd3-udp: the link is not open");
   }
-  run(programs_of(quiet_frame(static_cast<std::size_t>(layout_.positions.cols()))), "the quiet frame");
+  run(programs_of(silent_frame(static_cast<std::size_t>(layout_.positions.cols()))), "the silent frame");
 }
 
 std::vector<Bytes> Autd3UdpLink::run(const std::vector<Autd3UdpChain::Program>& programs, const std::string& what) {

@@ -33,7 +33,7 @@ class Autd3UdpLink final : public ArrayLink {
   void store(std::size_t first, const std::vector<DriveFrame>& frames) override;
   void play_stored(std::size_t count, double rate) override;
   void check() override;
-  void quiet() override;
+  void silence() override;
   void close() noexcept override { chain_.close(); }
 
  private:

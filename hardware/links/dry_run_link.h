@@ -32,7 +32,7 @@ class DryRunLink final : public ArrayLink {
   /// Its file appears whole or not at all.
   /// throws   IoError if it cannot be written
   void send(const DriveFrame& frame) override;
-  void quiet() override {}
+  void silence() override {}
   void close() noexcept override {}
 
  private:

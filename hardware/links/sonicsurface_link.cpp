@@ -47,7 +47,7 @@ void SonicsurfaceLink::open() {
   serial_ = std::make_unique<SerialPort>(port_, sonicsurface::kBaud);
   free_at_ = Clock::now();
   stuck_ = false;
-  quiet();
+  silence();
   if (firmware_ != SonicsurfaceFirmware::kTactile) {
     write({sonicsurface::kClocksOn});
   }
@@ -72,13 +72,13 @@ void SonicsurfaceLink::check() {
   drain();
 }
 
-void SonicsurfaceLink::quiet() {
+void SonicsurfaceLink::silence() {
   if (stuck_ || serial().unsent() > 0) {
     serial().discard();
     free_at_ = Clock::now();
     stuck_ = false;
   }
-  write(sonicsurface::quiet_bytes(firmware_));
+  write(sonicsurface::silent_bytes(firmware_));
   drain();
 }
 

@@ -28,7 +28,7 @@ class SonicsurfaceLink final : public ArrayLink {
   void set_modulation(const Modulation& modulation) override;
   void send(const DriveFrame& frame) override;
   void check() override;
-  void quiet() override;
+  void silence() override;
   void close() noexcept override { serial_.reset(); }
 
  private:

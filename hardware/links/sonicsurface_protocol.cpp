@@ -71,7 +71,7 @@ std::vector<std::uint8_t> frame_bytes(const DriveFrame& frame, SonicsurfaceFirmw
   return bytes;
 }
 
-std::vector<std::uint8_t> quiet_bytes(SonicsurfaceFirmware firmware) {
+std::vector<std::uint8_t> silent_bytes(SonicsurfaceFirmware firmware) {
   std::vector<std::uint8_t> bytes;
   const bool tactile = firmware == SonicsurfaceFirmware::kTactile;
   for (int buffer = 0; buffer < 2; ++buffer) {

@@ -47,6 +47,6 @@ std::vector<std::uint8_t> frame_bytes(const DriveFrame& frame, SonicsurfaceFirmw
 
 /// Switches everything off that listens on the line: both buffers of each board, since any later commit would bring
 /// back what the other buffer holds. Leaves the firmware's own board selected.
-std::vector<std::uint8_t> quiet_bytes(SonicsurfaceFirmware firmware);
+std::vector<std::uint8_t> silent_bytes(SonicsurfaceFirmware firmware);
 
 }  // namespace touchfield::sonicsurface

@@ -48,7 +48,7 @@ nb::dict report_dict(const EmissionReport& report) {
   values["drive_loss"] = report.quantisation.worst_drive_loss;
   values["files"] = report.written;
   values["emitted"] = report.emitted;
-  values["quiet"] = report.quiet;
+  values["silent"] = report.silent;
   values["sent"] = report.play.sent;
   values["dropped"] = report.play.dropped;
   values["late"] = report.play.late;

@@ -226,7 +226,7 @@ OwnMethod own_method(const std::string& name, nb::handle drives, const std::stri
     if (std::abs(std::abs(q(n)) - 1) > kRounding) {
       throw InputError(
           fmt::format("{}[{}] has the amplitude {:g}; here channels are at full drive, with amplitude 1. Model.score() "
-                      "of scatter() evaluates excitation vectors of any amplitudes",
+                      "of scatter() evaluates drive vectors of any amplitudes",
                       what, n, std::abs(q(n))));
     }
   }

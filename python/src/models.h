@@ -15,7 +15,7 @@ struct OwnMethod {
 };
 using OwnMethods = std::vector<OwnMethod>;
 
-/// Of phases [rad], or of a complex excitation vector at full drive.
+/// Of phases [rad], or of a complex drive vector at full drive.
 /// throws   InputError on an amplitude that is not 1, but for rounding
 OwnMethod own_method(const std::string& name, nb::handle drives, const std::string& what);
 

@@ -68,7 +68,7 @@ nb::dict frames_of(const SharedMotion& motion, const std::string& name) {
   add("late_s", [](const MotionFrame& frame) { return frame.late; });
   add("shown_s", [](const MotionFrame& frame) { return frame.shown; });
   add("pose_time_s", [](const MotionFrame& frame) { return frame.pose_time; });
-  add("quiet", [](const MotionFrame& frame) { return frame.quiet ? 1.0 : 0.0; });
+  add("silent", [](const MotionFrame& frame) { return frame.silent ? 1.0 : 0.0; });
   add("lost", [](const MotionFrame& frame) { return frame.lost ? 1.0 : 0.0; });
   add("skin_off_m", [](const MotionFrame& frame) { return frame.off.skin; });
   add("patch_off_m", [](const MotionFrame& frame) { return frame.off.patch; });

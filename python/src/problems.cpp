@@ -22,7 +22,7 @@
 #include "sim/run/kept_models.h"
 #include "sim/run/methods.h"
 #include "sim/run/solve_model.h"
-#include "solvers/phase/certificate.h"
+#include "solvers/phase/optimality_bound.h"
 #include "solvers/phase/skin_field.h"
 #include "solvers/phase/surface.h"
 
@@ -108,7 +108,7 @@ auto asked(const Model& model, Scheme scheme, Progress& progress, Ask ask) {
                                           largest_block(model.fixed->scene, scheme, model.fixed->array.size(), false),
                                           model, model.fixed->array.response, nullptr, records, progress);
   const Target target = build_target(model);
-  MethodSolver solver(*scattering, model.fixed->array.size(), target, model.fixed->scene.solve, quiet_skin(model));
+  MethodSolver solver(*scattering, model.fixed->array.size(), target, model.fixed->scene.solve, outside_skin(model));
   return ask(solver, target.amplitudes);
 }
 
@@ -123,32 +123,33 @@ SharedProblem problem_of_model(const SharedModel& model, std::optional<int> thre
   });
 }
 
-SharedProblem problem_of(nb::handle target, nb::handle amplitudes, nb::handle weights, nb::handle quiet) {
+SharedProblem problem_of(nb::handle target, nb::handle amplitudes, nb::handle weights, nb::handle outside) {
   SkinProblem problem;
   problem.target = complex_table(target, "Problem: target");
   problem.amplitudes = real_list(amplitudes, "Problem: amplitudes");
   problem.weights = real_list(weights, "Problem: weights");
-  problem.quiet = quiet.is_none() ? Eigen::MatrixXcd(0, problem.target.cols()) : complex_table(quiet, "Problem: quiet");
+  problem.outside =
+      outside.is_none() ? Eigen::MatrixXcd(0, problem.target.cols()) : complex_table(outside, "Problem: outside");
   require_valid(problem, "Problem");
   return shared(std::move(problem));
 }
 
-SharedProblem problem_of_transfer(nb::handle h, const SkinMesh& skin, const SharedTarget& target, double quiet_weight,
+SharedProblem problem_of_transfer(nb::handle h, const SkinMesh& skin, const SharedTarget& target, double outside_weight,
                                   std::optional<int> threads) {
   constexpr double kTolerance = 1e-4;  // as make_transfer
   const Eigen::MatrixXcd rows = complex_table(h, "Problem.of_transfer: h");
   require_count("Problem.of_transfer: h", rows.rows(), skin.mesh->face_count(), "per face");
-  if (!(quiet_weight >= 0 && std::isfinite(quiet_weight))) {
-    throw InputError(fmt::format("Problem.of_transfer: quiet_weight = {:g} must be >= 0", quiet_weight));
+  if (!(outside_weight >= 0 && std::isfinite(outside_weight))) {
+    throw InputError(fmt::format("Problem.of_transfer: outside_weight = {:g} must be >= 0", outside_weight));
   }
-  Eigen::VectorXd quiet;
-  if (quiet_weight > 0) {
-    quiet = quiet_weight * skin.mesh->areas();
-    quiet(target->faces).setZero();
+  Eigen::VectorXd outside;
+  if (outside_weight > 0) {
+    outside = outside_weight * skin.mesh->areas();
+    outside(target->faces).setZero();
   }
   return computed(thread_count(threads), [=, mesh = skin.mesh](Progress&) {
     const Eigen::MatrixXcd each = Eigen::MatrixXcd::Identity(rows.cols(), rows.cols());
-    return shared(reduced_skin_problem(rows, each, mesh->areas(), *target, quiet, kTolerance).problem);
+    return shared(reduced_skin_problem(rows, each, mesh->areas(), *target, outside, kTolerance).problem);
   });
 }
 
@@ -180,7 +181,7 @@ Eigen::MatrixXcd start_of(nb::handle start, const SharedProblem& problem, const 
   if (name == "zero") {
     return Eigen::MatrixXcd::Ones(channels, 1);
   }
-  throw InputError(fmt::format("{} = '{}' must be adjoint, spectral, zero or an excitation vector", what, name));
+  throw InputError(fmt::format("{} = '{}' must be adjoint, spectral, zero or a drive vector", what, name));
 }
 
 ChannelTolerances tolerances_of(const std::map<std::string, double>& given) {
@@ -266,22 +267,23 @@ nb::object radiation(const SkinMesh& skin, nb::handle pressure, const std::optio
   }));
 }
 
-nb::dict certified(const SharedProblem& problem, std::optional<int> threads) {
-  const Certificate certificate = computed(thread_count(threads), [problem](Progress&) { return certify(*problem); });
+nb::dict bounded(const SharedProblem& problem, std::optional<int> threads) {
+  const OptimalityBound optimality_bound =
+      computed(thread_count(threads), [problem](Progress&) { return prove_bound(*problem); });
   nb::dict values;
-  values["bound"] = certificate.bound;
-  values["relaxed"] = certificate.relaxed;
-  values["iterations"] = certificate.iterations;
-  values["converged"] = certificate.converged;
+  values["bound"] = optimality_bound.bound;
+  values["relaxed"] = optimality_bound.relaxed;
+  values["iterations"] = optimality_bound.iterations;
+  values["converged"] = optimality_bound.converged;
   return values;
 }
 
-nb::dict judge(const SharedModel& model, nb::handle phases, std::optional<int> threads) {
-  const OwnMethod given = own_method("given", phases, "judge: phases");
+nb::dict evaluation(const SharedModel& model, nb::handle phases, std::optional<int> threads) {
+  const OwnMethod given = own_method("given", phases, "evaluation: phases");
   const Metrics metrics = computed(thread_count(threads), [model, given](Progress& progress) {
     FixedModel fixed = *model->fixed;
     fixed.scene.solve.methods.clear();
-    fixed.scene.solve.certificate = false;
+    fixed.scene.solve.optimality_bound = false;
     fixed.scene.write.transfer = false;
     fixed.fields.clear();
     Model alone = *model;
@@ -317,33 +319,34 @@ double cost(const SharedProblem& problem, nb::handle drives) {
 
 void add_classes(nb::module_& module) {
   nb::class_<SharedProblem>(module, "Problem",
-                            "sum_j w_j (|h_j q| - p'_j)^2 + |R q|^2, the misfit of an excitation vector q on the skin, "
+                            "sum_j w_j (|h_j q| - p'_j)^2 + |R q|^2, the misfit of a drive vector q on the skin, "
                             "which method `surface` minimises.")
       .def(
           "__init__",
-          [](SharedProblem* self, nb::handle target, nb::handle amplitudes, nb::handle weights, nb::handle quiet) {
-            new (self) SharedProblem(problem_of(target, amplitudes, weights, quiet));
+          [](SharedProblem* self, nb::handle target, nb::handle amplitudes, nb::handle weights, nb::handle outside) {
+            new (self) SharedProblem(problem_of(target, amplitudes, weights, outside));
           },
           nb::arg("target"), nb::arg("amplitudes"), nb::arg("weights"), nb::arg("quiet") = nb::none(),
           nb::sig("def __init__(self, target: numpy.typing.ArrayLike, amplitudes: numpy.typing.ArrayLike, weights: "
-                  "numpy.typing.ArrayLike, quiet: numpy.typing.ArrayLike | None = None) -> None"),
-          "target: the K x N rows of H; amplitudes: p', K [Pa]; weights: w, K, areas [m2]; quiet: R, r x N.")
+                  "numpy.typing.ArrayLike, outside: numpy.typing.ArrayLike | None = None) -> None"),
+          "target: the K x N rows of H; amplitudes: p', K [Pa]; weights: w, K, areas [m2]; outside: R, r x N.")
       .def_static("of_model", &problem_of_model, nb::arg("model"), nb::arg("threads") = nb::none(),
                   "The problem of a scene's methods, with the skin outside the target reduced to a few rows.")
-      .def_static("of_transfer", &problem_of_transfer, nb::arg("h"), nb::arg("mesh"), nb::arg("target"),
-                  nb::arg("quiet_weight"), nb::arg("threads") = nb::none(),
-                  nb::sig("def of_transfer(h: numpy.typing.ArrayLike, mesh: Mesh, target: Target, quiet_weight: float, "
-                          "threads: int | None = None) -> Problem"),
-                  "The problem of H of every face, with the skin outside the target reduced to a few rows.")
+      .def_static(
+          "of_transfer", &problem_of_transfer, nb::arg("h"), nb::arg("mesh"), nb::arg("target"),
+          nb::arg("outside_weight"), nb::arg("threads") = nb::none(),
+          nb::sig("def of_transfer(h: numpy.typing.ArrayLike, mesh: Mesh, target: Target, outside_weight: float, "
+                  "threads: int | None = None) -> Problem"),
+          "The problem of H of every face, with the skin outside the target reduced to a few rows.")
       .def_prop_ro("target", part_of<SharedProblem>(&SkinProblem::target))
       .def_prop_ro("amplitudes", part_of<SharedProblem>(&SkinProblem::amplitudes))
       .def_prop_ro("weights", part_of<SharedProblem>(&SkinProblem::weights))
-      .def_prop_ro("quiet", part_of<SharedProblem>(&SkinProblem::quiet))
+      .def_prop_ro("outside", part_of<SharedProblem>(&SkinProblem::outside))
       .def(
           "__getstate__",
           [](const SharedProblem& self) {
             return nb::make_tuple(owned(self->target), owned(self->amplitudes), owned(self->weights),
-                                  owned(self->quiet));
+                                  owned(self->outside));
           },
           nb::sig("def __getstate__(self) -> tuple[typing.Any, ...]"))
       .def(
@@ -354,10 +357,10 @@ void add_classes(nb::module_& module) {
           nb::sig("def __setstate__(self, state: tuple[typing.Any, ...]) -> None"))
       .def("cost", &cost, nb::arg("drives"), nb::sig("def cost(self, drives: numpy.typing.ArrayLike) -> float"))
       .def("__repr__", [](const SharedProblem& self) {
-        return fmt::format("<touchfield.Problem: {} faces, {} channels, {} quiet rows>", self->target_count(),
-                           self->channel_count(), self->quiet.rows());
+        return fmt::format("<touchfield.Problem: {} faces, {} channels, {} outside rows>", self->target_count(),
+                           self->channel_count(), self->outside.rows());
       });
-  nb::class_<SharedSolution>(module, "Solution", "The excitation vector that a phase method found.")
+  nb::class_<SharedSolution>(module, "Solution", "The drive vector that a phase method found.")
       .def_prop_ro("phases", part_of<SharedSolution>(&PhaseSolution::phases))
       .def_prop_ro("amplitudes", part_of<SharedSolution>(&PhaseSolution::amplitudes))
       .def_prop_ro(
@@ -414,14 +417,13 @@ void add_problems(nb::module_& module) {
   module.def("solve_paper", &solve_by_paper, nb::arg("model"), nb::kw_only(), nb::arg("iterations") = kUsualIterations,
              nb::arg("faces") = "equal", nb::arg("scattered") = true, nb::arg("threads") = nb::none(),
              "Method `paper` or `unscattered` on the model of a scene.");
-  module.def("certify", &certified, nb::arg("problem"), nb::arg("threads") = nb::none(),
-             nb::sig("def certify(problem: Problem, threads: int | None = None) -> dict[str, typing.Any]"),
-             "The optimality bound: a proved lower bound of the problem's cost over all excitation vectors [Pa2 m2].");
-  module.def(
-      "judge", &judge, nb::arg("model"), nb::arg("phases"), nb::arg("threads") = nb::none(),
-      nb::sig(
-          "def judge(model: Model, phases: numpy.typing.ArrayLike, threads: int | None = None) -> dict[str, float]"),
-      "The metrics of phases at full drive on the scene's evaluation mesh, as for a built-in method.");
+  module.def("prove_bound", &bounded, nb::arg("problem"), nb::arg("threads") = nb::none(),
+             nb::sig("def prove_bound(problem: Problem, threads: int | None = None) -> dict[str, typing.Any]"),
+             "The optimality bound: a proved lower bound of the problem's cost over all drive vectors [Pa2 m2].");
+  module.def("evaluation", &evaluation, nb::arg("model"), nb::arg("phases"), nb::arg("threads") = nb::none(),
+             nb::sig("def evaluation(model: Model, phases: numpy.typing.ArrayLike, threads: int | None = None) -> "
+                     "dict[str, float]"),
+             "The metrics of phases at full drive on the scene's evaluation mesh, as for a built-in method.");
   module.def(
       "field", &field, nb::arg("mesh"), nb::arg("array"), nb::arg("pressure"), nb::arg("drives"), nb::arg("points"),
       nb::arg("wave") = nb::none(), nb::arg("threads") = nb::none(),

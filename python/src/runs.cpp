@@ -214,18 +214,19 @@ void add_methods(nb::class_<SharedRun>& run) {
 }
 
 void add_evaluation(nb::class_<SharedRun>& run) {
-  run.def_prop_ro("judge", [](const SharedRun& self) { return self->judge; })
+  run.def_prop_ro("evaluation", [](const SharedRun& self) { return self->evaluation; })
       .def_prop_ro(
           "solved_skin", [](const SharedRun& self) { return to_string(self->solved_skin); },
           "Extent of the skin in `mesh` and `pressures`: 'whole', or 'part' (within keep_within_mm).")
-      .def_prop_ro("judge_mesh",
+      .def_prop_ro("evaluation_mesh",
                    [](const SharedRun& self) -> std::optional<SkinMesh> {
-                     return self->judge_model ? std::optional(SkinMesh{part_of(self, self->judge_model->mesh)})
-                                              : std::nullopt;
+                     return self->evaluation_model
+                                ? std::optional(SkinMesh{part_of(self, self->evaluation_model->mesh)})
+                                : std::nullopt;
                    })
-      .def_prop_ro("judge_pressures",
-                   views_by_method([](const MethodResult& method) -> auto& { return method.judge_pressure; }),
-                   nb::sig("def judge_pressures(self) -> dict[str, numpy.typing.NDArray[numpy.complex128]]"),
+      .def_prop_ro("evaluation_pressures",
+                   views_by_method([](const MethodResult& method) -> auto& { return method.evaluation_pressure; }),
+                   nb::sig("def evaluation_pressures(self) -> dict[str, numpy.typing.NDArray[numpy.complex128]]"),
                    "By method, on the evaluation mesh [Pa]; empty if `pressures` are evaluated.")
       .def_prop_ro(
           "problems",

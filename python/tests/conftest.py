@@ -22,8 +22,8 @@ FINGER = (SOURCE / "tests/data/finger.yaml").read_text() + """\
 solve:
   methods: [surface, {paper: {faces: area}}, focus]
   iterations: 8
-  certificate: true
-judge: {split: 1}
+  optimality_bound: true
+evaluation: {split: 1}
 field:
   - {name: side, plane: xz, through_mm: [0, 0, 60], size_mm: [20, 30], spacing_mm: 2}
 write: [h5, vtp, vti, png, transfer]

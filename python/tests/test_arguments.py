@@ -98,8 +98,8 @@ def test_own_methods(model):
         tf.run(model, own={"my method": np.zeros(channels)})
     with pytest.raises(tf.InputError, match="set and device need a scene file"):
         tf.run(model, set={"solve.iterations": 3})
-    with pytest.raises(tf.InputError, match=r"judge: phases\[0\] has the amplitude 0.5; here channels are at full drive"):
-        tf.judge(model, np.full(channels, 0.5j))
+    with pytest.raises(tf.InputError, match=r"evaluation: phases\[0\] has the amplitude 0.5; here channels are at full drive"):
+        tf.evaluation(model, np.full(channels, 0.5j))
 
 
 def test_arrays_and_transfers(ball, pair):
@@ -135,7 +135,7 @@ def test_what_scatters_is_closed_and_looks_outwards(ball, pair):
 def test_problems(ball, pair):
     h = tf.transfer(ball, pair, faces=[0, 1, 2])
     problem = tf.Problem(h, [1, 1, 1], [1, 1, 1])
-    assert problem.quiet.shape == (0, 2) and np.array_equal(problem.target, h)
+    assert problem.outside.shape == (0, 2) and np.array_equal(problem.target, h)
     for amplitudes, weights in (([1, 1], [1, 1, 1]), ([1, 1, 1], [1, 1]), ([1, 1, -1], [1, 1, 1]), ([1, 1, 1], [1, 0, 1])):
         with pytest.raises(tf.InputError, match="Problem"):
             tf.Problem(h, amplitudes, weights)
@@ -143,7 +143,7 @@ def test_problems(ball, pair):
         tf.Problem(np.where(np.arange(2) == 1, np.nan, h), [1, 1, 1], [1, 1, 1])
     with pytest.raises(tf.InputError, match="surface: start has 3 values and must have 2, one per channel"):
         tf.surface(problem, start=[1, 1, 1])
-    with pytest.raises(tf.InputError, match="lbfgs: start = 'best' must be adjoint, spectral, zero or an excitation vector"):
+    with pytest.raises(tf.InputError, match="lbfgs: start = 'best' must be adjoint, spectral, zero or a drive vector"):
         tf.lbfgs(problem, start="best")
     with pytest.raises(tf.InputError, match="surface: iterations = 0 must be >= 1"):
         tf.surface(problem, iterations=0)

@@ -92,7 +92,7 @@ def test_transducers_keep_clear_of_the_body(ball):
 def test_warnings_and_notes_are_those_of_the_run(finger):
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
-        run = tf.run(finger, set={"body.edge_mm": 4, "judge": "same"})
+        run = tf.run(finger, set={"body.edge_mm": 4, "evaluation": "same"})
     assert run.warnings and run.notes
     ours = [each for each in heard if issubclass(each.category, tf.TouchfieldWarning)]
     assert {str(each.message) for each in ours if each.category is tf.TouchfieldWarning} >= set(run.warnings)

@@ -38,13 +38,13 @@ def test_pickles_and_copies(ball, h, run, model, finger):
         assert np.array_equal(make(model).mesh.vertices, model.mesh.vertices) and make(model).scene == model.scene
         other = make(run)
         assert other.metrics["paper"]["leakage"] == run.metrics["paper"]["leakage"]
-        assert np.array_equal(other.judge_pressures["surface"], run.judge_pressures["surface"])
+        assert np.array_equal(other.evaluation_pressures["surface"], run.evaluation_pressures["surface"])
     for error in (tf.InputError("no"), tf.DeviceError("no")):
         assert type(pickle.loads(pickle.dumps(error))) is type(error)
 
 
 def test_a_model_of_objects_pickles(ball):
-    scene = {"array": tf.Array.grid(4, 4, at=[0, 0, -0.1]), "body": ball, "solve": {"methods": ["focus"]}, "judge": "same",
+    scene = {"array": tf.Array.grid(4, 4, at=[0, 0, -0.1]), "body": ball, "solve": {"methods": ["focus"]}, "evaluation": "same",
              "target": tf.Target.box(ball, "low", [8e-3, 8e-3, 6e-3], 200)}
     model = tf.Model(scene)
     with concurrent.futures.ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as executor:
@@ -92,7 +92,7 @@ def test_meshes_of_pyvista():
 
 
 def test_sweeps_by_an_executor(finger, tmp_path):
-    plan = {"base": finger, "set": {"solve.methods": ["focus"], "solve.certificate": False, "judge": "same", "write": ["h5"], "field": []},
+    plan = {"base": finger, "set": {"solve.methods": ["focus"], "solve.optimality_bound": False, "evaluation": "same", "write": ["h5"], "field": []},
             "grid": {"target.pressure_pa": [400, 500, 600]}}
     told = []
     with concurrent.futures.ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as executor:
@@ -111,7 +111,7 @@ def test_sweeps_by_an_executor(finger, tmp_path):
 
 def test_sweeps_by_dask(finger, tmp_path):
     distributed = pytest.importorskip("dask.distributed")
-    plan = {"base": finger, "set": {"solve.methods": ["focus"], "solve.certificate": False, "judge": "same", "write": ["h5"], "field": []},
+    plan = {"base": finger, "set": {"solve.methods": ["focus"], "solve.optimality_bound": False, "evaluation": "same", "write": ["h5"], "field": []},
             "grid": {"target.pressure_pa": [400, 500]}}
     with distributed.Client(n_workers=2, threads_per_worker=1, dashboard_address=None) as client:
         table = tf.sweep(plan, tmp_path / "out", executor=client.get_executor(), threads=1)
@@ -119,7 +119,7 @@ def test_sweeps_by_dask(finger, tmp_path):
 
 
 def test_a_sweep_of_a_mesh_of_ones_own(ball, tmp_path):
-    scene = {"array": tf.Array.grid(4, 4, at=[0, 0, -0.1]), "body": ball, "solve": {"methods": ["focus"]}, "judge": "same",
+    scene = {"array": tf.Array.grid(4, 4, at=[0, 0, -0.1]), "body": ball, "solve": {"methods": ["focus"]}, "evaluation": "same",
              "target": tf.Target.box(ball, "low", [8e-3, 8e-3, 6e-3], 200)}
     table = tf.sweep({"base": scene, "grid": {"array.level": [0.5, 1.0]}}, tmp_path / "out", jobs=1)
     assert table["peak_pa"][1] == pytest.approx(2 * table["peak_pa"][0], rel=1e-9)

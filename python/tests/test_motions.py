@@ -15,7 +15,7 @@ CAMERAS = {"seconds": 0.1, "sensor": {"cameras": [{"at_mm": [200, 0, -150], "loo
 
 @pytest.fixture(scope="module")
 def motion(finger):
-    return tf.play(finger, set={"motion": MOTION, "solve.methods": ["surface", "focus"], "judge": "same", "solve.certificate": False},
+    return tf.play(finger, set={"motion": MOTION, "solve.methods": ["surface", "focus"], "evaluation": "same", "solve.optimality_bound": False},
                    threads=2)
 
 
@@ -102,7 +102,7 @@ def test_what_cannot_be_sent(run):
 
 
 def test_an_emission_ends_in_silence():
-    """A board on a pseudo-terminal hears the phases, then that it is to be quiet."""
+    """A board on a pseudo-terminal hears the phases, then that it is to be silent."""
     sys.path.insert(0, str(SOURCE / "tests/hardware"))
     from sonicsurface_board import Board
 
@@ -110,8 +110,8 @@ def test_an_emission_ends_in_silence():
     array = tf.Array.sonicsurface()
     try:
         report = tf.send(array, array.focus([0, 0, 0.1]), to=f"sonicsurface:{board.port}", emit=True, seconds=0.3, max_level=1)
-        assert report["emitted"] and report["quiet"] and report["sent"] == 1
-        assert board.wait(lambda heard: heard.quiet_at is not None) and board.firmware.faults == []
+        assert report["emitted"] and report["outside"] and report["sent"] == 1
+        assert board.wait(lambda heard: heard.outside_at is not None) and board.firmware.faults == []
         with pytest.raises(tf.InputError, match="level"):
             tf.send(array, array.focus([0, 0, 0.1]), to=f"sonicsurface:{board.port}", emit=True)
     finally:

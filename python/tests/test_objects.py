@@ -57,7 +57,7 @@ def test_arrays_are_those_of_scenes(finger, tmp_path):
 def test_an_array_of_positions_is_the_same_in_a_scene(ball):
     wave = tf.Wave(50e3)
     array = tf.Array(np.array([[0, 0, -0.1], [0.01, 0, -0.1]]), directivity="piston", level=0.5, piston_radius=5e-3, wave=wave)
-    scene = {"array": array, "body": ball, "solve": {"methods": [{"fixed": {"phases_rad": 0}}]}, "judge": "none", "frequency_khz": 50}
+    scene = {"array": array, "body": ball, "solve": {"methods": [{"fixed": {"phases_rad": 0}}]}, "evaluation": "none", "frequency_khz": 50}
     points, drives = [[0.03, 0, 0]], [1, 1j]
     for same in (tf.Model(scene).array, tf.Model({**scene, "array": tf.Model({**scene, "frequency_khz": 40}).array}).array):
         assert np.allclose(same.positions, array.positions, atol=1e-15) and np.array_equal(same.strengths, array.strengths)
@@ -127,7 +127,7 @@ def test_moved_meshes_keep_their_landmarks(ball):
 
 
 def test_rotations_are_those_of_scenes():
-    scene = {"array": tf.Array.grid(2, 2), "solve": {"methods": [{"fixed": {"phases_rad": 0}}]}, "judge": "none",
+    scene = {"array": tf.Array.grid(2, 2), "solve": {"methods": [{"fixed": {"phases_rad": 0}}]}, "evaluation": "none",
              "body": {"capsule": {"radius_mm": 8, "length_mm": 10}, "edge_mm": 4,
                       "place": {"landmark": "bottom", "at_mm": [1, 2, 60], "rotate_deg": [10, 20, 30]}}}
     placed = tf.Model(scene).mesh
@@ -209,7 +209,7 @@ def test_targets_on_the_skin(ball):
 
 def test_a_scene_of_objects_is_that_of_the_program(touchfield, ball, array, target, tmp_path):
     body = marked(ball)
-    parts = {"name": "parts", "array": array, "body": body, "target": target, "judge": "same",
+    parts = {"name": "parts", "array": array, "body": body, "target": target, "evaluation": "same",
              "solve": {"methods": ["surface", "wgs", "focus"], "iterations": 5}}
     mine = tf.run(parts, threads=2)
     assert "low" in tf.Model(parts).mesh.landmarks
@@ -238,7 +238,7 @@ def test_scenes_with_errors_name_the_key(ball, array):
 @pytest.mark.parametrize("name", ["surface", "lbfgs", "gs", "wgs", "gs_pat", "eigen", "focus", "paper", "unscattered"])
 def test_methods_find_what_the_program_finds(finger, name):
     model = tf.Model(finger, set={"solve.methods": [name, "surface"] if name != "surface" else [name], "solve.iterations": 4,
-                                  "solve.certificate": False, "judge": "same", "write": ["h5"], "field": []})
+                                  "solve.optimality_bound": False, "evaluation": "same", "write": ["h5"], "field": []})
     run = tf.run(model, threads=2)
     if name in ("paper", "unscattered"):
         solution = getattr(tf, name)(model, iterations=4, threads=2)
@@ -261,13 +261,13 @@ def test_methods_on_h_and_a_target(ball, array, target, h):
     rest = np.delete(np.arange(len(ball)), target.faces)
     drives = array.focus([0, 0, -8e-3]).drives
     loud = np.sum(ball.areas[rest] * abs(h[rest] @ drives) ** 2)
-    assert np.sum(abs(problem.quiet @ drives) ** 2) == pytest.approx(loud, rel=1e-4)
+    assert np.sum(abs(problem.outside @ drives) ** 2) == pytest.approx(loud, rel=1e-4)
     least = tf.surface(h, target, iterations=30)
     for method in (tf.lbfgs, tf.gs, tf.wgs, tf.gs_pat, tf.eigen, tf.focus):
         solution = method(h, target)
         assert solution.phases.shape == (len(array),) and problem.cost(solution) >= problem.cost(least) * (1 - 1e-6)
         rows = method(h[target.faces], target)  # of the target alone
-        if method is not tf.lbfgs:  # which then has no quiet skin
+        if method is not tf.lbfgs:  # which then has no skin outside the target
             assert np.allclose(np.exp(1j * rows.phases), np.exp(1j * solution.phases), atol=1e-6)
     free = tf.surface(h, target, free_amplitudes=True, start=least)  # from where its cost cannot rise
     assert problem.cost(free) <= problem.cost(least) and free.amplitudes.min() < 1

@@ -15,8 +15,8 @@ def test_transfer_is_the_one_of_the_model(model, run):
     assert np.linalg.norm(rows - h[model.target.faces]) < 1e-3 * np.linalg.norm(rows)
 
 
-def test_score_is_the_judge_s_of_its_own_mesh(finger):
-    own = tf.Model(finger, set={"judge": "same", "solve.certificate": False})
+def test_score_is_the_evaluation_s_of_its_own_mesh(finger):
+    own = tf.Model(finger, set={"evaluation": "same", "solve.optimality_bound": False})
     run = tf.run(own)
     for name in run.methods:
         scored = own.score(run.pressures[name])
@@ -38,9 +38,9 @@ def test_solvers_by_themselves_find_what_the_run_found(model, run):
     assert further.cost_history[-1] < solution.cost_history[-1]
 
 
-def test_certificate(model, run):
+def test_optimality_bound(model, run):
     problem = tf.Problem.of_model(model, threads=2)
-    proof = tf.certify(problem, threads=2)
+    proof = tf.prove_bound(problem, threads=2)
     assert proof["bound"] == pytest.approx(run.metrics["surface"]["cost_bound"], rel=1e-9)
     assert 0 < proof["bound"] <= problem.cost(tf.surface(problem, free_level=False).drives)
 
@@ -51,7 +51,7 @@ def test_model_of_a_scene(model, finger):
     assert model.wave.wavelength == pytest.approx(343.21 / 40e3) and model.wave.k == pytest.approx(2 * np.pi / model.wave.wavelength)
     assert np.array_equal(tf.Array.of_scene(finger).positions, model.array.positions)
     assert tf.Array.of_scene(finger, set={"array.grid.count": [2, 3]}).positions.shape == (6, 3)
-    bare = tf.Model(finger, set={"target": None, "solve.methods": [{"fixed": {"phases_rad": 0}}], "solve.certificate": False, "write": ["h5"], "judge": "same"})
+    bare = tf.Model(finger, set={"target": None, "solve.methods": [{"fixed": {"phases_rad": 0}}], "solve.optimality_bound": False, "write": ["h5"], "evaluation": "same"})
     assert bare.target is None and bare.score(np.ones(len(bare.mesh)))["peak_pa"] == 1
     with pytest.raises(tf.InputError, match="no target"):
         tf.Problem.of_model(bare)

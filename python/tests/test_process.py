@@ -132,7 +132,7 @@ def test_a_thousand_calls_leak_nothing(python, finger):
                 pass
             return kept.pressures, kept.metrics, kept.fields, kept.mesh.areas, kept.target.faces, model.mesh.landmarks, solution.phases
 
-        tf.certify(tf.Problem(tf.transfer(ball, array), np.ones(len(ball)), ball.areas))
+        tf.prove_bound(tf.Problem(tf.transfer(ball, array), np.ones(len(ball)), ball.areas))
         for _ in range(100):
             use()
         before = resident()
@@ -146,7 +146,7 @@ def test_a_thousand_calls_leak_nothing(python, finger):
 def test_beside_the_wheels_of_others_in_any_order(python, tmp_path, finger):
     """Each with its own HDF5, BLAS and OpenMP: all compute, and both write and read HDF5."""
     scene = tmp_path / "plain.yaml"
-    scene.write_text(finger.read_text().replace("certificate: true", "certificate: false").replace("judge: {split: 1}", "judge: none"))
+    scene.write_text(finger.read_text().replace("optimality_bound: true", "optimality_bound: false").replace("evaluation: {split: 1}", "evaluation: none"))
     tf.run(scene, threads=2).save(tmp_path / "run.h5")
     code = """
         import sys

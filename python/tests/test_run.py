@@ -21,7 +21,7 @@ def test_equals_the_program_to_the_last_bit(touchfield, finger, run, tmp_path):
             assert np.array_equal(kept["phase"], run.phases[name])
             assert np.array_equal(kept["amplitude"], run.amplitudes[name])
             assert np.array_equal(kept["pressure"], run.pressures[name])
-            assert np.array_equal(file[f"judge/methods/{name}/pressure"], run.judge_pressures[name])
+            assert np.array_equal(file[f"evaluation/methods/{name}/pressure"], run.evaluation_pressures[name])
             for metric, value in run.metrics[name].items():
                 if not metric.startswith("seconds"):
                     assert np.array_equal(kept.attrs[metric], value, equal_nan=True), metric
@@ -34,7 +34,7 @@ def test_same_again_on_as_many_threads(finger, run):
 
 
 def test_arrays_look_at_the_run_and_keep_it(finger):
-    once = tf.run(finger, set={"solve.methods": ["focus"], "solve.certificate": False, "judge": "same"})
+    once = tf.run(finger, set={"solve.methods": ["focus"], "solve.optimality_bound": False, "evaluation": "same"})
     pressure, vertices, faces = once.pressures["focus"], once.mesh.vertices, once.target.faces
     assert once.pressures["focus"].__array_interface__["data"][0] == pressure.__array_interface__["data"][0]
     kept = pressure.copy(), vertices.copy(), faces.copy()
@@ -81,9 +81,9 @@ def test_pictures_are_the_program_s(run, tmp_path):
 
 def test_changes_of_the_scene(finger):
     changes = {"solve.methods": ["focus"], "target.pressure_pa": np.float64(400), "body.place.at_mm": np.array([0, 1, 61]),
-               "solve.certificate": np.bool_(False), "judge": "none"}
+               "solve.optimality_bound": np.bool_(False), "evaluation": "none"}
     changed = tf.run(finger, set=changes, device="cpu")
-    assert changed.methods == ["focus"] and changed.judge == "none" and changed.judge_mesh is None
+    assert changed.methods == ["focus"] and changed.evaluation == "none" and changed.evaluation_mesh is None
     assert np.all(changed.target.amplitudes == 400) and changed.provenance["card"] == ""
     assert changed.mesh.centroids[:, 2].min() == pytest.approx(61e-3, abs=1e-3)
 
@@ -91,11 +91,11 @@ def test_changes_of_the_scene(finger):
 def test_own_method_beside_the_built_in_ones(model, run):
     with_own = tf.run(model, own={"mine": run.phases["surface"], "flat": np.zeros(len(model.array))}, threads=2)
     assert with_own.methods == ["surface", "paper", "focus", "mine", "flat"]
-    for metric in ("relative_error", "leakage", "cost_skin", "optimality_gap", "peak_pa", "judge_difference"):
+    for metric in ("relative_error", "leakage", "cost_skin", "optimality_gap", "peak_pa", "evaluation_difference"):
         level = run.amplitudes["surface"].max()  # `surface` may turn the array down, given phases are at full drive
-        if level == 1 or metric in ("relative_error", "leakage", "cost_skin", "optimality_gap", "judge_difference"):
+        if level == 1 or metric in ("relative_error", "leakage", "cost_skin", "optimality_gap", "evaluation_difference"):
             assert with_own.metrics["mine"][metric] == pytest.approx(with_own.metrics["surface"][metric], rel=1e-3), metric
-    assert tf.judge(model, run.phases["surface"])["relative_error"] == pytest.approx(with_own.metrics["mine"]["relative_error"], rel=1e-6)
+    assert tf.evaluation(model, run.phases["surface"])["relative_error"] == pytest.approx(with_own.metrics["mine"]["relative_error"], rel=1e-6)
 
 
 def test_fields(run):
@@ -114,7 +114,7 @@ def test_problem_that_the_run_kept(run):
     problem = next(iter(run.problems.values()))
     drives = np.exp(1j * run.phases["surface"]) * run.amplitudes["surface"]
     assert problem.target.shape == (len(run.target), len(run.array))
-    cost = np.sum(problem.weights * (abs(problem.target @ drives) - problem.amplitudes) ** 2) + np.sum(abs(problem.quiet @ drives) ** 2)
+    cost = np.sum(problem.weights * (abs(problem.target @ drives) - problem.amplitudes) ** 2) + np.sum(abs(problem.outside @ drives) ** 2)
     assert problem.cost(drives) == pytest.approx(cost)
     assert run.metrics["surface"]["cost_skin"] == pytest.approx(cost, rel=1e-6)
 
@@ -122,16 +122,16 @@ def test_problem_that_the_run_kept(run):
 def test_what_a_run_says_of_itself(run):
     assert run.name == "finger" and "name: finger" in run.scene and run.status["focus"] == "direct"
     assert run.provenance["threads"] == 2 and run.provenance["version"] == tf.__version__
-    assert run.judge == "split" and len(run.judge_mesh) == 4 * len(run.mesh)
+    assert run.evaluation == "split" and len(run.evaluation_mesh) == 4 * len(run.mesh)
     assert "surface" in repr(run) and isinstance(run.warnings, list) and run.seconds
 
 
 def test_figures_are_of_the_whole_skin(finger, run):
     assert run.solved_skin == "whole"
-    part = {"body.keep_within_mm": 13, "solve.methods": ["focus"], "solve.certificate": False, "write": ["h5"]}
-    cut = tf.run(finger, set={**part, "judge": "same"})
-    assert cut.solved_skin == "part" and len(cut.judge_mesh) > len(cut.mesh)
-    assert np.isnan(tf.run(finger, set={**part, "judge": "none"}).metrics["focus"]["relative_error"])
+    part = {"body.keep_within_mm": 13, "solve.methods": ["focus"], "solve.optimality_bound": False, "write": ["h5"]}
+    cut = tf.run(finger, set={**part, "evaluation": "same"})
+    assert cut.solved_skin == "part" and len(cut.evaluation_mesh) > len(cut.mesh)
+    assert np.isnan(tf.run(finger, set={**part, "evaluation": "none"}).metrics["focus"]["relative_error"])
     model = tf.Model(finger, set=part)
     with pytest.raises(tf.InputError, match="count its whole skin"):
         model.score(np.ones(len(model.mesh)))
@@ -139,7 +139,7 @@ def test_figures_are_of_the_whole_skin(finger, run):
 
 def test_levels_at_points_are_of_the_field_there(finger):
     at = [-80, 30, 300]
-    run = tf.run(finger, set={"solve.methods": ["surface", "focus"], "judge": "same", "write": ["h5"], "field": [
+    run = tf.run(finger, set={"solve.methods": ["surface", "focus"], "evaluation": "same", "write": ["h5"], "field": [
         {"name": "ear", "at_mm": at}, {"name": "arm", "at_mm": [0, 100, 80]}]})
     assert [(row["point"], row["method"]) for row in run.levels] == [
         ("ear", "surface"), ("ear", "focus"), ("arm", "surface"), ("arm", "focus")]

@@ -15,7 +15,7 @@ import touchfield as tf
 def plan(tmp_path, finger):
     path = tmp_path / "plan.yaml"
     path.write_text(f"base: {finger}\n"
-                    "set: {solve.methods: [focus, paper], solve.certificate: false, judge: same, write: [h5], field: []}\n"
+                    "set: {solve.methods: [focus, paper], solve.optimality_bound: false, evaluation: same, write: [h5], field: []}\n"
                     "grid: {target.pressure_pa: [400, 500], array.grid.count: [[4, 4], [8, 8]]}\n")
     return path
 
@@ -55,7 +55,7 @@ def test_a_case_that_fails_is_a_row(plan, tmp_path, monkeypatch):
 
 
 def test_interrupt_ends_the_workers_and_keeps_what_is_done(plan, tmp_path):
-    plan.write_text(plan.read_text().replace("judge: same", "judge: same, body.edge_mm: 0.8, solve.precision: double"))
+    plan.write_text(plan.read_text().replace("evaluation: same", "evaluation: same, body.edge_mm: 0.8, solve.precision: double"))
     code = """if True:
         import sys, time
         import touchfield as tf

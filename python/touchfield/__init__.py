@@ -44,9 +44,9 @@ from ._arrays import Array, Wave
 from ._bodies import Mesh, hand, read_mesh, sphere
 from ._core import DeviceError, Error, InputError, IoError, NotBuiltError, NumericalError, TouchfieldNote, TouchfieldWarning
 from ._emission import send
-from ._models import Model, Picture, Run, check, compare, judge, read_run, run, study
+from ._models import Model, Picture, Run, check, compare, evaluation, read_run, run, study
 from ._motions import Motion, fit, play, read_motion, see
-from ._phases import (Problem, Solution, certify, eigen, field, focus, force, gs, gs_pat, lbfgs, paper, scatter, surface, transfer,
+from ._phases import (Problem, Solution, prove_bound, eigen, field, focus, force, gs, gs_pat, lbfgs, paper, scatter, surface, transfer,
                       unscattered, wgs)
 from ._scans import Calibration, Scan, compare_scan, fit_calibration, fit_scan, read_scan
 from ._sweeps import Sweep, list_sweep, read_sweep, sweep

@@ -288,7 +288,7 @@ class Array(Part):
         points : array_like, shape (..., 3)
             [m]
         drives : array_like of complex, shape (N,) or (N, S), or Solution
-            Amplitudes 0 to 1 and phases of the channels; S columns are S excitation vectors.
+            Amplitudes 0 to 1 and phases of the channels; S columns are S drive vectors.
         wave : Wave, optional
             Default: ``Wave()``.
 

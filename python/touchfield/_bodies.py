@@ -417,5 +417,5 @@ def hand(pose="index_up", *, edge=3e-3, breadth=88.3e-3, length=193.3e-3, side="
 def bare_scene(**parts):
     """A scene of a part alone: what else a scene must have computes nothing."""
     bare = {"name": "part", "array": {"plane_wave": {}}, "body": {"sphere": {"radius_mm": 10}, "edge_mm": 10},
-            "solve": {"methods": [{"fixed": {"phases_rad": 0}}]}, "judge": "none"}
+            "solve": {"methods": [{"fixed": {"phases_rad": 0}}]}, "evaluation": "none"}
     return json.dumps(bare | parts, default=plain)

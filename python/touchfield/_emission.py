@@ -25,7 +25,7 @@ _GUARD = _process("touchfield._core.serve_link()")
 
 
 def _frames(drives):
-    """Phases and amplitudes, both F x N, of an excitation vector, of several, or of solutions."""
+    """Phases and amplitudes, both F x N, of a drive vector, of several, or of solutions."""
     if isinstance(drives, Solution):
         return drives.phases[None], drives.amplitudes[None]
     if isinstance(drives, (list, tuple)) and all(isinstance(drive, Solution) for drive in drives):
@@ -74,7 +74,7 @@ def send(source, drives=None, *, method=None, to="dry-run", emit=False, rate=10.
     to : str
         Link to the device: dry-run, dry-run:FILE, sonicsurface:PORT, autd3-udp:ADDRESS, ...
     emit : bool
-        Emit sound. It is done by a process of its own, with a guard that leaves the array quiet whatever happens to it.
+        Emit sound. It is done by a process of its own, with a guard that leaves the array silent whatever happens to it.
     rate : float
         Frames per second.
     seconds : float, optional
@@ -96,7 +96,7 @@ def send(source, drives=None, *, method=None, to="dry-run", emit=False, rate=10.
     -------
     dict
         `device`, `transducers`, `frames`, `rate_hz`, `seconds`, `level`, `worst_phase_error_rad`, `drive_loss`, `files`,
-        `emitted`, `quiet`, ...
+        `emitted`, `silent`, ...
 
     Raises
     ------
@@ -131,11 +131,11 @@ def send(source, drives=None, *, method=None, to="dry-run", emit=False, rate=10.
     child.stdin.close()
     try:
         answer = child.stdout.read()
-    except KeyboardInterrupt:  # which it heard too: it quiets the array
+    except KeyboardInterrupt:  # which it heard too: it silences the array
         child.wait()
         raise
     if child.wait() != 0 or not answer:
-        raise _core.DeviceError(f"send: the process that emits ended with exit code {child.returncode}; its guard quiets the array")
+        raise _core.DeviceError(f"send: the process that emits ended with exit code {child.returncode}; its guard silences the array")
     report = pickle.loads(answer)
     if isinstance(report, BaseException):
         raise report

@@ -97,7 +97,7 @@ class Model(Part):
         return self._core.score(pressure)
 
 
-def judge(model, drives, threads=None):
+def evaluation(model, drives, threads=None):
     """The metrics of phases on the evaluation mesh of a scene, as for a method of the program.
 
     Parameters
@@ -114,9 +114,9 @@ def judge(model, drives, threads=None):
     Examples
     --------
     >>> model = tf.Model("scenes/quick.yaml")
-    >>> metrics = tf.judge(model, tf.focus(tf.transfer(model.mesh, model.array, model.wave), model.target))
+    >>> metrics = tf.evaluation(model, tf.focus(tf.transfer(model.mesh, model.array, model.wave), model.target))
     """
-    return _core.judge(core(model, Model, "model"), _phases(drives), threads)
+    return _core.evaluation(core(model, Model, "model"), _phases(drives), threads)
 
 
 def check(scene, set=None, accuracy=False, threads=None):
@@ -237,9 +237,9 @@ class Run(Part):
         return {name: self.amplitudes[name] * np.exp(1j * phases) for name, phases in self.phases.items()}
 
     @property
-    def judge(self):
+    def evaluation(self):
         """The evaluation mesh: none, same, truth, edge or split."""
-        return self._core.judge
+        return self._core.evaluation
 
     @property
     def solved_skin(self):
@@ -247,15 +247,15 @@ class Run(Part):
         return self._core.solved_skin
 
     @property
-    def judge_mesh(self):
+    def evaluation_mesh(self):
         """The evaluation mesh, if it is one of its own."""
-        mesh = self._core.judge_mesh
+        mesh = self._core.evaluation_mesh
         return mesh and Mesh._of(mesh)
 
     @property
-    def judge_pressures(self):
+    def evaluation_pressures(self):
         """By method, on the evaluation mesh [Pa]; empty if `pressures` are evaluated."""
-        return self._core.judge_pressures
+        return self._core.evaluation_pressures
 
     @property
     def problems(self):

@@ -14,7 +14,7 @@ from ._targets import Target
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Solution:
-    """The excitation vector that a phase method found.
+    """The drive vector that a phase method found.
 
     Attributes
     ----------
@@ -58,8 +58,8 @@ class Problem(Part):
         Wanted pressure amplitudes p' [Pa].
     weights : array_like, shape (K,)
         w, areas of the faces [m2].
-    quiet : array_like of complex, shape (r, N), optional
-        R, rows of what is to be quiet [Pa m].
+    outside : array_like of complex, shape (r, N), optional
+        R, rows of the skin outside the target [Pa m].
 
     Raises
     ------
@@ -73,19 +73,19 @@ class Problem(Part):
     0.0
     """
 
-    def __init__(self, target, amplitudes, weights, quiet=None):
-        self._core = _core.Problem(target, amplitudes, weights, quiet)
+    def __init__(self, target, amplitudes, weights, outside=None):
+        self._core = _core.Problem(target, amplitudes, weights, outside)
 
     @classmethod
-    def of(cls, h, target, quiet_weight=1.0, threads=None):
+    def of(cls, h, target, outside_weight=1.0, threads=None):
         """The problem of a transfer matrix and a target.
 
         Parameters
         ----------
         h : array_like of complex, shape (M, N) or (K, N)
-            Of every face of `target.mesh`, or of those of the target alone, without skin to be quiet.
+            Of every face of `target.mesh`, or of those of the target alone, without the skin outside.
         target : Target
-        quiet_weight : float
+        outside_weight : float
             Weight of the skin outside the target, >= 0.
         threads : int, optional
 
@@ -102,7 +102,7 @@ class Problem(Part):
         part = core(target, Target, "target")
         if np.shape(h)[:1] == (len(target),):
             return cls(h, target.amplitudes, target.mesh.areas[target.faces])
-        return cls._of(_core.Problem.of_transfer(h, target.mesh._core, part, quiet_weight, threads))
+        return cls._of(_core.Problem.of_transfer(h, target.mesh._core, part, outside_weight, threads))
 
     @classmethod
     def of_model(cls, model, threads=None):
@@ -140,12 +140,12 @@ class Problem(Part):
         return self._core.weights
 
     @property
-    def quiet(self):
+    def outside(self):
         """Rows of the skin outside the target, shape (r, N) [Pa m]."""
-        return self._core.quiet
+        return self._core.outside
 
     def cost(self, drives):
-        """The misfit of an excitation vector.
+        """The misfit of a drive vector.
 
         Parameters
         ----------
@@ -209,7 +209,7 @@ def transfer(mesh, array, wave=None, *, faces=None, scheme="burton_miller_polish
 
 
 def scatter(mesh, array, drives, wave=None, *, scheme="burton_miller_polished", device=None, threads=None, progress=None):
-    """The pressure of an excitation vector on the skin, without the transfer matrix: one solve in place of many.
+    """The pressure of a drive vector on the skin, without the transfer matrix: one solve in place of many.
 
     Parameters
     ----------
@@ -300,8 +300,8 @@ def force(mesh, pressure, wave=None):
     return _core.radiation_pressure(core(mesh, Mesh, "mesh"), pressure, wave_core(wave)) * mesh.areas
 
 
-def certify(problem, threads=None):
-    """The optimality bound: a proved lower bound of the cost over all excitation vectors.
+def prove_bound(problem, threads=None):
+    """The optimality bound: a proved lower bound of the cost over all drive vectors.
 
     Parameters
     ----------
@@ -316,21 +316,21 @@ def certify(problem, threads=None):
     Examples
     --------
     >>> problem = tf.Problem([[1, 1j], [1j, 1], [1, 1]], [1, 1, 0.1], [1, 1, 1])
-    >>> tf.certify(problem)["bound"] <= problem.cost(tf.surface(problem))
+    >>> tf.prove_bound(problem)["bound"] <= problem.cost(tf.surface(problem))
     True
     """
-    return _core.certify(core(problem, Problem, "problem"), threads)
+    return _core.prove_bound(core(problem, Problem, "problem"), threads)
 
 
-def _solved(method, h, target, quiet_weight, threads, progress, **options):
-    problem = h if isinstance(h, Problem) else Problem.of(h, target, quiet_weight, threads)
+def _solved(method, h, target, outside_weight, threads, progress, **options):
+    problem = h if isinstance(h, Problem) else Problem.of(h, target, outside_weight, threads)
     if isinstance(options.get("start"), Solution):
         options["start"] = options["start"].drives
     with reporting(progress):
         return Solution._of(_core.solve(method, problem._core, threads=threads, **options))
 
 
-def surface(h, target=None, *, iterations=30, start=None, free_amplitudes=False, free_level=True, tolerances=None, quiet_weight=1.0,
+def surface(h, target=None, *, iterations=30, start=None, free_amplitudes=False, free_level=True, tolerances=None, outside_weight=1.0,
             threads=None, progress=None):
     """Minimises the misfit of the pressure amplitudes on the skin, by Levenberg-Marquardt.
 
@@ -350,7 +350,7 @@ def surface(h, target=None, *, iterations=30, start=None, free_amplitudes=False,
     tolerances : dict, optional
         How far the channels of the real array may be from their design, rms over the array: "phase" [rad], "gain" (relative) and
         "dead" (share of the channels). The expected misfit is then minimised, over phases and a common amplitude.
-    quiet_weight : float
+    outside_weight : float
         Weight of the skin outside the target.
     threads : int, optional
     progress : callable or bool, optional
@@ -372,16 +372,16 @@ def surface(h, target=None, *, iterations=30, start=None, free_amplitudes=False,
     >>> solution = tf.surface(tf.transfer(ball, array), target, iterations=10)
     >>> robust = tf.surface(tf.transfer(ball, array), target, tolerances={"phase": 0.35, "gain": 0.1})
     """
-    return _solved("surface", h, target, quiet_weight, threads, progress, iterations=iterations, start=start,
+    return _solved("surface", h, target, outside_weight, threads, progress, iterations=iterations, start=start,
                    free_amplitudes=free_amplitudes, free_level=free_level, tolerances=tolerances or {})
 
 
-def lbfgs(h, target=None, *, iterations=30, start=None, quiet_weight=1.0, threads=None, progress=None):
+def lbfgs(h, target=None, *, iterations=30, start=None, outside_weight=1.0, threads=None, progress=None):
     """Minimises the misfit of `surface` over the phases by limited-memory BFGS.
 
     Parameters
     ----------
-    h, target, iterations, start, quiet_weight, threads, progress
+    h, target, iterations, start, outside_weight, threads, progress
         As of `surface`; default of `start`: zero.
 
     Returns
@@ -392,7 +392,7 @@ def lbfgs(h, target=None, *, iterations=30, start=None, quiet_weight=1.0, thread
     --------
     >>> solution = tf.lbfgs(tf.Problem([[1, 1j], [1j, 1]], [1, 1], [1, 1]), start="adjoint")
     """
-    return _solved("lbfgs", h, target, quiet_weight, threads, progress, iterations=iterations, start=start)
+    return _solved("lbfgs", h, target, outside_weight, threads, progress, iterations=iterations, start=start)
 
 
 def gs(h, target=None, *, iterations=30, start=None, threads=None, progress=None):
@@ -540,5 +540,5 @@ def unscattered(model, *, iterations=30, faces="equal", threads=None, progress=N
         return Solution._of(_core.solve_paper(model._core, iterations=iterations, faces=faces, scattered=False, threads=threads))
 
 
-__all__ = ["Problem", "Solution", "Wave", "certify", "eigen", "field", "focus", "force", "gs", "gs_pat", "lbfgs", "paper", "scatter",
+__all__ = ["Problem", "Solution", "Wave", "prove_bound", "eigen", "field", "focus", "force", "gs", "gs_pat", "lbfgs", "paper", "scatter",
            "surface", "transfer", "unscattered", "wgs"]

@@ -210,7 +210,7 @@ def add_study(page, work, report):
     origin = made(work, "study")
     curves.study_figure(work, report / "figures/speed_error.png")
     (report / "tables/study.csv").write_text(origin.head() + (work / "study" / "study.csv").read_text(), encoding="utf-8")
-    page.figure("speed_error.png", "Time and error of the pressure of one excitation vector on the finger of the 8 mm scene "
+    page.figure("speed_error.png", "Time and error of the pressure of one drive vector on the finger of the 8 mm scene "
                 "(`touchfield study`). Each mark is a combination of scheme, mesh, solver and precision. The reference for the error is "
                 "the best scheme on a mesh that is finer than all others. The table lists the Pareto front: no other combination is "
                 "both faster and more accurate.", origin)

@@ -101,7 +101,7 @@ def short_table(rows):
                       percent(row["optimality_gap"], 2), f"{number(row['width_wanted_mm'], 2)} / {number(row['width_mm'], 2)}",
                       percent(row["leakage"]), f"{float(row['mean_inside_pa']) / 1e3:.1f} / {float(row['peak_pa']) / 1e3:.1f}",
                       f"{1e3 * float(row['force_target_n']):.2f} / {1e3 * float(row['force_elsewhere_n']):.2f}",
-                      percent(row["judge_difference"])])
+                      percent(row["evaluation_difference"])])
     return header, shown
 
 
@@ -145,14 +145,14 @@ def sentences(rows, names):
 def proved(rows, names):
     """Optimality gaps of `surface`, and the difference between the meshes. Empty if no run has an optimality bound."""
     known = {row["scene"]: row for row in rows if row["method"] == "surface"}
-    certified = [name for name in names if not math.isnan(float(known[name]["optimality_gap"]))]
-    if not certified:
+    bounded = [name for name in names if not math.isnan(float(known[name]["optimality_gap"]))]
+    if not bounded:
         return []
     said = ("No choice of phases can lower the cost of `surface` by more than the optimality gap: "
-            + ", ".join(f"{SCENES[name]} {percent(known[name]['optimality_gap'], 2)}" for name in certified)
+            + ", ".join(f"{SCENES[name]} {percent(known[name]['optimality_gap'], 2)}" for name in bounded)
             + ". This is proved for the computed matrix. It does not include the discretisation error.")
-    judged = [name for name in certified if not math.isnan(float(known[name]["judge_difference"]))]
-    if judged:
+    evaluated = [name for name in bounded if not math.isnan(float(known[name]["evaluation_difference"]))]
+    if evaluated:
         said += (" The pressures on the solving mesh and on the evaluation mesh differ by "
-                 + ", ".join(f"{percent(known[name]['judge_difference'])} ({SCENES[name]})" for name in judged) + ".")
+                 + ", ".join(f"{percent(known[name]['evaluation_difference'])} ({SCENES[name]})" for name in evaluated) + ".")
     return [said]

@@ -26,7 +26,7 @@ STYLES = {"surface": {"color": "#0072B2", "marker": "o", "linestyle": "-"},
           "focus": {"color": "#888888", "marker": "x", "linestyle": (0, (1, 3))}}
 METRICS = ["relative_error", "relative_error_raw", "scale", "correlation", "leakage", "mean_inside_pa", "cv_inside",
            "width_mm", "width_wanted_mm", "peak_pa", "force_target_n", "force_elsewhere_n", "cost", "cost_skin",
-           "cost_bound", "optimality_gap", "iterations", "seconds_solve", "judge_difference"]
+           "cost_bound", "optimality_gap", "iterations", "seconds_solve", "evaluation_difference"]
 
 
 @dataclasses.dataclass
@@ -59,12 +59,12 @@ def costs(folder):
 
 def skin(folder):
     with h5py.File(pathlib.Path(folder) / "run.h5") as run:
-        judge = run["judge"]
-        triangles = judge["mesh/triangles"][:]
+        evaluation = run["evaluation"]
+        triangles = evaluation["mesh/triangles"][:]
         wanted = numpy.zeros(len(triangles))
-        wanted[judge["target/face"][:]] = judge["target/amplitude"][:]
-        return Skin(judge["mesh/vertices"][:][triangles], triangles, judge["mesh/area"][:], wanted,
-                    {name: numpy.abs(method["pressure"][:]) for name, method in judge["methods"].items()})
+        wanted[evaluation["target/face"][:]] = evaluation["target/amplitude"][:]
+        return Skin(evaluation["mesh/vertices"][:][triangles], triangles, evaluation["mesh/area"][:], wanted,
+                    {name: numpy.abs(method["pressure"][:]) for name, method in evaluation["methods"].items()})
 
 
 def size_of(folder):

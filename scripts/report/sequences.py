@@ -2,7 +2,7 @@
 
 Skin that feels the mean square over a sequence of T patterns receives |h_j q|^2 averaged over T. The cost is that of `surface` with
 the root of this mean in place of |h_j q|. A single pattern is the case T = 1. The optimality bound holds for both. It is linear in the
-matrix of the products of the excitation vectors. A sequence has a mean of such matrices, also with a diagonal of at most 1
+matrix of the products of the drive vectors. A sequence has a mean of such matrices, also with a diagonal of at most 1
 (docs/theory.md).
 """
 
@@ -26,7 +26,7 @@ class Problem:
     """Transfer matrix [Pa] and wanted pressure of a run. `bound` is NaN if the run has no optimality bound."""
 
     target: numpy.ndarray  # [K, N]
-    quiet: numpy.ndarray  # [r, N]
+    outside: numpy.ndarray  # [r, N]
     weight: numpy.ndarray  # [K]
     wanted: numpy.ndarray  # [K]
     surface: float  # cost of method surface [Pa2 m2]
@@ -37,19 +37,19 @@ def read(folder):
     with h5py.File(pathlib.Path(folder) / "run.h5") as run:
         transfer, = run["transfer"].values()
         known = run["methods/surface"].attrs
-        return Problem(*(transfer[name][:] for name in ("target", "quiet", "weight")), run["target/amplitude"][:],
+        return Problem(*(transfer[name][:] for name in ("target", "outside", "weight")), run["target/amplitude"][:],
                        float(known["cost"]), float(known["cost_bound"]))
 
 
 def cost_and_slope(problem, phase):
     """Cost of a sequence with phases [N, T], and its derivatives with respect to the phases."""
     drives = numpy.exp(1j * phase) / numpy.sqrt(phase.shape[1])
-    loud, rest = problem.target @ drives, problem.quiet @ drives
+    loud, rest = problem.target @ drives, problem.outside @ drives
     root = numpy.sqrt((numpy.abs(loud) ** 2).sum(axis=1))
     misfit = root - problem.wanted
     cost = (problem.weight * misfit**2).sum() + (numpy.abs(rest) ** 2).sum()
     pull = (problem.weight * misfit / numpy.maximum(root, 1e-300))[:, None] * loud
-    slope = problem.target.conj().T @ pull + problem.quiet.conj().T @ rest
+    slope = problem.target.conj().T @ pull + problem.outside.conj().T @ rest
     return cost, 2 * numpy.imag(drives.conj() * slope)
 
 
@@ -79,7 +79,7 @@ def rows(problem, frames=FRAMES, seeds=SEEDS, steps=STEPS):
                       "above_bound": f"{min(costs) / problem.bound - 1:.6g}", "bound_pa2m2": f"{problem.bound:.9g}",
                       "surface_cost_pa2m2": f"{problem.surface:.9g}", "surface_misfit": f"{numpy.sqrt(problem.surface / silence):.6f}",
                       "surface_above_bound": f"{problem.surface / problem.bound - 1:.6g}",
-                      "target_rows": len(problem.target), "quiet_rows": len(problem.quiet), "channels": problem.target.shape[1]})
+                      "target_rows": len(problem.target), "outside_rows": len(problem.outside), "channels": problem.target.shape[1]})
     return found
 
 
@@ -108,7 +108,7 @@ def sentences(found):
                 f"The one pattern of `surface` is {percent(gap, 2)} above this bound. The best sequence found is "
                 + (f"{percent(gain, 3)} below the one pattern." if gain > 0 else f"{percent(-gain, 3)} above the one pattern."))
     said.append(f"This holds for the computed matrix. It has {found[0]['target_rows']} rows for target faces, "
-                f"{found[0]['quiet_rows']} rows for the skin outside the target, and {found[0]['channels']} columns for the "
+                f"{found[0]['outside_rows']} rows for the skin outside the target, and {found[0]['channels']} columns for the "
                 "transducers. The bound does not apply to skin that feels something other than the mean square. It does not include "
                 "the difference between the matrix and a real hand.")
     return said

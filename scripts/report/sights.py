@@ -31,10 +31,10 @@ class Case:
         """Everything but the sensor, for comparison with another case."""
         return self.hand, tuple(sorted((path, value) for path, value in self.changes.items() if path != "motion.sensor"))
 
-    def line(self, bumpy, judge):
+    def line(self, bumpy, evaluation):
         """The case as a line of a sweep. `bumpy` has the changes that make the hand of the scene bumpy."""
         hands = {TEMPLATES: {}, OTHER: {"body.hand": "{pose: index_up, length_mm: 178, breadth_mm: 79}"}, BUMPY: bumpy}
-        changes = PLAIN | {"judge": judge} | self.changes | hands[self.hand]
+        changes = PLAIN | {"evaluation": evaluation} | self.changes | hands[self.hand]
         return f"  - {{name: {self.name()}, " + ", ".join(f"{path}: {value}" for path, value in changes.items()) + "}\n"
 
 

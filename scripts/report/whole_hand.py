@@ -42,11 +42,11 @@ def finger_sentences(rows):
 def arm_of(work, name, run):
     """Share of the squared pressure that is on the arm, for `surface` in a run with a forearm."""
     with h5py.File(work / "panels" / name / "run.h5") as known:
-        hand = known["judge/mesh/vertices"][:]
+        hand = known["evaluation/mesh/vertices"][:]
     with h5py.File(work / run / "run.h5") as with_arm:
-        judge = with_arm["judge"]
-        corners = judge["mesh/vertices"][:][judge["mesh/triangles"][:]]
-        weight = judge["mesh/area"][:] * numpy.abs(judge["methods/surface/pressure"][:]) ** 2
+        evaluation = with_arm["evaluation"]
+        corners = evaluation["mesh/vertices"][:][evaluation["mesh/triangles"][:]]
+        weight = evaluation["mesh/area"][:] * numpy.abs(evaluation["methods/surface/pressure"][:]) ** 2
     apart = cKDTree(hand).query(corners.mean(axis=1))[0] > 0.006  # m; all edges of both meshes are shorter
     return float(weight[apart].sum() / weight.sum())
 

@@ -69,14 +69,14 @@ def load(hands_folder: str | pathlib.Path) -> Trials:
                 sizes[folder.name] = tuple(float(setting(scene, f"body.hand.{key}_mm")) for key in ("breadth", "length"))
                 correlation = float(setting(scene, "sensing.correlation_mm"))
                 offsets.append(json.loads(setting(scene, "sensing.offset_mm")))
-                judge = run["judge"]
-                corners = 1e3 * judge["mesh/vertices"][:][judge["mesh/triangles"][:]]
+                evaluation = run["evaluation"]
+                corners = 1e3 * evaluation["mesh/vertices"][:][evaluation["mesh/triangles"][:]]
                 normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
                 seen = normal[:, 2] < -0.3 * np.linalg.norm(normal, axis=1)
-                corners, area = corners[seen], judge["mesh/area"][:][seen]
-                wanted = judge["target/amplitude"][:].max()
+                corners, area = corners[seen], evaluation["mesh/area"][:][seen]
+                wanted = evaluation["target/amplitude"][:].max()
                 for row in lines:
-                    energy = np.abs(judge["methods"][row["name"]]["pressure"][:][seen] / wanted) ** 2
+                    energy = np.abs(evaluation["methods"][row["name"]]["pressure"][:][seen] / wanted) ** 2
                     patterns.append(cell_averages(corners, area, energy, edges, edges).ravel())
                     profiles.append(cell_averages(corners, area, energy, fine, np.array([-2.0, 2.0]))[:, 0])
                     rows.append((folder.name, json.loads(row["target.box.size_mm"])[0], row["name"],

@@ -22,14 +22,14 @@ ChannelResponse product(const ChannelResponse& first, const ChannelResponse& sec
   return {first.gain.cwiseProduct(second.gain), first.phase + second.phase};
 }
 
-ChannelResponse random_response(Eigen::Index channels, const ResponseSpread& spread) {
+ChannelResponse random_response(Eigen::Index channels, const ChannelTolerances& tolerances, unsigned seed) {
   ChannelResponse response{Eigen::VectorXd(channels), Eigen::VectorXd(channels)};
-  NormalPairs random(spread.seed);
+  NormalPairs random(seed);
   for (Eigen::Index n = 0; n < channels; ++n) {
     const NormalPairs::Polar normal = random.next();
-    const bool dead = random.uniform() <= spread.dead;
-    response.gain(n) = dead ? 0.0 : std::max(0.0, 1.0 + spread.gain * normal.first());
-    response.phase(n) = spread.phase * normal.second();
+    const bool dead = random.uniform() <= tolerances.dead;
+    response.gain(n) = dead ? 0.0 : std::max(0.0, 1.0 + tolerances.gain * normal.first());
+    response.phase(n) = tolerances.phase * normal.second();
   }
   return response;
 }

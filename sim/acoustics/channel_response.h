@@ -1,6 +1,7 @@
 #pragma once
 
 #include "sim/core/types.h"
+#include "solvers/phase/robust_surface.h"
 
 namespace touchfield {
 
@@ -19,16 +20,10 @@ Eigen::VectorXcd factors(const ChannelResponse& response);
 /// One response after the other: gains multiply, phases add. Sizes are the same, or one is as designed.
 ChannelResponse product(const ChannelResponse& first, const ChannelResponse& second);
 
-/// How transducers differ at random.
-struct ResponseSpread {
-  double gain = 0;    // standard deviation of the gain, whose mean is 1; what would be below 0 is 0
-  double phase = 0;   // standard deviation of the phase, whose mean is 0 [rad]
-  double dead = 0;    // probability that a channel is dead, 0 to 1
-  unsigned seed = 1;  // the same seed gives the same numbers on every machine, but for the rounding of log, cos and sin
-};
-
 /// Gains and phases are normal, independent from channel to channel. Channel n gets the same three numbers whatever the
-/// spread and N are, so that a larger spread of one seed is the same array made worse.
-ChannelResponse random_response(Eigen::Index channels, const ResponseSpread& spread);
+/// tolerances and N are, so that larger tolerances with one seed are the same array made worse. A gain below 0 becomes 0.
+///
+/// seed   the same seed gives the same numbers on every machine, but for the rounding of log, cos and sin
+ChannelResponse random_response(Eigen::Index channels, const ChannelTolerances& tolerances, unsigned seed);
 
 }  // namespace touchfield

@@ -7,6 +7,7 @@
 #include "sim/cameras/camera_folder.h"
 #include "sim/cameras/hand_tracker.h"
 #include "sim/core/progress.h"
+#include "sim/field/metrics.h"
 #include "sim/run/run_directory.h"
 #include "sim/scene/scene.h"
 

@@ -60,7 +60,7 @@ Scene fitted_scene(const Scene& scene) {
   if (!body.edge) {
     body.edge.emplace().far = WholeSkin::kFar;
   }
-  solved.judge.kind = JudgeSpec::Kind::kNone;
+  solved.evaluation.kind = EvaluationSpec::Kind::kNone;
   std::erase_if(solved.motion->changes, [](const MotionChange& change) { return change.path.rfind("target", 0) != 0; });
   const MotionSpec::Sensor& sensor = scene.motion->sensor;
   if (is_recording(sensor) && solved.motion->changes.size() != scene.motion->changes.size()) {

@@ -10,7 +10,7 @@ namespace touchfield {
 
 /// The scene that is solved where a hand is fitted to images or joints. Its body is the hand that is fitted:
 /// motion.sensor.hand, or else the scene's own hand, for images in the mean size. It has the scene's place, edges, cut
-/// and target. A body without edges gets WholeSkin::kFar. Only its target moves by itself, and it has no judge.
+/// and target. A body without edges gets WholeSkin::kFar. Only its target moves by itself, and it has no evaluation.
 ///
 /// throws   InputError unless it is one body, a hand. With motion.sensor.hand the body may be another shape, except for
 ///          a recording. Also if motion.change of a recording names anything but the target

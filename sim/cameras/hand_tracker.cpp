@@ -229,7 +229,8 @@ std::vector<std::size_t> HandTracker::digits_missing() const {
 
 /// Whether a fit is to be believed, by what is asked of a shape that is learnt, else by less. Leaves the skin's matches
 /// in fit_ and what the images say of it in check_.
-void HandTracker::judge(const DepthFrame& frame, const HandPoints& points, const FitBelief& of_learnt, HandFit& fit) {
+void HandTracker::evaluation(const DepthFrame& frame, const HandPoints& points, const FitBelief& of_learnt,
+                             HandFit& fit) {
   const FitBelief& belief = learnt_ ? of_learnt : options_.unlearnt;
   const Stopwatch watch(times_.check);
   fit_.match(shape_, points, fit.state, kNear, kFollowScale);
@@ -237,15 +238,15 @@ void HandTracker::judge(const DepthFrame& frame, const HandPoints& points, const
   const Box round = box_round(fit_.vertices(), kBeside);
   const bool cut = !(workspace_.contains(round));
   const HandPoints beyond = cut ? reader_.read(frame, round) : HandPoints();
-  const HandPoints& judged = cut ? beyond : points;
+  const HandPoints& evaluated = cut ? beyond : points;
   if (cut) {
-    fit_.match(shape_, judged, fit.state, kNear, kFollowScale);
+    fit_.match(shape_, evaluated, fit.state, kNear, kFollowScale);
   }
   const Eigen::Matrix3d back = fit.state.place.rotation.transpose();
   const auto counts = [&](int point) {
-    return (back * (judged.at.col(point) - fit.state.place.shift)).y() > kBehindWrist;
+    return (back * (evaluated.at.col(point) - fit.state.place.shift)).y() > kBehindWrist;
   };
-  std::vector<bool> matched(static_cast<std::size_t>(judged.size()));
+  std::vector<bool> matched(static_cast<std::size_t>(evaluated.size()));
   Eigen::VectorXd near = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(cameras().size()));  // of each camera's points
   Eigen::VectorXd explained = near;
   double squares = 0;
@@ -253,9 +254,9 @@ void HandTracker::judge(const DepthFrame& frame, const HandPoints& points, const
   double weights = 0;
   for (const SkinMatch& match : fit_.matches()) {
     matched[static_cast<std::size_t>(match.point)] = true;
-    const double sigma = judged.sigma(match.point);
+    const double sigma = evaluated.sigma(match.point);
     if (counts(match.point)) {
-      const int camera = judged.camera[static_cast<std::size_t>(match.point)];
+      const int camera = evaluated.camera[static_cast<std::size_t>(match.point)];
       near(camera) += 1;
       explained(camera) += std::abs(match.residual) < belief.within + 2 * sigma ? 1 : 0;
     }
@@ -264,11 +265,11 @@ void HandTracker::judge(const DepthFrame& frame, const HandPoints& points, const
     weights += match.weight;
   }
   // What goes on beside the hand is no hand, or another one.
-  for (int point = 0; point < judged.size(); ++point) {
+  for (int point = 0; point < evaluated.size(); ++point) {
     if (!matched[static_cast<std::size_t>(point)] && counts(point)) {
-      const double squared = (fit_.vertices().colwise() - judged.at.col(point)).colwise().squaredNorm().minCoeff();
-      const double beside = workspace_.contains(Vector3(judged.at.col(point))) ? kBeside : kBesideBeyond;
-      near(judged.camera[static_cast<std::size_t>(point)]) += squared < beside * beside ? 1 : 0;
+      const double squared = (fit_.vertices().colwise() - evaluated.at.col(point)).colwise().squaredNorm().minCoeff();
+      const double beside = workspace_.contains(Vector3(evaluated.at.col(point))) ? kBeside : kBesideBeyond;
+      near(evaluated.camera[static_cast<std::size_t>(point)]) += squared < beside * beside ? 1 : 0;
     }
   }
   if (cut) {
@@ -312,7 +313,7 @@ HandFit HandTracker::fitted(const DepthFrame& frame, const HandPoints& points, c
     fit.state =
         fit_.fit(shape_, points, start, prior, {options_.rounds, reach, kFollowReach, kFollowScale, 1, false}).state;
   }
-  judge(frame, points, belief, fit);
+  evaluation(frame, points, belief, fit);
   return fit;
 }
 
@@ -335,7 +336,7 @@ HandFit HandTracker::with_digits_moved(const DepthFrame& frame, const HandPoints
   const std::array<Eigen::Vector4d, 4> moves = {Eigen::Vector4d(0, 80, 95, 50), Eigen::Vector4d(0, 40, 50, 30),
                                                 Eigen::Vector4d(kAside, 0, 0, 0), Eigen::Vector4d(-kAside, 0, 0, 0)};
   for (std::size_t tries = 0; fit.lost && tries < 2 * HandSkeleton::kDigits; ++tries) {
-    judge(frame, points, options_.found, fit);  // for digits_missing()
+    evaluation(frame, points, options_.found, fit);  // for digits_missing()
     const ShapedHand before = shape_;
     ShapedHand shape = before;
     HandFit best = fit;
@@ -478,7 +479,7 @@ HandFit HandTracker::found(const DepthFrame& frame, HandPoints& points) {
   }
   points = std::move(best.points);
   if (best.fit.placed) {  // deformation goes on from its matches
-    judge(frame, points, options_.found, best.fit);
+    evaluation(frame, points, options_.found, best.fit);
   }
   return std::move(best.fit);
 }

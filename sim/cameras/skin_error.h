@@ -16,7 +16,7 @@ struct SkinError {
   SkinDistance back;   // from the whole fitted skin to the true one: what the fit has too much shows here alone
 };                     // in each, positive where the fitted skin is outside of the true one
 
-/// The part of a skin that is judged by itself.
+/// The part of a skin that is evaluated by itself.
 struct SkinPatch {
   Vector3 middle;  // [m]
   double radius;   // [m]; faces whose centroid is no farther

@@ -26,8 +26,8 @@ const std::vector<MetricField>& metric_fields() {
       {"iterations", "1", &Metrics::iterations},
       {"seconds_solve", "s", &Metrics::seconds_solve},
       {"seconds_total", "s", &Metrics::seconds_total},
-      {"judge_difference", "1", &Metrics::judge_difference, true},
-      {"judge_difference_target", "1", &Metrics::judge_difference_target, true},
+      {"evaluation_difference", "1", &Metrics::evaluation_difference, true},
+      {"evaluation_difference_target", "1", &Metrics::evaluation_difference_target, true},
   };
   return fields;
 }

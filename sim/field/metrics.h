@@ -28,12 +28,12 @@ struct Metrics {
   double cost_bound = kNotComputed;  // the least that surface's can be at full level
   double optimality_gap = kNotComputed;
   double error_bound = kNotComputed;  // sqrt(cost_bound / cost of silence)
-  double power_share = kNotComputed;  // mean of the squares of the excitations' amplitudes
+  double power_share = kNotComputed;  // mean of the squares of the drives' amplitudes
   double iterations = kNotComputed;
   double seconds_solve = kNotComputed;
   double seconds_total = kNotComputed;
-  double judge_difference = kNotComputed;         // from the judge, over the skin
-  double judge_difference_target = kNotComputed;  // and over the target's surroundings
+  double evaluation_difference = kNotComputed;         // from the evaluation, over the skin
+  double evaluation_difference_target = kNotComputed;  // and over the target's surroundings
 };
 
 /// A metric's name as results spell it, its unit ("1" if none) and where it is kept.

@@ -35,10 +35,10 @@ Spectrum spectrum_of(const HermitianEigen& eigen, double tolerance) {
 }  // namespace
 
 SkinReduction reduced_skin_problem(const Eigen::MatrixXcd& pressures, const Eigen::MatrixXcd& drives,
-                                   const Eigen::VectorXd& areas, const Target& target, const Eigen::VectorXd& quiet,
+                                   const Eigen::VectorXd& areas, const Target& target, const Eigen::VectorXd& outside,
                                    double tolerance) {
   if (pressures.cols() != drives.cols() || pressures.rows() != areas.size() ||
-      target.amplitudes.size() != target.size() || (quiet.size() > 0 && quiet.size() != areas.size())) {
+      target.amplitudes.size() != target.size() || (outside.size() > 0 && outside.size() != areas.size())) {
     throw std::invalid_argument("reduced_skin_problem: the sizes do not fit");
   }
   const Eigen::MatrixXcd rows = pressures(target.faces, Eigen::all);
@@ -47,37 +47,37 @@ SkinReduction reduced_skin_problem(const Eigen::MatrixXcd& pressures, const Eige
   problem.target = adjoint_product(rows.adjoint(), drives.adjoint());
   problem.amplitudes = target.amplitudes;
   problem.weights = areas(target.faces);
-  problem.quiet.resize(0, drives.rows());
-  if (quiet.size() == 0) {
+  problem.outside.resize(0, drives.rows());
+  if (outside.size() == 0) {
     return reduction;
   }
-  const Eigen::MatrixXcd weighted = quiet.cwiseSqrt().asDiagonal() * pressures;
+  const Eigen::MatrixXcd weighted = outside.cwiseSqrt().asDiagonal() * pressures;
   const HermitianEigen eigen = hermitian_eigen(hermitian_product(weighted));
   const Spectrum spectrum = spectrum_of(eigen, tolerance);
   const Eigen::MatrixXcd scaled =
       (eigen.vectors.rightCols(spectrum.rank) * spectrum.values.tail(spectrum.rank).cwiseSqrt().asDiagonal())
           .rowwise()
           .reverse();  // strongest first
-  problem.quiet = adjoint_product(scaled, drives.adjoint());
+  problem.outside = adjoint_product(scaled, drives.adjoint());
   const double total = spectrum.values.sum();
   reduction.left_out = total > 0 ? std::sqrt(spectrum.dropped / total) : 0.0;
   return reduction;
 }
 
-void add_quiet_rows(const Eigen::MatrixXcd& rows, double tolerance, SkinReduction& reduction) {
-  Eigen::MatrixXcd& quiet = reduction.problem.quiet;
-  const double before = quiet.squaredNorm();
+void add_outside_rows(const Eigen::MatrixXcd& rows, double tolerance, SkinReduction& reduction) {
+  Eigen::MatrixXcd& outside = reduction.problem.outside;
+  const double before = outside.squaredNorm();
   // Of the rows before, before = (1 - left_out^2) of all.
   const double left = before * std::pow(reduction.left_out, 2) / (1.0 - std::pow(reduction.left_out, 2));
-  Eigen::MatrixXcd all(quiet.rows() + rows.rows(), rows.cols());
-  all << quiet, rows;
+  Eigen::MatrixXcd all(outside.rows() + rows.rows(), rows.cols());
+  all << outside, rows;
   const bool tall = all.rows() > all.cols();
   const HermitianEigen eigen = hermitian_eigen(hermitian_product(tall ? all : Eigen::MatrixXcd(all.adjoint())));
   const Spectrum spectrum = spectrum_of(eigen, tolerance);
   const Eigen::MatrixXcd strongest = eigen.vectors.rightCols(spectrum.rank).rowwise().reverse();
-  quiet = tall ? Eigen::MatrixXcd(spectrum.values.tail(spectrum.rank).reverse().cwiseSqrt().asDiagonal() *
-                                  strongest.adjoint())
-               : adjoint_product(strongest, all);
+  outside = tall ? Eigen::MatrixXcd(spectrum.values.tail(spectrum.rank).reverse().cwiseSqrt().asDiagonal() *
+                                    strongest.adjoint())
+                 : adjoint_product(strongest, all);
   const double total = spectrum.values.sum() + left;
   reduction.left_out = total > 0 ? std::sqrt((spectrum.dropped + left) / total) : 0.0;
 }

@@ -7,7 +7,7 @@
 
 namespace touchfield {
 
-/// A skin problem whose quiet faces are reduced to a few rows, and what that left out.
+/// A skin problem whose faces outside are reduced to a few rows, and what that left out.
 struct SkinReduction {
   SkinProblem problem;
   double left_out = 0.0;  // sqrt of the share of the trace of R^H R, over all channels, that the dropped rows had
@@ -23,11 +23,11 @@ struct SkinReduction {
 /// pressures      P, M x S [Pa]
 /// drives         V, N x S, orthonormal columns
 /// areas          A, M [m2]
-/// quiet          w_Z A of the quiet faces, else 0, M (QuietSkin::face_weights); empty: R has no rows
+/// outside          w_Z A of the faces outside, else 0, M (OutsideSkin::face_weights); empty: R has no rows
 /// tolerance      0 to 0.1
 /// throws         std::invalid_argument on sizes that do not fit
 SkinReduction reduced_skin_problem(const Eigen::MatrixXcd& pressures, const Eigen::MatrixXcd& drives,
-                                   const Eigen::VectorXd& areas, const Target& target, const Eigen::VectorXd& quiet,
+                                   const Eigen::VectorXd& areas, const Target& target, const Eigen::VectorXd& outside,
                                    double tolerance);
 
 /// Adds rows S to R, reduced with them: R^H R + S^H S = U diag(s^2) U^H, R = diag(s) U^H, of either matrix' smaller
@@ -35,7 +35,7 @@ SkinReduction reduced_skin_problem(const Eigen::MatrixXcd& pressures, const Eige
 ///
 /// rows        S, J x N [Pa m]
 /// tolerance   as above
-void add_quiet_rows(const Eigen::MatrixXcd& rows, double tolerance, SkinReduction& reduction);
+void add_outside_rows(const Eigen::MatrixXcd& rows, double tolerance, SkinReduction& reduction);
 
 /// About how many drives span what all channels do to a body, to the accuracy of make_transfer:
 ///

@@ -97,12 +97,12 @@ void BodyOnCard::take(Eigen::Index channels, const Wanted& wanted, Spanned& span
   const auto count = static_cast<int>(wanted.faces.size());
   spanned.target.resize(count, channels);
   body_->rows(numbers(wanted.faces).data(), count, spanned.target.data());
-  spanned.quiet.resize(0, channels);
+  spanned.outside.resize(0, channels);
   if (wanted.weights != nullptr) {
     const GpuBody::Reduction reduction = body_->reduce(wanted.weights->data(), wanted.tolerance);
-    spanned.quiet.resize(reduction.rank, channels);
-    spanned.quiet_left_out = reduction.left_out;
-    body_->reduced(spanned.quiet.data());
+    spanned.outside.resize(reduction.rank, channels);
+    spanned.outside_left_out = reduction.left_out;
+    body_->reduced(spanned.outside.data());
   }
 }
 

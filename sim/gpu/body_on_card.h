@@ -46,9 +46,9 @@ class BodyOnCard {
     Eigen::Index drives = 0;  // r
     double left_out = 0;      // by V, of b
     SolveReport report;
-    Eigen::MatrixXcd target;    // rows of the faces asked for, K x N [Pa]
-    Eigen::MatrixXcd quiet;     // R
-    double quiet_left_out = 0;  // by R
+    Eigen::MatrixXcd target;      // rows of the faces asked for, K x N [Pa]
+    Eigen::MatrixXcd outside;     // R
+    double outside_left_out = 0;  // by R
   };
   Spanned spanned(const TransducerArray& array, double tolerance, const Wanted& wanted,
                   const ScatteringSolver::Report& report = {});

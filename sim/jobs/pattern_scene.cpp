@@ -131,10 +131,12 @@ Json pattern_value(const Pattern& pattern) {
   const auto& timings = pattern.motion.timings;
   const double phases = std::ranges::find(timings, "phases", [](const auto& stage) { return stage.first; })->second;
   const Statistics alone_seconds = statistics(over_frames(pattern, alone));
-  Json value = {
-      {"frames", pattern.clock.frames},          {"frames_per_second_hz", pattern.clock.rate},
-      {"pass_s", pattern.clock.seconds()},       {"faces", pattern.faces},
-      {"skin_outside_rows", pattern.quiet_rows}, {"relative_error", mean_and_worst(over_frames(pattern, error))}};
+  Json value = {{"frames", pattern.clock.frames},
+                {"frames_per_second_hz", pattern.clock.rate},
+                {"pass_s", pattern.clock.seconds()},
+                {"faces", pattern.faces},
+                {"skin_outside_rows", pattern.outside_rows},
+                {"relative_error", mean_and_worst(over_frames(pattern, error))}};
   if (pattern.frames.front().ring_error > 0) {
     value["relative_error_ring_up"] = mean_and_worst(over_frames(pattern, ring));
   }

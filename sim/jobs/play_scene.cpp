@@ -29,7 +29,9 @@ int series_step(const MotionSpec& motion) {
   return std::max(1, static_cast<int>(std::ceil(motion.score_hz / kSeriesHz)));
 }
 
-bool is_judged(const SensedMotion& sensed) { return sensed.truth && sensed.scene.judge.kind != JudgeSpec::Kind::kNone; }
+bool is_evaluated(const SensedMotion& sensed) {
+  return sensed.truth && sensed.scene.evaluation.kind != EvaluationSpec::Kind::kNone;
+}
 
 /// Of its pictures: none without scores.
 std::optional<PictureFormat> format_of(const SensedMotion& sensed, std::optional<PictureFormat> asked) {
@@ -72,10 +74,10 @@ std::vector<std::string> motion_files(const SensedMotion& sensed, std::optional<
   if (scene.write.h5) {
     files.emplace_back("motion.h5");
   }
-  if (scene.write.vtp && is_judged(sensed)) {
-    files.insert(files.end(), {"array.vtp", "judge.pvd"});
+  if (scene.write.vtp && is_evaluated(sensed)) {
+    files.insert(files.end(), {"array.vtp", "evaluation.pvd"});
     for (int i = 0; i * series_step(*scene.motion) < scores_of(*scene.motion); ++i) {
-      files.push_back(fmt::format("judge_{:04d}.vtp", i + 1));
+      files.push_back(fmt::format("evaluation_{:04d}.vtp", i + 1));
     }
   }
   if (const auto format = format_of(sensed, asked)) {

@@ -17,16 +17,16 @@ namespace {
 const std::string kSceneHeader =
     "# The scene of this run with all defaults. Compute it again: touchfield run scene.yaml\n";
 
-/// Files for ParaView, and one that opens them together: the skin that was judged, the array, the fields.
+/// Files for ParaView, and one that opens them together: the skin that was evaluated, the array, the fields.
 void write_vtk(const WriteSpec& write, const Run& run, const RunDirectory& directory) {
   std::vector<std::string> together;
   if (write.vtp) {
     write_surface_vtp(directory.file("surface.vtp"), run);
     write_array_vtp(directory.file("array.vtp"), run);
-    if (run.judge_model) {
-      write_judge_vtp(directory.file("judge.vtp"), run);
+    if (run.evaluation_model) {
+      write_evaluation_vtp(directory.file("evaluation.vtp"), run);
     }
-    together = {run.judge_model ? "judge.vtp" : "surface.vtp", "array.vtp"};
+    together = {run.evaluation_model ? "evaluation.vtp" : "surface.vtp", "array.vtp"};
   }
   if (write.vti) {
     for (const FieldResult& field : run.fields) {
@@ -74,7 +74,7 @@ std::vector<std::string> run_files(const Scene& scene, std::optional<PictureForm
     files.emplace_back("run.h5");
   }
   if (scene.write.vtp) {
-    files.insert(files.end(), {"surface.vtp", "array.vtp", "judge.vtp"});
+    files.insert(files.end(), {"surface.vtp", "array.vtp", "evaluation.vtp"});
   }
   if (scene.write.vti) {
     for (const FieldSpec& field : scene.fields) {

@@ -140,8 +140,9 @@ std::string sharing_key(const Scene& scene) {
     shared.target->pressure.reset();
     shared.target->profile = TargetProfile::kUniform;
     const EdgeSpec* edge = shared.bodies.front().edge ? &*shared.bodies.front().edge : nullptr;
-    const bool shapes_mesh = (edge != nullptr && edge->near_target) || shared.bodies.front().keep_within ||
-                             (scene.judge.kind == JudgeSpec::Kind::kEdge && scene.judge.edge.near_target);
+    const bool shapes_mesh =
+        (edge != nullptr && edge->near_target) || shared.bodies.front().keep_within ||
+        (scene.evaluation.kind == EvaluationSpec::Kind::kEdge && scene.evaluation.edge.near_target);
     if (!shapes_mesh) {
       shared.target.reset();
     } else {

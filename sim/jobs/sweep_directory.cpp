@@ -37,7 +37,7 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr const char* kPlanFormat = "touchfield-sweep-plan";
-constexpr int kPlanVersion = 3;
+constexpr int kPlanVersion = 4;
 constexpr const char* kRecordName = "case.json";
 constexpr const char* kLock = ".lock";
 constexpr const char* kUnlocked = ".unlocked";                   // ends the names of folders of `--case`

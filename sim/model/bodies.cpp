@@ -433,7 +433,7 @@ PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const BodyEd
       }
     };
     if (kept != nullptr) {
-      place(kept->get(fmt::format("{} {}", extent == Extent::kSolved ? "solver" : "judge", i),
+      place(kept->get(fmt::format("{} {}", extent == Extent::kSolved ? "solver" : "evaluation", i),
                       meshing_key(spec, sizing, part ? &plan.bodies[i].kept_about : nullptr, plan.bodies[i].pressed),
                       make));
     } else {

@@ -24,7 +24,7 @@
 #include "sim/mesh/subset.h"
 #include "sim/model/beyond_skin.h"
 #include "sim/model/clear_transducers.h"
-#include "sim/model/judge_comparison.h"
+#include "sim/model/evaluation_comparison.h"
 
 namespace touchfield {
 
@@ -139,11 +139,11 @@ std::vector<unsigned char> faces_about(const TargetBox& box, const TriangleMesh&
   return near;
 }
 
-/// Edges per wavelength that a judge with edges of its own takes on the target, in the box where they are fewest.
-double judge_resolution(const Model& model, const Target& target) {
+/// Edges per wavelength that an evaluation with edges of its own takes on the target, in the box where they are fewest.
+double evaluation_resolution(const Model& model, const Target& target) {
   std::vector<EdgeSizing> sizings;
   for (std::size_t i = 0; i < model.posture.bodies.size(); ++i) {
-    sizings.push_back(sizing_of(model.fixed->scene, model.plan, i, model.fixed->scene.judge.edge));
+    sizings.push_back(sizing_of(model.fixed->scene, model.plan, i, model.fixed->scene.evaluation.edge));
   }
   std::vector<double> edges(model.boxes.size(), 0.0);
   std::vector<double> counts(model.boxes.size(), 0.0);
@@ -161,54 +161,54 @@ double judge_resolution(const Model& model, const Target& target) {
   return fewest;
 }
 
-/// The edges that a judge meshes bodies anew by. One without edge lengths of its own takes the bodies', none longer
+/// The edges that an evaluation meshes bodies anew by. One without edge lengths of its own takes the bodies', none longer
 /// than what counts once its faces are split.
-BodyEdges judge_edges(const Scene& scene, const Wave& wave) {
-  if (scene.judge.kind == JudgeSpec::Kind::kEdge) {
-    return {&scene.judge.edge};
+BodyEdges evaluation_edges(const Scene& scene, const Wave& wave) {
+  if (scene.evaluation.kind == EvaluationSpec::Kind::kEdge) {
+    return {&scene.evaluation.edge};
   }
-  const int splits = scene.judge.kind == JudgeSpec::Kind::kSplit ? scene.judge.splits : 0;
-  return {nullptr, std::ldexp(kCoarsestJudge * wave.wavelength(), splits)};
+  const int splits = scene.evaluation.kind == EvaluationSpec::Kind::kSplit ? scene.evaluation.splits : 0;
+  return {nullptr, std::ldexp(kCoarsestEvaluation * wave.wavelength(), splits)};
 }
 
-/// The judge of a scene that says nothing of one: the solving model where it has all that counts, finely enough; else
+/// The evaluation of a scene that says nothing of one: the solving model where it has all that counts, finely enough; else
 /// whole bodies, with edges that are a fifth shorter near the target.
-JudgeSpec usual_judge(const Scene& scene, const Wave& wave) {
+EvaluationSpec usual_evaluation(const Scene& scene, const Wave& wave) {
   constexpr double kFinerNear = 0.8;
-  const double coarsest = kCoarsestJudge * wave.wavelength();
-  JudgeSpec judge;
-  judge.kind = JudgeSpec::Kind::kSame;
+  const double coarsest = kCoarsestEvaluation * wave.wavelength();
+  EvaluationSpec evaluation;
+  evaluation.kind = EvaluationSpec::Kind::kSame;
   const auto is_coarse = [&](const BodySpec& body) { return body.edge && body.edge->far > coarsest; };
   const bool all_meshed = std::ranges::all_of(scene.bodies, [](const BodySpec& body) { return body.edge.has_value(); });
   if (!scene.target || !all_meshed ||
       std::ranges::none_of(scene.bodies, [&](const BodySpec& body) { return body.keep_within || is_coarse(body); })) {
-    return judge;
+    return evaluation;
   }
-  judge.kind = JudgeSpec::Kind::kEdge;
-  judge.edge.far = coarsest;
-  judge.edge.within = 0.0;
+  evaluation.kind = EvaluationSpec::Kind::kEdge;
+  evaluation.edge.far = coarsest;
+  evaluation.edge.within = 0.0;
   double near = std::numeric_limits<double>::infinity();
   for (const BodySpec& body : scene.bodies) {
     near = std::min(near, body.edge->near_target.value_or(body.edge->near.empty() ? body.edge->far : near));
     for (const auto& [landmark, length] : body.edge->near) {
-      judge.edge.near[landmark] = kFinerNear * length;
+      evaluation.edge.near[landmark] = kFinerNear * length;
     }
-    judge.edge.within = std::max(judge.edge.within, body.edge->within);
+    evaluation.edge.within = std::max(evaluation.edge.within, body.edge->within);
   }
   if (std::isfinite(near)) {
-    judge.edge.near_target = std::min(kFinerNear * near, coarsest);
+    evaluation.edge.near_target = std::min(kFinerNear * near, coarsest);
   }
-  return judge;
+  return evaluation;
 }
 
-/// About how many faces a judge has of the whole bodies; 0 if nothing is cut or it has no mesh.
+/// About how many faces an evaluation has of the whole bodies; 0 if nothing is cut or it has no mesh.
 double faces_of_whole(const Model& model, const std::vector<PlacedBodies::Whole>& whole) {
   constexpr double kMostForetold = 1e7;
   const Scene& scene = model.fixed->scene;
-  if (whole.empty() || scene.judge.kind == JudgeSpec::Kind::kNone) {
+  if (whole.empty() || scene.evaluation.kind == EvaluationSpec::Kind::kNone) {
     return 0.0;
   }
-  const BodyEdges edges = judge_edges(scene, model.fixed->wave);
+  const BodyEdges edges = evaluation_edges(scene, model.fixed->wave);
   const auto faces_of = [&](const TriangleMesh& mesh, std::size_t body) {
     std::optional<EdgeSpec> edge = edges.edge != nullptr ? *edges.edge : scene.bodies[body].edge;
     if (!edge) {
@@ -231,10 +231,10 @@ double faces_of_whole(const Model& model, const std::vector<PlacedBodies::Whole>
       faces += faces_of({model.body.mesh.vertices(), own}, i);
     }
   }
-  return scene.judge.kind == JudgeSpec::Kind::kSplit ? faces * std::pow(4.0, scene.judge.splits) : faces;
+  return scene.evaluation.kind == EvaluationSpec::Kind::kSplit ? faces * std::pow(4.0, scene.evaluation.splits) : faces;
 }
 
-/// Too few edges per wavelength near the target make noise of the pressure there, by the solver's mesh or the judge's.
+/// Too few edges per wavelength near the target make noise of the pressure there, by the solver's mesh or the evaluation's.
 void require_fine_mesh(const Model& model, const Target& target) {
   const Scene& scene = model.fixed->scene;
   if (scene.solve.allow_coarse_mesh) {
@@ -248,10 +248,10 @@ void require_fine_mesh(const Model& model, const Target& target) {
       own = std::min(own, near->mean);
     }
   }
-  const double judged = model.fixed->scene.judge.kind == JudgeSpec::Kind::kEdge
-                            ? judge_resolution(model, target)
-                            : std::numeric_limits<double>::infinity();
-  if (std::min(own, judged) < kFewestSolved) {
+  const double evaluated = model.fixed->scene.evaluation.kind == EvaluationSpec::Kind::kEdge
+                               ? evaluation_resolution(model, target)
+                               : std::numeric_limits<double>::infinity();
+  if (std::min(own, evaluated) < kFewestSolved) {
     const BodySpec& pressed =
         scene.bodies[static_cast<std::size_t>(model.fixed->owner[static_cast<std::size_t>(target.faces[0])])];
     const auto* shape = std::get_if<MeshShape>(&pressed.shape);
@@ -259,8 +259,8 @@ void require_fine_mesh(const Model& model, const Target& target) {
     throw InputError(fmt::format(
         "{}: {:.2f} edges per wavelength within {:.0f} mm of the target are too few: below {} pressures are "
         "meaningless. Use edges of {:.2g} mm or less there. solve.allow_coarse_mesh: true computes them anyway",
-        own < kFewestSolved ? own_key : "judge.edge_mm", own < kFewestSolved ? own : judged, kTargetReach / kMillimetre,
-        kFewestSolved, wavelength / kGoodResolution / kMillimetre));
+        own < kFewestSolved ? own_key : "evaluation.edge_mm", own < kFewestSolved ? own : evaluated,
+        kTargetReach / kMillimetre, kFewestSolved, wavelength / kGoodResolution / kMillimetre));
   }
 }
 
@@ -347,58 +347,59 @@ Target build_target(const Model& model, const TriangleMesh& mesh) {
   return make_target(mesh, model.boxes, target.profile, target.pressure.value_or(1.0));
 }
 
-QuietSkin quiet_skin(const Model& model) {
-  QuietSkin quiet;
+OutsideSkin outside_skin(const Model& model) {
+  OutsideSkin outside;
   if (model.beyond.empty()) {
-    return quiet;
+    return outside;
   }
-  quiet.faces.setOnes(model.body.mesh.face_count());
-  for (Eigen::Index f = 0; f < quiet.faces.size(); ++f) {
-    quiet.faces(f) = model.fixed->skin[static_cast<std::size_t>(f)];
+  outside.faces.setOnes(model.body.mesh.face_count());
+  for (Eigen::Index f = 0; f < outside.faces.size(); ++f) {
+    outside.faces(f) = model.fixed->skin[static_cast<std::size_t>(f)];
   }
-  quiet.beyond = model.beyond;
-  quiet.array = model.fixed->array;
-  return quiet;
+  outside.beyond = model.beyond;
+  outside.array = model.fixed->array;
+  return outside;
 }
 
-bool judged_elsewhere(const Model& model) {
-  const JudgeSpec::Kind kind = model.fixed->scene.judge.kind;
-  return kind == JudgeSpec::Kind::kSplit || judges_own_bodies(model) ||
-         (kind == JudgeSpec::Kind::kSame &&
+bool evaluated_elsewhere(const Model& model) {
+  const EvaluationSpec::Kind kind = model.fixed->scene.evaluation.kind;
+  return kind == EvaluationSpec::Kind::kSplit || evaluates_own_bodies(model) ||
+         (kind == EvaluationSpec::Kind::kSame &&
           (model.fixed->scene.sensing || solver_mistakes_channels(model.fixed->scene.array)));
 }
 
-bool judges_own_bodies(const Model& model) {
-  const JudgeSpec::Kind kind = model.fixed->scene.judge.kind;
-  return kind == JudgeSpec::Kind::kEdge || (kind != JudgeSpec::Kind::kNone && !model.beyond.empty());
+bool evaluates_own_bodies(const Model& model) {
+  const EvaluationSpec::Kind kind = model.fixed->scene.evaluation.kind;
+  return kind == EvaluationSpec::Kind::kEdge || (kind != EvaluationSpec::Kind::kNone && !model.beyond.empty());
 }
 
 SkinExtent solved_extent(const Model& model) {
   return model.fixed->cut.empty() ? SkinExtent::kWhole : SkinExtent::kPart;
 }
 
-Scheme judge_scheme(const Scene& scene) {
-  return scene.judge.kind == JudgeSpec::Kind::kSame ? scene.solve.scheme : scene.judge.scheme;
+Scheme evaluation_scheme(const Scene& scene) {
+  return scene.evaluation.kind == EvaluationSpec::Kind::kSame ? scene.solve.scheme : scene.evaluation.scheme;
 }
 
-JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept) {
+EvaluationMesh build_evaluation_mesh(const Model& model, KeptBodies* kept) {
   const Scene& scene = model.fixed->scene;
-  const int splits = scene.judge.kind == JudgeSpec::Kind::kSplit ? scene.judge.splits : 0;
+  const int splits = scene.evaluation.kind == EvaluationSpec::Kind::kSplit ? scene.evaluation.splits : 0;
   const auto split = [splits](TriangleMesh mesh) {
     for (int i = 0; i < splits; ++i) {
       mesh = split_faces(mesh);
     }
     return mesh;
   };
-  if (judges_own_bodies(model)) {
-    PlacedBodies bodies = build_bodies(scene, model.plan, judge_edges(scene, model.fixed->wave), Extent::kWhole, kept);
-    require_closed_surface(bodies.body.mesh, "judge");
+  if (evaluates_own_bodies(model)) {
+    PlacedBodies bodies =
+        build_bodies(scene, model.plan, evaluation_edges(scene, model.fixed->wave), Extent::kWhole, kept);
+    require_closed_surface(bodies.body.mesh, "evaluation");
     if (splits == 0) {
       return {std::move(bodies.body.mesh), std::nullopt, std::move(bodies.owner)};
     }
     return {split(std::move(bodies.body.mesh)), std::nullopt};
   }
-  if (judged_elsewhere(model)) {
+  if (evaluated_elsewhere(model)) {
     return {split(model.truth ? *model.truth : model.body.mesh), splits};
   }
   throw std::logic_error("this evaluation has no mesh of its own");
@@ -437,8 +438,8 @@ Model build_model(const Scene& scene, KeptBodies* kept, double per_drive) {
                                                              {},
                                                              {}});
   Model model{fixed, scene, std::move(plan), own_frame, std::move(bodies.body), std::move(beyond.patches), {}};
-  if (scene.judge.kind == JudgeSpec::Kind::kAuto) {
-    fixed->scene.judge = usual_judge(scene, wave);
+  if (scene.evaluation.kind == EvaluationSpec::Kind::kAuto) {
+    fixed->scene.evaluation = usual_evaluation(scene, wave);
   }
   for (const PlacedBodies::Whole& whole : bodies.whole) {
     fixed->cut.push_back(whole.owner);

@@ -7,7 +7,7 @@
 
 #include "sim/acoustics/transducer_array.h"
 #include "sim/field/field_grid.h"
-#include "sim/field/quiet_skin.h"
+#include "sim/field/outside_skin.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/skin_patches.h"
 #include "sim/model/bodies.h"
@@ -31,7 +31,7 @@ struct FixedModel {
   std::vector<unsigned char> skin;        // M: 0 near the caps of keep_within, else 1
   std::vector<int> cut;                   // numbers of the bodies that keep_within cut
   double shadowed = 0;                    // BeyondSkin::shadowed
-  double whole_faces = 0;  // about, that a judge has of the whole bodies; 0 if nothing is cut or it has no mesh
+  double whole_faces = 0;  // about, that an evaluation has of the whole bodies; 0 if nothing is cut or it has no mesh
   MeshReport report;       // on the solver's mesh
   std::vector<FieldGrid> fields;
 };
@@ -68,8 +68,8 @@ Model build_model(const Scene& scene, KeptBodies* kept = nullptr, double per_dri
 /// Edges per wavelength near the target, by the mean face, below which no pressure there means anything.
 inline constexpr double kFewestSolved = 1.5;
 
-/// The mesh a judge computes on, and how it corresponds to the one that was solved.
-struct JudgeMesh {
+/// The mesh an evaluation computes on, and how it corresponds to the one that was solved.
+struct EvaluationMesh {
   TriangleMesh mesh;          // in the world's frame
   std::optional<int> splits;  // how often the faces of the solving mesh were split in four; none: a mesh of its own
   std::vector<int> owner{};   // M: number of the body a face is of, of a mesh of its own
@@ -83,25 +83,25 @@ enum class SkinExtent {
 
 inline std::string to_string(SkinExtent extent) { return extent == SkinExtent::kPart ? "part" : "whole"; }
 
-/// Whether the judge has meshes of the scene's bodies that are not made of the solver's. It has them if edge lengths
+/// Whether the evaluation has meshes of the scene's bodies that are not made of the solver's. It has them if edge lengths
 /// are given for it, or if the solver has only a part of the skin that counts.
-bool judges_own_bodies(const Model& model);
+bool evaluates_own_bodies(const Model& model);
 
 /// What skin the solving mesh of a run is of; its metrics are of the whole.
 SkinExtent solved_extent(const Model& model);
 
-/// The scheme of the judge: that of the solver where the scene gives it none.
-Scheme judge_scheme(const Scene& scene);
+/// The scheme of the evaluation: that of the solver where the scene gives it none.
+Scheme evaluation_scheme(const Scene& scene);
 
-/// The evaluation mesh of a scene. If the judge has edge lengths of its own, it is the bodies meshed again, in the
+/// The evaluation mesh of a scene. If the evaluation has edge lengths of its own, it is the bodies meshed again, in the
 /// places of the model's own. Else it is the model's mesh, or that of the whole bodies where the model has parts. That
-/// mesh is taken as it is, or with every face split into four. Whole bodies have edges of at most kCoarsestJudge
+/// mesh is taken as it is, or with every face split into four. Whole bodies have edges of at most kCoarsestEvaluation
 /// wavelengths. With sensing it is of the bodies as they are.
-/// throws   InputError as build_model; std::logic_error if the judge has no mesh of its own
-JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept = nullptr);
+/// throws   InputError as build_model; std::logic_error if the evaluation has no mesh of its own
+EvaluationMesh build_evaluation_mesh(const Model& model, KeptBodies* kept = nullptr);
 
-/// Whether a model is judged by one other than itself: on another mesh, or by other channels.
-bool judged_elsewhere(const Model& model);
+/// Whether a model is evaluated by one other than itself: on another mesh, or by other channels.
+bool evaluated_elsewhere(const Model& model);
 
 /// The medium of a scene at its frequency.
 Medium build_medium(const MediumSpec& spec, double frequency);
@@ -124,8 +124,8 @@ void require_clear(const Model& model);
 /// throws   InputError on an unknown landmark, or as SkinStrokes
 std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Model& model);
 
-/// The skin of a model that the phases are to keep quiet.
-QuietSkin quiet_skin(const Model& model);
+/// The skin of a model outside the target, which the phases are to keep silent.
+OutsideSkin outside_skin(const Model& model);
 
 /// The target of a scene on its model. A scene that leaves the pressure open (`best`) gets 1 Pa.
 /// throws   InputError as make_target; std::logic_error if the scene has no target

@@ -17,7 +17,7 @@
 #include "sim/mesh/subset.h"
 #include "sim/model/array_view.h"
 #include "sim/model/clear_transducers.h"
-#include "sim/model/judge_comparison.h"
+#include "sim/model/evaluation_comparison.h"
 
 namespace touchfield {
 
@@ -113,12 +113,12 @@ std::string worth(double resolution) {
   return "the pressure of any scheme is an estimate (check --accuracy measures the error on this mesh)";
 }
 
-/// Whether the mesh counts near the target alone: where it finds phases that a judge holds against bodies meshed anew.
+/// Whether the mesh counts near the target alone: where it finds phases that an evaluation holds against bodies meshed anew.
 bool counts_near_target(const Model& model, const std::optional<Target>& target) {
-  return target && judges_own_bodies(model);
+  return target && evaluates_own_bodies(model);
 }
 
-/// `near` counts: the rest of the skin is the judge's to resolve.
+/// `near` counts: the rest of the skin is the evaluation's to resolve.
 void warn_of_coarse_surroundings(const Resolution& near, Remarks& remarks) {
   const bool few = near.mean < kFewestEdges;
   if (few || near.least_5 < kFewestAnywhere) {
@@ -187,14 +187,14 @@ void warn_of_both_sides(const TriangleMesh& mesh, const Target& target, Remarks&
 }
 
 /// A pattern fits the mesh that it was found on, errors included.
-void note_own_judge(const Model& model, double mean_resolution, Remarks& remarks) {
+void note_own_evaluation(const Model& model, double mean_resolution, Remarks& remarks) {
   const Scene& scene = model.fixed->scene;
   const bool found = std::ranges::any_of(
       scene.solve.methods, [](const MethodSpec& method) { return method.kind->model != MethodModel::kGiven; });
-  if (scene.target && found && scene.judge.kind == JudgeSpec::Kind::kSame && !judged_elsewhere(model)) {
+  if (scene.target && found && scene.evaluation.kind == EvaluationSpec::Kind::kSame && !evaluated_elsewhere(model)) {
     remarks.notes.push_back(fmt::format(
-        "judged_by_itself: the pattern is evaluated by {} on the mesh on which it was found, with {:.2f} edges per "
-        "wavelength. It is fitted to the errors of this mesh too; judge: {{scheme, edge_mm}} uses another mesh",
+        "evaluated_by_itself: the pattern is evaluated by {} on the mesh on which it was found, with {:.2f} edges per "
+        "wavelength. It is fitted to the errors of this mesh too; evaluation: {{scheme, edge_mm}} uses another mesh",
         to_string(scene.solve.scheme), mean_resolution));
   }
 }
@@ -290,7 +290,7 @@ Remarks played_remarks(const Model& model) {
   if (std::string note = near_field_note(view, model); !note.empty()) {
     remarks.notes.push_back(std::move(note));
   }
-  note_own_judge(model, edges_per_wavelength(mesh, model.fixed->wave.wavelength()), remarks);
+  note_own_evaluation(model, edges_per_wavelength(mesh, model.fixed->wave.wavelength()), remarks);
   remark_on_part(model, remarks);
   return remarks;
 }

@@ -16,7 +16,7 @@ struct Remarks {
 /// Appends remarks to others.
 void add(const Remarks& more, Remarks& remarks);
 
-/// What a model says of its results. docs/stability.md says what was measured on such cases. Where a judge has bodies
+/// What a model says of its results. docs/stability.md says what was measured on such cases. Where an evaluation has bodies
 /// meshed again, the solving mesh counts within 15 mm of the target alone (coarse_mesh, slivers, size_jump, narrow_gap,
 /// thin_body).
 ///
@@ -40,7 +40,7 @@ void add(const Remarks& more, Remarks& remarks);
 /// Notes:
 ///   landmark_off      a landmark that the scene gives for a mesh is 3 mm or more off its skin
 ///   near_field        the skin is within 2 wavelengths of a transducer
-///   judged_by_itself  the pattern was found on the very mesh and scheme that it is judged on
+///   evaluated_by_itself  the pattern was found on the very mesh and scheme that it is evaluated on
 ///   beyond            keep_within cuts a body, the rest of whose skin counts by its incident pressure
 ///   no_arm            a hand has no forearm, of which the phases then know nothing
 ///   still             the scene's motion is left out: the results are of its other keys as they stand

@@ -45,7 +45,7 @@ bool follows(const Model& model, const MethodSpec& method) {
   // A small body is solved as fast with a transfer matrix, to the last bit each time.
   constexpr Eigen::Index kFewestFollowed = 1000;
   return (faces >= kFewestFollowed || !model.beyond.empty()) && method.kind->name == "surface" &&
-         !method.free_amplitudes && model.fixed->scene.solve.quiet_weight > 0 &&
+         !method.free_amplitudes && model.fixed->scene.solve.outside_weight > 0 &&
          model.fixed->scene.motion->start == MotionSpec::Start::kPrevious && options.kind == SolverKind::kLu &&
          options.precision == Precision::kSingle &&
          !choose_device(spec, method.scheme, faces, model.fixed->array.size()).card;
@@ -155,8 +155,8 @@ Eigen::MatrixXcd drives_of_motion(const MotionSensor& sensor, Scheme scheme, Pro
 
 Eigen::MatrixXcd drives_for(const MotionSensor& sensor, const MethodSpec& method, Progress* progress) {
   const Model& model = sensor.solved().first();
-  const bool whole_skin =
-      method.kind->model == MethodModel::kSkin && method.kind->minds_quiet && model.fixed->scene.solve.quiet_weight > 0;
+  const bool whole_skin = method.kind->model == MethodModel::kSkin && method.kind->counts_outside &&
+                          model.fixed->scene.solve.outside_weight > 0;
   return whole_skin && !follows(model, method) ? drives_of_motion(sensor, method.scheme, progress) : Eigen::MatrixXcd();
 }
 
@@ -213,7 +213,7 @@ bool FrameSolver::set_up(const Model& model, const std::optional<Target>& target
   SolveSpec spec = model.fixed->scene.solve;
   spec.methods = {method_};
   methods_ = std::make_unique<MethodSolver>(*scattering_, model.fixed->array.size(), target, std::move(spec),
-                                            quiet_skin(model));
+                                            outside_skin(model));
   if (drives_) {
     methods_->span(drives_);
   }
@@ -224,9 +224,9 @@ PhaseSolution FrameSolver::followed(const Model& model, const Target& target, co
                                     const Eigen::VectorXd& before, bool moved, MotionFrame& frame) {
   const ScatteringSystem& system = scattering_->system();
   const Eigen::VectorXd& areas = system.mesh().areas();
-  const QuietSkin quiet = quiet_skin(model);
+  const OutsideSkin outside = outside_skin(model);
   const Eigen::Index faces = areas.size();
-  const Eigen::Index points = quiet.beyond.size();
+  const Eigen::Index points = outside.beyond.size();
   try {
     timed(silent_, frame.seconds, "factorise", "", [&] {
       if (!factored_ || *factored_at_ != system.mesh().vertices()) {
@@ -239,10 +239,10 @@ PhaseSolution FrameSolver::followed(const Model& model, const Target& target, co
     timed(silent_, frame.seconds, "transfer", "", [&] {
       if (moved) {
         factored_->face(system, scattering_->array());
-        incident_beyond_ = quiet.beyond_pressure_single(model.fixed->wave);
+        incident_beyond_ = outside.beyond_pressure_single(model.fixed->wave);
       }
     });
-    const double quiet_weight = model.fixed->scene.solve.quiet_weight;
+    const double outside_weight = model.fixed->scene.solve.outside_weight;
     MappedSkin skin{[&](const Eigen::VectorXcf& q) {
                       Eigen::VectorXcf all(faces + points);
                       all.head(faces) = factored_->pressure(q);
@@ -255,7 +255,7 @@ PhaseSolution FrameSolver::followed(const Model& model, const Target& target, co
                       return back;
                     },
                     Eigen::VectorXd::Zero(faces + points), Eigen::VectorXd(faces + points)};
-    skin.weights << quiet.face_weights(areas, target, quiet_weight), quiet.beyond_weights(quiet_weight);
+    skin.weights << outside.face_weights(areas, target, outside_weight), outside.beyond_weights(outside_weight);
     skin.amplitudes(target.faces) = amplitudes;
     skin.weights(target.faces) = areas(target.faces);
     PhaseSolution solution = timed(silent_, frame.seconds, "phases", "", [&] {
@@ -268,16 +268,16 @@ PhaseSolution FrameSolver::followed(const Model& model, const Target& target, co
   }
 }
 
-MotionFrame FrameSolver::quiet() const {
+MotionFrame FrameSolver::silent_frame() const {
   MotionFrame frame;
-  frame.quiet = true;
+  frame.silent = true;
   frame.solution.phases = Eigen::VectorXd::Zero(moving_.first().fixed->array.size());
   frame.solution.amplitudes = frame.solution.phases;
   return frame;
 }
 
 MotionFrame FrameSolver::lost() const {
-  MotionFrame frame = quiet();
+  MotionFrame frame = silent_frame();
   frame.lost = true;
   return frame;
 }
@@ -290,7 +290,7 @@ MotionFrame FrameSolver::solve(const Model& model) {
     target = build_target(model);
   }
   if (!target && method_.kind->model != MethodModel::kGiven) {
-    return quiet();
+    return silent_frame();
   }
   const bool moved = set_up(model, target, frame);
   const Vector3 patch = target ? moving_.patch(model) : Vector3::Zero();

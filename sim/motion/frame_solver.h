@@ -12,7 +12,7 @@
 
 namespace touchfield {
 
-/// A reduced basis of excitations, N x r, orthonormal. It reproduces the effect of all channels on a body wherever its
+/// A reduced basis of drives, N x r, orthonormal. It reproduces the effect of all channels on a body wherever its
 /// sensor may see it (MotionSensor::places). It has as few vectors as leave at most 5e-3 of b out at each place, by
 /// norm.
 ///
@@ -45,7 +45,7 @@ Eigen::VectorXd steered(const Eigen::VectorXd& phases, const TransducerArray& ar
 /// single precision. They minimise the same cost by PhaseDescent on FactoredTransfer, with two steps for each of
 /// motion.iterations. Before the first such frame the constructor solves the motion's beginning in the usual way, with
 /// 30 steps. The residual of the equations is checked there. Methods with free amplitudes keep the transfer matrix, as
-/// do scenes with solve.quiet_weight 0. So do meshes of fewer than 1000 faces with all of the skin solved.
+/// do scenes with solve.outside_weight 0. So do meshes of fewer than 1000 faces with all of the skin solved.
 class FrameSolver {
  public:
   /// moving   what is solved
@@ -54,7 +54,7 @@ class FrameSolver {
   FrameSolver(const MovingModel& moving, const MethodSpec& method, Eigen::MatrixXcd drives);
 
   /// Phases for a model that `moving` gave, whose times are the caller's to fill in. Where the target holds no skin the
-  /// frame is quiet, and the next one starts from the last that was not.
+  /// frame is silent, and the next one starts from the last that was not.
   ///
   /// seconds   gets set_up, factorise, transfer, phases
   /// throws    NumericalError as MethodSolver
@@ -68,7 +68,7 @@ class FrameSolver {
   double worst_residual() const { return worst_residual_; }
 
  private:
-  MotionFrame quiet() const;
+  MotionFrame silent_frame() const;
   /// Whether anything but the target has changed since the frame before.
   bool set_up(const Model& model, const std::optional<Target>& target, MotionFrame& frame);
   PhaseSolution followed(const Model& model, const Target& target, const Eigen::VectorXd& amplitudes,

@@ -80,7 +80,7 @@ KalmanBank::KalmanBank(double interval) : interval_(interval) {
   }
 }
 
-void KalmanBank::see(double seconds, const Eigen::Ref<const Eigen::VectorXd>& values, Eigen::Index judged) {
+void KalmanBank::see(double seconds, const Eigen::Ref<const Eigen::VectorXd>& values, Eigen::Index evaluated) {
   const double since = seconds - last_;
   last_ = seconds;
   ++samples_;
@@ -98,10 +98,10 @@ void KalmanBank::see(double seconds, const Eigen::Ref<const Eigen::VectorXd>& va
   for (Member& member : members_) {
     const double variance = member.filter.see(since / interval_, values, innovation_);
     member.energy =
-        kept * member.energy + innovation_.head(judged).squaredNorm() / variance / static_cast<double>(judged);
+        kept * member.energy + innovation_.head(evaluated).squaredNorm() / variance / static_cast<double>(evaluated);
     member.log_variance = kept * member.log_variance + std::log(variance);
   }
-  floor_ = std::pow(kRounding, 2) * values.head(judged).squaredNorm() / static_cast<double>(judged) +
+  floor_ = std::pow(kRounding, 2) * values.head(evaluated).squaredNorm() / static_cast<double>(evaluated) +
            std::numeric_limits<double>::min();
   weigh();
 }

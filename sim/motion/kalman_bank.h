@@ -78,8 +78,8 @@ class KalmanBank {
 
   /// A sample, later than those before it and of as many values.
   ///
-  /// judged   how many values, from the first one, the weights are told by; >= 1
-  void see(double seconds, const Eigen::Ref<const Eigen::VectorXd>& values, Eigen::Index judged);
+  /// evaluated   how many values, from the first one, the weights are told by; >= 1
+  void see(double seconds, const Eigen::Ref<const Eigen::VectorXd>& values, Eigen::Index evaluated);
 
   /// Values expected at a time; after the first sample that sample. There must be one.
   Eigen::VectorXd at(double seconds) const;

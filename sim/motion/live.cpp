@@ -254,7 +254,7 @@ LiveSolver live_solver(const MotionSensor& sensor, const MethodSpec& method, Mot
   const double seconds = moving.first().fixed->scene.motion->seconds;
   for (int place = 0; place < kFirstPlaces; ++place) {
     first = solver->solve(moving.at(moving.state(seconds * place / (kFirstPlaces - 1))));
-    if (!first.quiet) {
+    if (!first.silent) {
       break;
     }
   }

@@ -45,7 +45,7 @@ struct ShownFrame {
 struct ScoreInstant {
   std::int64_t number = 0;  // from 0
   Tick at = 0;
-  std::optional<ShownFrame> frame;  // none yet: the array is quiet
+  std::optional<ShownFrame> frame;  // none yet: the array is silent
 
   /// Time since the sample that is felt was taken; there must be a frame.
   Tick age() const { return at - frame->start.sampled; }

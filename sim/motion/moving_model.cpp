@@ -50,8 +50,9 @@ std::optional<MeshSequence> sequence_of(const Scene& scene) {
     require(!sequence, "bodies: one of them at most can be given as meshes over time");
     sequence.emplace(std::get<MeshShape>(body.shape));
   }
-  if (sequence && scene.judge.kind == JudgeSpec::Kind::kEdge) {
-    throw InputError("judge.edge_mm: bodies given as meshes over time cannot be remeshed; take judge: {split: 1}");
+  if (sequence && scene.evaluation.kind == EvaluationSpec::Kind::kEdge) {
+    throw InputError(
+        "evaluation.edge_mm: bodies given as meshes over time cannot be remeshed; take evaluation: {split: 1}");
   }
   return sequence;
 }
@@ -226,9 +227,9 @@ MovingModel::MovingModel(const Scene& scene, KeptBodies* kept, Progress* progres
         "sensing: applies to a still only. For a motion put the same keys into motion.sensor.noise, which gives every "
         "sample noise of its own, and leave sensing out");
   }
-  if (judges_own_bodies(first_)) {
-    const JudgeMesh judge = build_judge_mesh(first_, kept);
-    judging_.emplace(scene, first_.plan, judge.mesh, judge.owner);
+  if (evaluates_own_bodies(first_)) {
+    const EvaluationMesh evaluation = build_evaluation_mesh(first_, kept);
+    evaluating_.emplace(scene, first_.plan, evaluation.mesh, evaluation.owner);
   }
   if (!first_.beyond.empty()) {
     beyond_.emplace(scene, first_.plan, first_.beyond.mesh(), first_.beyond.owner);
@@ -302,17 +303,17 @@ Model MovingModel::at(const MotionState& state) const {
   return model;
 }
 
-std::optional<JudgeMesh> MovingModel::judge_mesh(const Model& model, const MotionState& state) const {
-  if (model.fixed->scene.judge.kind == JudgeSpec::Kind::kNone) {
+std::optional<EvaluationMesh> MovingModel::evaluation_mesh(const Model& model, const MotionState& state) const {
+  if (model.fixed->scene.evaluation.kind == EvaluationSpec::Kind::kNone) {
     return std::nullopt;
   }
-  if (judging_) {
-    return JudgeMesh{judging_->at(model.posture, model.plan, state), std::nullopt, {}};
+  if (evaluating_) {
+    return EvaluationMesh{evaluating_->at(model.posture, model.plan, state), std::nullopt, {}};
   }
-  if (judged_elsewhere(model)) {
-    return build_judge_mesh(model);
+  if (evaluated_elsewhere(model)) {
+    return build_evaluation_mesh(model);
   }
-  return JudgeMesh{model.body.mesh, 0, model.fixed->owner};
+  return EvaluationMesh{model.body.mesh, 0, model.fixed->owner};
 }
 
 Vector3 MovingModel::patch(const Model& model) const {

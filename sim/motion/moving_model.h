@@ -95,8 +95,8 @@ class MovingModel {
   /// and boxes and landmarks follow it. Places and joints, and with them the own frame, are still those of the numbers.
   Model at(const MotionState& state) const;
 
-  /// The judge's mesh of a model that at() gave. There is none where the scene has no judge.
-  std::optional<JudgeMesh> judge_mesh(const Model& model, const MotionState& state) const;
+  /// The evaluation's mesh of a model that at() gave. There is none where the scene has no evaluation.
+  std::optional<EvaluationMesh> evaluation_mesh(const Model& model, const MotionState& state) const;
 
   /// The place of the wanted pattern on the skin [m]. It is the mean centre of the boxes where these follow the skin.
   /// Else it is the skin's point that was nearest to their mean centre at first. That point moves with the skin.
@@ -112,7 +112,7 @@ class MovingModel {
   Trajectory trajectory_;
   std::optional<MeshSequence> sequence_;
   MovingSkin solving_;
-  std::optional<MovingSkin> judging_;
+  std::optional<MovingSkin> evaluating_;
   std::optional<MovingSkin> beyond_;                 // the patches of skin that is not solved
   std::vector<std::optional<SkinnedHand>> anchors_;  // of bodies whose anchor moves with their joints
   Landmark patch_;

@@ -33,7 +33,7 @@ struct PatternProblem {
   PatternSpots spots;
   PhaseSequence sequence;
   Eigen::VectorXd areas;  // A, U [m2]
-  double quiet_weight = 0;
+  double outside_weight = 0;
 
   /// The column of the sequence that a frame wants: of the target's boxes all want the same.
   Eigen::Index column(Eigen::Index frame) const { return sequence.frame_count() == 1 ? 0 : frame; }
@@ -57,7 +57,7 @@ struct PatternProblem {
     const Eigen::VectorXd p = (sequence.rows * q).cwiseAbs();
     const Eigen::VectorXd wanted = share * sequence.amplitudes.col(column);
     const Eigen::VectorXd inside = (wanted.array() > 0).select(areas, 0.0);
-    const double energy = areas.dot(p.cwiseAbs2()) + (sequence.quiet * q).squaredNorm() / quiet_weight;
+    const double energy = areas.dot(p.cwiseAbs2()) + (sequence.outside * q).squaredNorm() / outside_weight;
     const double common = inside.cwiseProduct(p).dot(wanted);
     const double asked = areas.dot(wanted.cwiseAbs2());
     Metrics metrics;
@@ -80,18 +80,18 @@ struct PatternProblem {
 
 PatternProblem problem_on(const Model& model, SkinScattering& scattering, PatternSpots spots, Progress& progress) {
   PatternProblem problem;
-  problem.quiet_weight = model.fixed->scene.solve.quiet_weight;
+  problem.outside_weight = model.fixed->scene.solve.outside_weight;
   Target target{spots.faces, spots.amplitudes.rowwise().maxCoeff(), std::vector<int>(spots.faces.size(), 0)};
-  Transfer transfer = make_transfer(scattering, target, quiet_skin(model), problem.quiet_weight);
+  Transfer transfer = make_transfer(scattering, target, outside_skin(model), problem.outside_weight);
   progress.detail(describe_transfer(transfer, model.fixed->array.size()));
   problem.areas = transfer.reduction.problem.weights;
   PhaseSequence& sequence = problem.sequence;
   sequence.rows = std::move(transfer.reduction.problem.target);
-  sequence.quiet = std::move(transfer.reduction.problem.quiet);
+  sequence.outside = std::move(transfer.reduction.problem.outside);
   sequence.amplitudes = spots.amplitudes;
   sequence.weights = (spots.amplitudes.array() > 0)
                          .select(problem.areas.replicate(1, spots.amplitudes.cols()),
-                                 problem.quiet_weight * problem.areas.replicate(1, spots.amplitudes.cols()));
+                                 problem.outside_weight * problem.areas.replicate(1, spots.amplitudes.cols()));
   sequence.middle = spots.middle;
   problem.spots = std::move(spots);
   return problem;
@@ -217,10 +217,10 @@ Motion begun(const Model& model, const PatternClock& clock, const PatternOptions
   const Scene& scene = model.fixed->scene;
   const std::string text = resolved_yaml(scene);
   Remarks remarks = model_remarks(model);
-  if (judged_elsewhere(model)) {
+  if (evaluated_elsewhere(model)) {
     remarks.notes.push_back(
         "own_model: a pattern is evaluated on the skin and with the channels that it is solved for; sensing, "
-        "array.spread and judge do not apply");
+        "array.tolerances and evaluation do not apply");
   }
   std::ranges::for_each(remarks.warnings, [&](const std::string& warning) { progress.warn(warning); });
   std::ranges::for_each(remarks.notes, [&](const std::string& note) { progress.remark(note); });
@@ -257,8 +257,8 @@ Eigen::MatrixXcd rung_up(const Eigen::MatrixXcd& drives, double frame, double ri
 Pattern solve_pattern(const Model& model, const PatternOptions& options, Progress& progress) {
   const Scene& scene = model.fixed->scene;
   const PatternSpec& spec = *scene.pattern;
-  require(scene.solve.quiet_weight > 0,
-          "solve.quiet_weight = 0: a pattern is also solved and scored on the skin outside of it; it must be > 0");
+  require(scene.solve.outside_weight > 0,
+          "solve.outside_weight = 0: a pattern is also solved and scored on the skin outside of it; it must be > 0");
   const PatternClock clock = pattern_clock(spec);
   const std::vector<PatternPoint> points = pattern_points(spec, model);
   PatternSpots spots = pattern_spots(spec, clock, points, model);
@@ -275,7 +275,7 @@ Pattern solve_pattern(const Model& model, const PatternOptions& options, Progres
   const PatternProblem problem = timed(progress, motion.timings, "transfer", "transfer matrix of the pattern",
                                        [&] { return problem_on(model, *scattering, std::move(spots), progress); });
   pattern.faces = problem.sequence.rows.rows();
-  pattern.quiet_rows = problem.sequence.quiet.rows();
+  pattern.outside_rows = problem.sequence.outside.rows();
   const std::vector<PhaseSolution> solutions =
       timed(progress, motion.timings, "phases", fmt::format("phases of {} frames", pattern.clock.frames),
             [&] { return frames_of(spec, pattern.clock, model, problem, progress); });
@@ -286,7 +286,7 @@ Pattern solve_pattern(const Model& model, const PatternOptions& options, Progres
                                              .started = time,
                                              .shown = time,
                                              .pose_time = time,
-                                             .quiet = solution.amplitudes.isZero(0.0),
+                                             .silent = solution.amplitudes.isZero(0.0),
                                              .solution = solution});
   }
   timed(progress, motion.timings, "scores", "errors, and pressure over time", [&] {

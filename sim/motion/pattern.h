@@ -37,7 +37,7 @@ struct Pattern {
   std::vector<PatternSound> sounds{};
   std::vector<MotionInstant> instants{};  // of some frames, with the pressure of the whole skin
   Eigen::Index faces = 0;                 // that any frame uses
-  Eigen::Index quiet_rows = 0;            // of R
+  Eigen::Index outside_rows = 0;          // of R
   double reduced_off = 0;  // largest difference of relative_error at the instants: all faces against those and R
 };
 
@@ -50,15 +50,15 @@ struct PatternOptions {
 
 /// Solves the scene's pattern on its still hand. The rows of H of all faces that it uses, and R of the others, are
 /// computed once. Then the frames are solved one by one (solve_sequence). The amplitude modulation scales the
-/// excitation of each frame. Scores are of the solving mesh, by those rows:
+/// drive of each frame. Scores are of the solving mesh, by those rows:
 ///
 ///   relative_error^2 = 1 - C^2 / (E W),   C = sum_T A |p| p',   W = sum_T A p'^2,   E = sum_U A |p|^2 + |R q|^2 / w_Z
 ///
 /// model    of a scene with a pattern
-/// throws   InputError as pattern_spots, or if solve.quiet_weight is 0; NumericalError as the solver
+/// throws   InputError as pattern_spots, or if solve.outside_weight is 0; NumericalError as the solver
 Pattern solve_pattern(const Model& model, const PatternOptions& options, Progress& progress);
 
-/// Excitations in the middle of each frame of a pattern that repeats, with transducers of the first order:
+/// Drives in the middle of each frame of a pattern that repeats, with transducers of the first order:
 ///
 ///   e' = (q_k - e) / tau,   the same at the end of a pass as at its beginning
 ///

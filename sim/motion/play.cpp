@@ -21,7 +21,7 @@
 #include "sim/motion/motion_prediction.h"
 #include "sim/motion/motion_sensor.h"
 #include "sim/motion/seen_error.h"
-#include "sim/run/judge.h"
+#include "sim/run/evaluation.h"
 #include "sim/run/motion_summary.h"
 #include "sim/run/result_warnings.h"
 #include "sim/run/run_field.h"
@@ -149,7 +149,7 @@ class Scorer {
     spec_ = scene.solve.solver;
     spec_.solver = SolverChoice::kAuto;
     spec_.precision = PrecisionChoice::kAuto;
-    scheme_ = scene.judge.kind == JudgeSpec::Kind::kSame ? scene.solve.scheme : scene.judge.scheme;
+    scheme_ = scene.evaluation.kind == EvaluationSpec::Kind::kSame ? scene.solve.scheme : scene.evaluation.scheme;
     if (moving.is_rigid()) {
       kept_.expect(static_cast<int>(std::ceil(scene.motion->seconds * scene.motion->score_hz)));
     }
@@ -172,19 +172,19 @@ class Scorer {
     if (!model.boxes.empty()) {
       scored.patch = moving_.patch(model);
     }
-    const std::optional<JudgeMesh> judge = moving_.judge_mesh(model, state);
-    if (!judge) {
+    const std::optional<EvaluationMesh> evaluation = moving_.evaluation_mesh(model, state);
+    if (!evaluation) {
       return scored;
     }
-    const TriangleMesh& mesh = judge->mesh;
+    const TriangleMesh& mesh = evaluation->mesh;
     scored.mesh = mesh;
     const ChannelResponse& response =
         model.fixed->array_truth ? model.fixed->array_truth->response : model.fixed->array.response;
     records_.clear();
     const auto scattering =
-        make_scattering("judge", mesh, scheme_, spec_, drives.cols(), model, response, &kept_, records_, silent_);
-    scored.pressure = scattering->pressure(drives, "judge");
-    require_finite(fmt::format("judge at {:.3f} s", seconds), scored.pressure);
+        make_scattering("evaluation", mesh, scheme_, spec_, drives.cols(), model, response, &kept_, records_, silent_);
+    scored.pressure = scattering->pressure(drives, "evaluation");
+    require_finite(fmt::format("evaluation at {:.3f} s", seconds), scored.pressure);
     for (const SolveRecord& record : records_) {
       worst_residual_ = std::max(worst_residual_, record.residual);
     }
@@ -338,9 +338,9 @@ class Player {
       if (const auto& frame = pending_[m].front().frame) {
         score.frame = static_cast<int>(frame->start.number);
         score.age = to_seconds(pending_[m].front().age());
-        const bool quiet = motion_.methods[m].frames[static_cast<std::size_t>(score.frame)].quiet;
-        score.displacement = quiet ? Vector3::Constant(kNotComputed).eval()
-                                   : Vector3(scored.patch - loops_[m]->patch(frame->start.number));
+        const bool silent = motion_.methods[m].frames[static_cast<std::size_t>(score.frame)].silent;
+        score.displacement = silent ? Vector3::Constant(kNotComputed).eval()
+                                    : Vector3(scored.patch - loops_[m]->patch(frame->start.number));
       }
       score.metrics = scored.metrics[m];
       motion_.methods[m].scores.push_back(std::move(score));
@@ -350,8 +350,8 @@ class Player {
       pending_[m].pop_front();
     }
     if (instant) {
-      if (!motion_.judge) {
-        motion_.judge = scored.mesh;
+      if (!motion_.evaluation) {
+        motion_.evaluation = scored.mesh;
       }
       options_.scored(*instant);
     }
@@ -479,7 +479,7 @@ MotionCost expected_cost(const SensedMotion& sensed, Progress* progress) {
   const auto [first_frame, frame] =
       timed_twice([&](double share) { solver.solve(solved.at(solved.state(share * motion.seconds))); });
   cost.seconds += samples * cost.sample + methods * (first_frame + static_cast<double>(cost.frames - 1) * frame);
-  if (sensed.truth && scene.judge.kind != JudgeSpec::Kind::kNone) {
+  if (sensed.truth && scene.evaluation.kind != EvaluationSpec::Kind::kNone) {
     Scorer scorer(*sensed.truth);
     const Eigen::MatrixXcd drives = Eigen::MatrixXcd::Ones(solved.first().fixed->array.size(),
                                                            static_cast<Eigen::Index>(scene.solve.methods.size()));

@@ -16,7 +16,7 @@ struct MotionOptions {
   int threads = 1;                                                   // likewise; the caller has set them
   std::vector<std::string> notes{};                                  // of the motion from its beginning on
   std::function<void(const Motion&)> second = [](const Motion&) {};  // gets the motion so far after each second of it
-  std::function<void(const MotionInstant&)> scored = [](const MotionInstant&) {};  // after each score by a judge
+  std::function<void(const MotionInstant&)> scored = [](const MotionInstant&) {};  // after each score by an evaluation
 };
 
 /// Refuses a motion whose frames and scores would not fit the memory that is free now.
@@ -37,13 +37,13 @@ struct MotionCost {
 MotionCost expected_cost(const SensedMotion& sensed, Progress* progress = nullptr);
 
 /// Plays a motion on the clock of its sensor, solver and array (loop_clock.h). Every method of the scene finds phases
-/// for what the sensor saw. What the array then emits is evaluated on the true skin, by the scene's judge, at
+/// for what the sensor saw. What the array then emits is evaluated on the true skin, by the scene's evaluation, at
 /// motion.score_hz. Where nobody knows the truth there are no scores, and a note says so. A sample that is lost makes a
-/// quiet frame.
+/// silent frame.
 ///
 /// Where motion.solve_ms is a number the result repeats to the last bit on as many threads.
 ///
-/// throws   NumericalError as FrameSolver and the judge, InputError as the sensor, and what the options' functions
+/// throws   NumericalError as FrameSolver and the evaluation, InputError as the sensor, and what the options' functions
 ///          throw
 Motion play_motion(const SensedMotion& sensed, const MotionOptions& options, Progress& progress);
 

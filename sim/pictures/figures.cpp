@@ -24,20 +24,20 @@ namespace touchfield {
 
 namespace {
 
-/// The run with the judge's skin and pressures for its own, where there are some: what its metrics are of.
-Run as_judged(const Run& run) {
-  Run judged = run;
-  const auto is_judged = [](const MethodResult& result) {
-    return result.judge_pressure.size() != 0 && result.pressure.size() != 0;
+/// The run with the evaluation's skin and pressures for its own, where there are some: what its metrics are of.
+Run as_evaluated(const Run& run) {
+  Run evaluated = run;
+  const auto is_evaluated = [](const MethodResult& result) {
+    return result.evaluation_pressure.size() != 0 && result.pressure.size() != 0;
   };
-  if (run.judge_model && std::ranges::all_of(run.methods, is_judged)) {
-    judged.mesh = run.judge_model->mesh;
-    judged.target = run.judge_model->target;
-    for (MethodResult& result : judged.methods) {
-      result.pressure = result.judge_pressure;
+  if (run.evaluation_model && std::ranges::all_of(run.methods, is_evaluated)) {
+    evaluated.mesh = run.evaluation_model->mesh;
+    evaluated.target = run.evaluation_model->target;
+    for (MethodResult& result : evaluated.methods) {
+      result.pressure = result.evaluation_pressure;
     }
   }
-  return judged;
+  return evaluated;
 }
 
 /// The end of the colours for every picture of the skin.
@@ -164,9 +164,9 @@ std::vector<std::string> drawn_at_once(const std::vector<Picture>& pictures) {
 
 std::string draw_figure(const std::string& name, const Run& run, PictureFormat format) {
   check_run(run);
-  const Run judged = as_judged(run);
+  const Run evaluated = as_evaluated(run);
   std::optional<SkinPictures> skin;
-  const std::vector<Picture> pictures = pictures_of(judged, format, skin);
+  const std::vector<Picture> pictures = pictures_of(evaluated, format, skin);
   const auto picture = std::ranges::find(pictures, name, &Picture::name);
   if (picture == pictures.end()) {
     std::vector<std::string> names;
@@ -179,9 +179,9 @@ std::string draw_figure(const std::string& name, const Run& run, PictureFormat f
 
 std::vector<std::string> draw_figures(const std::string& directory, const Run& run, PictureFormat format) {
   check_run(run);
-  const Run judged = as_judged(run);
+  const Run evaluated = as_evaluated(run);
   std::optional<SkinPictures> skin;
-  const std::vector<Picture> pictures = pictures_of(judged, format, skin);
+  const std::vector<Picture> pictures = pictures_of(evaluated, format, skin);
   const std::vector<std::string> drawn = drawn_at_once(pictures);
   std::vector<std::string> files;
   for (std::size_t i = 0; i < pictures.size(); ++i) {

@@ -13,7 +13,7 @@
 #include "sim/core/units.h"
 #include "sim/mesh/query/interior_points.h"
 #include "sim/mesh/remesh/subdivide.h"
-#include "sim/model/judge_comparison.h"
+#include "sim/model/evaluation_comparison.h"
 #include "sim/run/cost.h"
 #include "sim/run/skin_scattering.h"
 #include "sim/run/speed.h"
@@ -102,7 +102,7 @@ void compare_split(const Model& model, AccuracyReport& report, Progress& progres
   const TriangleMesh fine = split_faces(mesh);
   const Eigen::VectorXcd coarse_pressure = focused_pressure(model, mesh, progress);
   const Eigen::VectorXcd fine_pressure =
-      JudgeComparison(mesh, fine, 1).at_centroids(focused_pressure(model, fine, progress));
+      EvaluationComparison(mesh, fine, 1).at_centroids(focused_pressure(model, fine, progress));
   report.split_body = relative_difference(mesh.areas(), coarse_pressure, fine_pressure);
   if (!model.boxes.empty()) {
     report.split_target =

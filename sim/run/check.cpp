@@ -12,11 +12,11 @@
 #include "sim/core/place_text.h"
 #include "sim/core/units.h"
 #include "sim/field/evaluate.h"
-#include "sim/model/judge_comparison.h"
-#include "sim/run/alarm.h"
+#include "sim/model/evaluation_comparison.h"
 #include "sim/run/cost.h"
 #include "sim/run/expected_steps.h"
 #include "sim/run/methods.h"
+#include "sim/run/resonance_check.h"
 #include "sim/run/speed.h"
 #include "sim/run/transfer.h"
 
@@ -37,7 +37,7 @@ bool spans_channels(const Scene& scene) { return largest_block(scene, scene.solv
 
 /// Whether a method asks for the field of every channel.
 bool drives_channels(const Scene& scene) {
-  return scene.solve.certificate || scene.write.transfer ||
+  return scene.solve.optimality_bound || scene.write.transfer ||
          std::ranges::any_of(scene.solve.methods,
                              [](const MethodSpec& method) { return method.kind->model != MethodModel::kGiven; });
 }
@@ -59,19 +59,19 @@ double single_solves(const Scene& scene) {
 int surface_iterations(const Scene& scene) {
   int iterations = 0;
   for (const MethodSpec& method : scene.solve.methods) {
-    if (method.kind->minds_quiet) {
+    if (method.kind->counts_outside) {
       iterations += method.iterations * method.start.restarts;
     }
   }
   return iterations;
 }
 
-/// Faces of a mesh by the judge's edge lengths: the areas of the model's faces over those asked for in their places.
-double judge_edge_faces(const Model& model) {
+/// Faces of a mesh by the evaluation's edge lengths: the areas of the model's faces over those asked for in their places.
+double evaluation_edge_faces(const Model& model) {
   const Scene& scene = model.fixed->scene;
   double faces = 0.0;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    const EdgeSizing sizing = sizing_of(scene, model.plan, i, scene.judge.edge);
+    const EdgeSizing sizing = sizing_of(scene, model.plan, i, scene.evaluation.edge);
     for (Eigen::Index f = 0; f < model.body.mesh.face_count(); ++f) {
       if (model.fixed->owner[static_cast<std::size_t>(f)] == static_cast<int>(i)) {
         const double edge = sizing.at(model.plan.to_own(scene, i, model.body.mesh.centroids().col(f)));
@@ -82,29 +82,29 @@ double judge_edge_faces(const Model& model) {
   return faces;
 }
 
-/// Faces of the judge's mesh; 0 if it has none of its own.
-double judge_faces(const Model& model) {
+/// Faces of the evaluation's mesh; 0 if it has none of its own.
+double evaluation_faces(const Model& model) {
   const Scene& scene = model.fixed->scene;
   const auto faces = static_cast<double>(model.body.mesh.face_count());
   if (model.fixed->whole_faces > 0) {
     return model.fixed->whole_faces;
   }
-  switch (scene.judge.kind) {
-    case JudgeSpec::Kind::kEdge:
-      return judge_edge_faces(model);
-    case JudgeSpec::Kind::kSplit:
-      return faces * std::pow(4.0, scene.judge.splits);
-    case JudgeSpec::Kind::kSame:
+  switch (scene.evaluation.kind) {
+    case EvaluationSpec::Kind::kEdge:
+      return evaluation_edge_faces(model);
+    case EvaluationSpec::Kind::kSplit:
+      return faces * std::pow(4.0, scene.evaluation.splits);
+    case EvaluationSpec::Kind::kSame:
       return scene.sensing ? faces : 0.0;
-    case JudgeSpec::Kind::kAuto:
-    case JudgeSpec::Kind::kNone:
+    case EvaluationSpec::Kind::kAuto:
+    case EvaluationSpec::Kind::kNone:
       break;
   }
   return 0.0;
 }
 
-/// Seconds of the alarms that a run raises: of its first method's scheme and of each without a cure.
-double alarms_seconds(const Scene& scene, double product, double spent) {
+/// Seconds of the resonance checks that a run raises: of its first method's scheme and of each without a cure.
+double resonance_checks_seconds(const Scene& scene, double product, double spent) {
   std::set<Scheme> schemes = {scene.solve.methods.front().scheme};
   for (const MethodSpec& method : scene.solve.methods) {
     if (!has_cure(method.scheme)) {
@@ -113,8 +113,9 @@ double alarms_seconds(const Scene& scene, double product, double spent) {
   }
   double seconds = 0.0;
   for (const Scheme scheme : schemes) {
-    const double alarm = alarm_seconds(!traits(scheme).burton_miller, product);
-    seconds += wants_alarm(scene.solve.solver.alarm, alarm, spent) ? alarm : 0.0;
+    const double resonance_check = resonance_check_seconds(!traits(scheme).burton_miller, product);
+    seconds +=
+        wants_resonance_check(scene.solve.solver.resonance_check, resonance_check, spent) ? resonance_check : 0.0;
   }
   return seconds;
 }
@@ -197,8 +198,8 @@ CheckReport check_model(const Model& model, int sharing) {
       spans_channels(scene) ? expected_drives(model.body.mesh, model.fixed->array, model.fixed->wave.wavelength()) : 0;
   // GMRES solves the drives too, LU's solves are counted below.
   const double solves = single_solves(scene) + (report.decision.options.kind == SolverKind::kLu ? 0.0 : drives);
-  const double judged = judge_faces(model);
-  const bool iterates = report.decision.options.kind != SolverKind::kLu || judged > 0;
+  const double evaluated = evaluation_faces(model);
+  const bool iterates = report.decision.options.kind != SolverKind::kLu || evaluated > 0;
   const double steps = iterates ? expected_steps(model, scheme) : 0.0;
   const ModelCost own = scattering_cost(report.decision, scheme, m, unknowns, solves, steps, product, own_grid);
   const double fields = drives_channels(scene) ? (traits(scheme).burton_miller ? 2.0 : 1.0) : 0.0;
@@ -212,7 +213,7 @@ CheckReport check_model(const Model& model, int sharing) {
   bytes += off_skin.bytes;
   report.seconds = own.seconds + kernel * ((fields + 1.0) * m * n + off_skin.pairs);
   const double share = product_share(report.decision.options.kind, model.body.mesh.face_count(), own_grid.seconds);
-  report.seconds += alarms_seconds(scene, share * product, own.seconds);
+  report.seconds += resonance_checks_seconds(scene, share * product, own.seconds);
   report.note = own.note;
   const auto flops = [&] {
     const Speed& speed = measured_speed(unknowns);
@@ -228,19 +229,19 @@ CheckReport check_model(const Model& model, int sharing) {
                        std::pow(k + 2.0 * drives, 2) * n * tried) /
                       flops();
   }
-  if (judged > 0) {
-    body.faces = judged;
-    const GridChoice judge_grid = solver_grid(body, model.fixed->wave, {});
-    const SolverDecision judge = choose_solver({}, judge_scheme(scene), static_cast<Eigen::Index>(judged),
-                                               available_memory(), 1, judge_grid.seconds);
-    const double scale = std::pow(judged / m, 2);
-    const ModelCost cost =
-        scattering_cost(judge, judge_scheme(scene), judged, judged, 1.0, steps, scale * product, judge_grid);
+  if (evaluated > 0) {
+    body.faces = evaluated;
+    const GridChoice evaluation_grid = solver_grid(body, model.fixed->wave, {});
+    const SolverDecision evaluation = choose_solver({}, evaluation_scheme(scene), static_cast<Eigen::Index>(evaluated),
+                                                    available_memory(), 1, evaluation_grid.seconds);
+    const double scale = std::pow(evaluated / m, 2);
+    const ModelCost cost = scattering_cost(evaluation, evaluation_scheme(scene), evaluated, evaluated, 1.0, steps,
+                                           scale * product, evaluation_grid);
     const auto methods = static_cast<double>(scene.solve.methods.size());
-    bytes += cost.bytes + kComplex * judged * 4.0 * methods * 30.0;
-    report.seconds += cost.seconds * (1.0 + 0.3 * (methods - 1.0)) + 2.0 * kernel * judged * n;
+    bytes += cost.bytes + kComplex * evaluated * 4.0 * methods * 30.0;
+    report.seconds += cost.seconds * (1.0 + 0.3 * (methods - 1.0)) + 2.0 * kernel * evaluated * n;
   }
-  report.judge_faces = static_cast<Eigen::Index>(judged);
+  report.evaluation_faces = static_cast<Eigen::Index>(evaluated);
   report.memory_mib = bytes / kMebibyte + 100.0;
   return report;
 }
@@ -310,8 +311,8 @@ Json check_value(const Model& model, const CheckReport& report, const Remarks& m
           {"solver", to_string(report.decision.options.kind)},
           {"precision", precision_name(report.decision.options)},
           {"solver_reason", report.decision.reason},
-          {"judge_faces", report.judge_faces},
-          {"judge", report.judge_faces > 0 ? to_string(judge_scheme(scene)) : ""},
+          {"evaluation_faces", report.evaluation_faces},
+          {"evaluation", report.evaluation_faces > 0 ? to_string(evaluation_scheme(scene)) : ""},
           {"warnings", remarks.warnings},
           {"notes", remarks.notes},
           {"note", report.note},

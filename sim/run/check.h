@@ -22,10 +22,10 @@ struct CheckReport {
   std::optional<Resolution> near_target;  // of the faces within 15 mm of the target's centre
   double memory_mib = 0;                  // estimate of the run's peak
   double available_mib = 0;
-  double seconds = 0;            // estimate of the run, from what this machine does now on a small part of it
-  std::string note;              // empty, or why those seconds are a guess
-  Eigen::Index judge_faces = 0;  // about, of a judge with a mesh of its own
-  SolverDecision decision;       // how B p = b would be solved
+  double seconds = 0;                 // estimate of the run, from what this machine does now on a small part of it
+  std::string note;                   // empty, or why those seconds are a guess
+  Eigen::Index evaluation_faces = 0;  // about, of an evaluation with a mesh of its own
+  SolverDecision decision;            // how B p = b would be solved
 };
 
 /// sharing   how many scenes of a sweep share the body: a factorisation then pays earlier

@@ -27,7 +27,7 @@ class KeptModels {
 
   /// The model of a role, of a mesh in a frame that does not move with the scene; made if the last one is another.
   ///
-  /// role               what the model is for in a scene, e.g. "judge"
+  /// role               what the model is for in a scene, e.g. "evaluation"
   /// right_hand_sides   of the largest block that a scene will ask for
   std::shared_ptr<SkinModel> get(const std::string& role, const TriangleMesh& mesh, const Wave& wave, Scheme scheme,
                                  const SolverSpec& spec, Eigen::Index right_hand_sides);

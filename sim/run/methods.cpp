@@ -161,12 +161,12 @@ void require_fitting_phases(const MethodSpec& method, Eigen::Index channels) {
 }
 
 MethodSolver::MethodSolver(SkinScattering& scattering, Eigen::Index channels, std::optional<Target> target,
-                           SolveSpec spec, QuietSkin quiet)
+                           SolveSpec spec, OutsideSkin outside)
     : scattering_(scattering),
       channels_(channels),
       target_(std::move(target)),
       spec_(std::move(spec)),
-      quiet_(std::move(quiet)) {
+      outside_(std::move(outside)) {
   for (const MethodSpec& method : spec_.methods) {
     require_fitting_phases(method, channels);
   }
@@ -238,9 +238,9 @@ const Eigen::MatrixXcd& MethodSolver::weighted_gram_of(const Eigen::MatrixXcd& g
   Eigen::MatrixXcd& gram = kept[faces];
   if (gram.size() == 0) {
     gram = weighted_gram(g, weights);
-    if (!quiet_.beyond.empty()) {
+    if (!outside_.beyond.empty()) {
       const ScatteringSystem& system = scattering_.system();
-      gram += quiet_.beyond_gram(faces, system.wave(), system.mesh().areas().mean());
+      gram += outside_.beyond_gram(faces, system.wave(), system.mesh().areas().mean());
     }
   }
   return gram;
@@ -248,7 +248,7 @@ const Eigen::MatrixXcd& MethodSolver::weighted_gram_of(const Eigen::MatrixXcd& g
 
 IncidentProblem MethodSolver::unscattered(const Eigen::VectorXd& amplitudes, FaceWeights faces) {
   const Eigen::MatrixXcd& g = scattering_.unit_field().pressure;
-  const Eigen::VectorXd weights = quiet_.misfit_weights(faces, scattering_.system().mesh().areas(), g.rows());
+  const Eigen::VectorXd weights = outside_.misfit_weights(faces, scattering_.system().mesh().areas(), g.rows());
   return unscattered_problem(target_->faces, g, weighted_gram_of(g, weights, faces, gram_free_), amplitudes, weights);
 }
 
@@ -258,7 +258,7 @@ IncidentProblem MethodSolver::scattered(const Eigen::VectorXd& amplitudes, FaceW
   if (columns_.size() == 0) {
     columns_ = system.columns(target_->faces);
   }
-  const Eigen::VectorXd weights = quiet_.misfit_weights(faces, system.mesh().areas(), columns_.rows());
+  const Eigen::VectorXd weights = outside_.misfit_weights(faces, system.mesh().areas(), columns_.rows());
   if (unit.slope.size() == 0 && unit.interior.size() == 0) {  // b is the incident pressure itself
     const Eigen::MatrixXcd& gram = weighted_gram_of(unit.pressure, weights, faces, gram_free_);
     return scattered_problem(columns_, unit.pressure, gram, amplitudes, weights);
@@ -279,8 +279,8 @@ PhaseSolution MethodSolver::solve_incident_method(const MethodSpec& method, cons
     const ScatteringSystem& system = scattering_.system();
     const Eigen::VectorXd& areas = system.mesh().areas();
     on_card = scattering_.incident_on_card(target_->faces, amplitudes,
-                                           quiet_.misfit_weights(method.faces, areas, areas.size()),
-                                           quiet_.beyond_gram(method.faces, system.wave(), areas.mean()), !free);
+                                           outside_.misfit_weights(method.faces, areas, areas.size()),
+                                           outside_.beyond_gram(method.faces, system.wave(), areas.mean()), !free);
   }
   const IncidentProblem problem = on_card ? std::move(*on_card)
                                   : free  ? unscattered(amplitudes, method.faces)
@@ -290,24 +290,24 @@ PhaseSolution MethodSolver::solve_incident_method(const MethodSpec& method, cons
 }
 
 const SkinProblem& MethodSolver::skin_problem(const Eigen::VectorXd& amplitudes, Progress& progress) {
-  const bool quiet = spec_.certificate || std::ranges::any_of(spec_.methods, [](const MethodSpec& method) {
-                       return method.kind->minds_quiet;
-                     });
-  return transfer(amplitudes, quiet ? spec_.quiet_weight : 0.0, progress).reduction.problem;
+  const bool outside = spec_.optimality_bound || std::ranges::any_of(spec_.methods, [](const MethodSpec& method) {
+                         return method.kind->counts_outside;
+                       });
+  return transfer(amplitudes, outside ? spec_.outside_weight : 0.0, progress).reduction.problem;
 }
 
-const Transfer& MethodSolver::transfer(const Eigen::VectorXd& amplitudes, double quiet_weight, Progress& progress) {
-  if (!transfer_ || transfer_->quiet_weight < quiet_weight) {
+const Transfer& MethodSolver::transfer(const Eigen::VectorXd& amplitudes, double outside_weight, Progress& progress) {
+  if (!transfer_ || transfer_->outside_weight < outside_weight) {
     transfer_.reset();
     if (drives_ && !spanned_) {
-      transfer_ = make_transfer_on_card(scattering_, drives_, *target_, quiet_, quiet_weight);
+      transfer_ = make_transfer_on_card(scattering_, drives_, *target_, outside_, outside_weight);
     }
     if (!transfer_ && drives_ && !spanned_) {
       spanned_ = spanned_pressure(scattering_, *drives_);
     }
     if (!transfer_) {
-      transfer_ = spanned_ ? make_transfer(*spanned_, scattering_, *target_, quiet_, quiet_weight)
-                           : make_transfer(scattering_, *target_, quiet_, quiet_weight);
+      transfer_ = spanned_ ? make_transfer(*spanned_, scattering_, *target_, outside_, outside_weight)
+                           : make_transfer(scattering_, *target_, outside_, outside_weight);
     }
     progress.detail(describe_transfer(*transfer_, channels_));
     if (Gpu* const gpu = scattering_.gpu(); gpu != nullptr && !leave_card_) {
@@ -319,11 +319,11 @@ const Transfer& MethodSolver::transfer(const Eigen::VectorXd& amplitudes, double
 }
 
 RunTransfer MethodSolver::run_transfer(const Eigen::VectorXd& amplitudes, Progress& progress) {
-  const Transfer& made = transfer(amplitudes, spec_.quiet_weight, progress);
+  const Transfer& made = transfer(amplitudes, spec_.outside_weight, progress);
   return {to_string(scattering_.system().scheme()),
           made.reduction.problem,
           scattering_.unit_field().pressure(target_->faces, Eigen::all),
-          made.quiet_weight,
+          made.outside_weight,
           made.channels_left_out,
           made.reduction.left_out};
 }
@@ -359,16 +359,16 @@ const Eigen::RowVectorXcd& MethodSolver::central_row() {
 
 double MethodSolver::best_scale(const MethodSpec& method, const TriangleMesh& mesh, const std::vector<TargetBox>& boxes,
                                 Progress& progress) {
-  const auto judged = [&](double scale) {
+  const auto evaluated = [&](double scale) {
     const PhaseSolution trial = solve(method, scale * target_->amplitudes, progress);
     return pattern_metrics(mesh, boxes, *target_, scattering_.pressure(drive(trial), "scale"));
   };
   if (!method.kind->iterates) {
-    return 1.0 / judged(1.0).scale;
+    return 1.0 / evaluated(1.0).scale;
   }
   constexpr double kLowest = 0.02;
   const double largest = most_pressure() / target_->amplitudes.maxCoeff();
-  return golden_section([&](double scale) { return judged(scale).relative_error; }, kLowest * largest, largest,
+  return golden_section([&](double scale) { return evaluated(scale).relative_error; }, kLowest * largest, largest,
                         kScaleTrials);
 }
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <optional>
 
-#include "sim/field/quiet_skin.h"
+#include "sim/field/outside_skin.h"
 #include "sim/field/target.h"
 #include "sim/run/skin_scattering.h"
 #include "sim/run/transfer.h"
@@ -37,10 +37,10 @@ class MethodSolver {
  public:
   /// scattering   outlives the solver
   /// target       absent for scenes without one; methods other than `fixed` need one
-  /// quiet        of the scattering's mesh
+  /// outside        of the scattering's mesh
   /// throws       as require_fitting_phases of each method of the spec
   MethodSolver(SkinScattering& scattering, Eigen::Index channels, std::optional<Target> target, SolveSpec spec,
-               QuietSkin quiet = {});
+               OutsideSkin outside = {});
 
   SkinScattering& scattering() const { return scattering_; }
 
@@ -60,11 +60,11 @@ class MethodSolver {
   PhaseSolution solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress,
                       const Eigen::VectorXd* before = nullptr);
 
-  /// The problem of the methods on the skin, for wanted amplitudes p': with its quiet rows if one of them or the
-  /// certificate includes them.
+  /// The problem of the methods on the skin, for wanted amplitudes p': with its outside rows if one of them or the
+  /// optimality bound includes them.
   const SkinProblem& skin_problem(const Eigen::VectorXd& amplitudes, Progress& progress);
 
-  /// The transfer matrix with its quiet rows, as run.h5 keeps it.
+  /// The transfer matrix with its outside rows, as run.h5 keeps it.
   RunTransfer run_transfer(const Eigen::VectorXd& amplitudes, Progress& progress);
 
   /// The largest pressure that the channels can make on the target's central face: all of them in phase there [Pa].
@@ -90,14 +90,14 @@ class MethodSolver {
   IncidentProblem scattered(const Eigen::VectorXd& amplitudes, FaceWeights faces);
   const Eigen::MatrixXcd& weighted_gram_of(const Eigen::MatrixXcd& g, const Eigen::VectorXd& weights, FaceWeights faces,
                                            std::map<FaceWeights, Eigen::MatrixXcd>& kept) const;
-  const Transfer& transfer(const Eigen::VectorXd& amplitudes, double quiet_weight, Progress& progress);
+  const Transfer& transfer(const Eigen::VectorXd& amplitudes, double outside_weight, Progress& progress);
   const Eigen::RowVectorXcd& central_row();
 
   SkinScattering& scattering_;
   Eigen::Index channels_;
   std::optional<Target> target_;
   SolveSpec spec_;
-  QuietSkin quiet_;
+  OutsideSkin outside_;
   std::shared_ptr<const Eigen::MatrixXcd> drives_;  // given to span(), or none
   bool leave_card_ = false;                         // for want of memory there
   // Empty until needed:

@@ -26,11 +26,11 @@ struct MotionFrame {
   double shown = 0;      // when the array had the phases
   double pose_time = 0;  // the instant whose hand was solved for: `sampled`, or later if predicted
   SkinOff off{};         // of its sample
-  Vector3 target = Vector3::Constant(kNotComputed);  // middle of the patch that it was solved for [m]; NaN if quiet
+  Vector3 target = Vector3::Constant(kNotComputed);  // middle of the patch that it was solved for [m]; NaN if silent
   double target_off = kNotComputed;  // from where that patch really was at pose_time [m], along the skin or off it
-  bool quiet = false;                // all drives are 0: the target held no skin, or
+  bool silent = false;               // all drives are 0: the target held no skin, or
   bool lost = false;                 // the sensor did not know where the hand was
-  PhaseSolution solution{};          // of a quiet frame: N zeros
+  PhaseSolution solution{};          // of a silent frame: N zeros
   StageSeconds seconds{};
 };
 
@@ -43,7 +43,7 @@ struct MotionScore {
   Metrics metrics{};                       // those that need a target are NaN where it holds no skin
 };
 
-/// The judged skin at an instant, for pictures and ParaView.
+/// The evaluated skin at an instant, for pictures and ParaView.
 struct MotionInstant {
   double time = 0;  // [s]
   TriangleMesh mesh;
@@ -68,7 +68,7 @@ struct Motion {
   double seconds = 0;
   TransducerArray array{};
   TriangleMesh mesh;                            // the solver's, at the motion's beginning, in the world's frame
-  std::optional<TriangleMesh> judge{};          // the judge's, likewise
+  std::optional<TriangleMesh> evaluation{};     // the evaluation's, likewise
   SkinExtent solved_skin = SkinExtent::kWhole;  // which `mesh` is of
   std::vector<MotionMethod> methods{};
   std::vector<std::pair<std::string, double>> timings{};  // stage of the whole -> seconds

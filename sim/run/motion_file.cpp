@@ -94,7 +94,7 @@ void frame_parts(const Io& io, Frames& frames, Eigen::Index channels) {
   io.column("late", frames, &MotionFrame::late, "s");
   io.column("shown", frames, &MotionFrame::shown, "s");
   io.column("pose_time", frames, &MotionFrame::pose_time, "s");
-  io.column("quiet", frames, &MotionFrame::quiet, "1");
+  io.column("silent", frames, &MotionFrame::silent, "1");
   io.later_column("lost", frames, &MotionFrame::lost, "1");
   io.later_column(
       "skin_off", frames, [](auto& frame) -> auto& { return frame.off.skin; }, "m");
@@ -156,8 +156,8 @@ void write_motion(const GroupWriter& io, const Motion& motion) {
   io.attribute("seconds", motion.seconds);
   io.write_text("scene", motion.scene);
   io.part("mesh", true, [&](const GroupWriter& part) { mesh_parts(part, motion.mesh); });
-  io.part("judge", motion.judge.has_value(), [&](const GroupWriter& judge) {
-    judge.part("mesh", true, [&](const GroupWriter& part) { mesh_parts(part, *motion.judge); });
+  io.part("evaluation", motion.evaluation.has_value(), [&](const GroupWriter& evaluation) {
+    evaluation.part("mesh", true, [&](const GroupWriter& part) { mesh_parts(part, *motion.evaluation); });
   });
   motion_parts(io, motion);
   extent_parts(io, motion);
@@ -170,8 +170,8 @@ Motion read_motion(const GroupReader& io) {
                 .seconds = io.number_attribute("seconds"),
                 .mesh = read_mesh(GroupReader(io.open("mesh"))),
                 .complete = io.integer_attribute("complete") != 0};
-  if (io.has("judge")) {
-    motion.judge = read_mesh(GroupReader(io.open("judge").open("mesh")));
+  if (io.has("evaluation")) {
+    motion.evaluation = read_mesh(GroupReader(io.open("evaluation").open("mesh")));
   }
   motion_parts(io, motion);
   extent_parts(io, motion);

@@ -50,11 +50,11 @@ MotionSummary summary(const MotionMethod& method) {
   std::vector<double> latencies;
   std::vector<double> seconds;
   for (const MotionFrame& frame : method.frames) {
-    result.quiet += frame.quiet ? 1 : 0;
+    result.silent += frame.silent ? 1 : 0;
     result.lost += frame.lost ? 1 : 0;
     result.late += frame.late > 0 ? 1 : 0;
     latencies.push_back(frame.shown - frame.sampled);
-    if (!frame.quiet) {
+    if (!frame.silent) {
       seconds.push_back(total_seconds(frame));
     }
   }
@@ -96,7 +96,7 @@ std::vector<std::pair<std::string, double>> summary_columns(const MotionSummary&
   add("latency_s", summary.latency);
   add("frame_seconds", summary.frame_seconds);
   columns.emplace_back("frames", summary.frames);
-  columns.emplace_back("quiet", summary.quiet);
+  columns.emplace_back("silent", summary.silent);
   columns.emplace_back("lost", summary.lost);
   columns.emplace_back("late", summary.late);
   columns.emplace_back("dropped", summary.dropped);

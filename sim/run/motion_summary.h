@@ -31,7 +31,7 @@ Statistics statistics(std::vector<double> values, Worst worst = Worst::kLargest)
 /// value that 95 % do not exceed.
 struct MotionSummary {
   int frames = 0;
-  int quiet = 0;    // of them
+  int silent = 0;   // of them
   int lost = 0;     // of those, because the sensor did not know where the hand was
   int late = 0;     // of them, those that did not start at their turn
   int dropped = 0;  // turns at which the solver was still busy
@@ -40,7 +40,7 @@ struct MotionSummary {
   Statistics displacement{};          // of the target's patch since its sample, its length, over scores of a frame [m]
   Statistics age{};                   // of what is felt, over scores of a frame [s]
   Statistics latency{};               // from sample to array, over frames [s]
-  Statistics frame_seconds{};         // that a frame took, all its stages, over frames that are not quiet [s]
+  Statistics frame_seconds{};         // that a frame took, all its stages, over frames that are not silent [s]
 };
 
 MotionSummary summary(const MotionMethod& method);
@@ -49,7 +49,7 @@ MotionSummary summary(const MotionMethod& method);
 const Statistics& statistics_of(const MotionSummary& summary, double Metrics::*metric);
 
 /// The summary as columns of a table: NAME_mean, NAME_median, NAME_p95, NAME_worst and NAME_count of every metric, of
-/// displacement_m, age_s, latency_s and frame_seconds, then frames, quiet, lost, late, dropped and scores.
+/// displacement_m, age_s, latency_s and frame_seconds, then frames, silent, lost, late, dropped and scores.
 std::vector<std::pair<std::string, double>> summary_columns(const MotionSummary& summary);
 
 }  // namespace touchfield

@@ -48,7 +48,7 @@ Json method_value(const MotionMethod& method) {
           {"method", method.method},
           {"scheme", method.scheme},
           {"frames", over.frames},
-          {"quiet", over.quiet},
+          {"silent", over.silent},
           {"lost", over.lost},
           {"late", over.late},
           {"dropped", over.dropped},
@@ -92,7 +92,7 @@ void write_frames_csv(const std::string& path, const Motion& motion) {
                 {"late_s", frame.late},
                 {"shown_s", frame.shown},
                 {"pose_time_s", frame.pose_time},
-                {"quiet", frame.quiet},
+                {"silent", frame.silent},
                 {"lost", frame.lost},
                 {"skin_off_mm", frame.off.skin / kMillimetre},
                 {"patch_off_mm", frame.off.patch / kMillimetre},
@@ -134,15 +134,15 @@ std::string motion_table(const Motion& motion) {
 }
 
 Json motion_value(const Motion& motion) {
-  const TriangleMesh& judge = motion.judge ? *motion.judge : motion.mesh;
+  const TriangleMesh& evaluation = motion.evaluation ? *motion.evaluation : motion.mesh;
   Json value = {{"name", motion.name},
                 {"complete", motion.complete},
                 {"seconds", motion.seconds},
                 {"faces", motion.mesh.face_count()},
                 {"mesh", mesh_size(motion.mesh)},
-                {"judge_faces", judge.face_count()},
-                {"judge", motion.judge ? "a mesh of its own" : "on the solving mesh"},
-                {"judge_mesh", mesh_size(judge)},
+                {"evaluation_faces", evaluation.face_count()},
+                {"evaluation", motion.evaluation ? "a mesh of its own" : "on the solving mesh"},
+                {"evaluation_mesh", mesh_size(evaluation)},
                 {"channels", motion.array.size()},
                 {"array", array_text(motion.array)},
                 {"solved_skin", to_string(motion.solved_skin)}};

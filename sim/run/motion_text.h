@@ -15,7 +15,7 @@ void write_motion_csv(const std::string& path, const Motion& motion);
 /// frames.csv: a header line and one line per frame and method. Whole or not at all. Its columns:
 ///
 ///   method, frame, sampled_s, started_s, late_s, shown_s, pose_time_s
-///   quiet, lost                   0 or 1
+///   silent, lost                   0 or 1
 ///   skin_off_mm, patch_off_mm     SkinOff
 ///   target_off_mm
 ///   cost                          after the last step

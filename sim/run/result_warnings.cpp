@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "sim/acoustics/nonlinearity.h"
-#include "sim/run/alarm.h"
+#include "sim/run/resonance_check.h"
 #include "sim/run/text_table.h"
 #include "solvers/phase/phase_methods.h"
 
@@ -15,7 +15,7 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kLargestAlarm = 0.1;
+constexpr double kLargestResonance = 0.1;
 constexpr double kLargestAmplification = 2.0;
 constexpr double kNotableSigma = 0.3;
 constexpr double kShock = 1.0;
@@ -46,7 +46,7 @@ void remark_reach(const Run& run, double most, Remarks& remarks) {
 
 void remark_unconverged(const Run& run, Remarks& remarks) {
   for (const SolveRecord& solve : run.solves) {
-    if (!solve.converged && solve.stage != "alarm") {
+    if (!solve.converged && solve.stage != "resonance_check") {
       remarks.warnings.push_back(
           fmt::format("not_converged: {}: scheme {} by {} reached a residual of {:.1e} in {} steps", solve.stage,
                       solve.scheme, solve.solver, solve.residual, solve.steps));
@@ -54,17 +54,17 @@ void remark_unconverged(const Run& run, Remarks& remarks) {
   }
 }
 
-/// Figures of a judge in a scheme with a cure are right whatever phases they are of.
-void remark_alarms(const Run& run, Remarks& remarks) {
-  const bool cured = run.judge_model && std::ranges::any_of(all_schemes(), [&](Scheme scheme) {
-                       return has_cure(scheme) && to_string(scheme) == run.judge_model->scheme;
+/// Figures of an evaluation in a scheme with a cure are right whatever phases they are of.
+void remark_resonances(const Run& run, Remarks& remarks) {
+  const bool cured = run.evaluation_model && std::ranges::any_of(all_schemes(), [&](Scheme scheme) {
+                       return has_cure(scheme) && to_string(scheme) == run.evaluation_model->scheme;
                      });
-  for (const auto& [scheme, alarm] : run.alarms) {
-    if (alarm > kLargestAlarm) {
+  for (const auto& [scheme, resonance_check] : run.resonance_checks) {
+    if (resonance_check > kLargestResonance) {
       (cured ? remarks.notes : remarks.warnings)
           .push_back(fmt::format("fictitious_frequency: scheme {} differs from Burton-Miller by {:.1f} %: the inside "
                                  "of this body resonates near this frequency, or the mesh is too coarse{}",
-                                 scheme, 100.0 * alarm,
+                                 scheme, 100.0 * resonance_check,
                                  cured ? ". Its phases are found with that error; the evaluation is free of it" : ""));
     }
   }
@@ -145,7 +145,7 @@ Remarks result_remarks(const Run& run, double most) {
   Remarks remarks;
   remark_reach(run, most, remarks);
   remark_unconverged(run, remarks);
-  remark_alarms(run, remarks);
+  remark_resonances(run, remarks);
   remark_shadow(run, remarks);
   remark_nonlinearity(run, remarks);
   return remarks;

@@ -20,8 +20,8 @@ std::vector<const MethodResult*> methods_below_wanted(const Run& run);
 ///                         nor where the scene asks for the best pressure
 ///   not_converged         a solve that missed its tolerance
 ///   fictitious_frequency  a scheme without a cure for them differs from Burton-Miller by more than 10 %; a note where
-///                         a judge with a cure has the figures
-///   deep_shadow           the target is so quiet that errors of the loud skin count twice or more there
+///                         an evaluation with a cure has the figures
+///   deep_shadow           the target is so weak that errors of the loud skin count twice or more there
 ///   nonlinear             a method's sound has steepened to a shock: shock_distance_share of 1 and more
 /// Notes:
 ///   nonlinear             the same from 0.3 on

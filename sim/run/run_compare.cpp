@@ -108,21 +108,23 @@ Difference compare_arrays(const Run& a, const Run& b) {
                    compare_complex(factors_of(a, truth(a).response), factors_of(b, truth(b).response))});
 }
 
-Difference compare_judges(const Run& a, const Run& b) {
+Difference compare_evaluations(const Run& a, const Run& b) {
   const auto name = [](const Run& run) {
-    return run.judge_model ? fmt::format("{} by {}", run.judge, run.judge_model->scheme) : run.judge;
+    return run.evaluation_model ? fmt::format("{} by {}", run.evaluation, run.evaluation_model->scheme)
+                                : run.evaluation;
   };
   if (name(a) != name(b)) {
     return incomparable(fmt::format("{} and {}", name(a), name(b)));
   }
-  return !a.judge_model ? Difference()
-                        : worst_of({compare_meshes(a.judge_model->mesh, b.judge_model->mesh),
-                                    compare_targets(a.judge_model->target, b.judge_model->target)});
+  return !a.evaluation_model ? Difference()
+                             : worst_of({compare_meshes(a.evaluation_model->mesh, b.evaluation_model->mesh),
+                                         compare_targets(a.evaluation_model->target, b.evaluation_model->target)});
 }
 
-/// The judge's pressure of a method; where the judge is the solving model that may be the method's own.
-const Eigen::VectorXcd& judged_pressure(const MethodResult& method, const Run& run) {
-  return method.judge_pressure.size() == 0 && run.judge == "same" ? method.pressure : method.judge_pressure;
+/// The evaluation's pressure of a method; where the evaluation is the solving model that may be the method's own.
+const Eigen::VectorXcd& evaluated_pressure(const MethodResult& method, const Run& run) {
+  return method.evaluation_pressure.size() == 0 && run.evaluation == "same" ? method.pressure
+                                                                            : method.evaluation_pressure;
 }
 
 Eigen::VectorXd weights_of(const TriangleMesh& mesh, const Eigen::VectorXcd& pressure) {
@@ -142,7 +144,7 @@ class Comparison {
     found_.models = {{"mesh", compare_meshes(a_.mesh, b_.mesh)},
                      {"array", compare_arrays(a_, b_)},
                      {"target", compare_targets(a_.target, b_.target)},
-                     {"judge", compare_judges(a_, b_)}};
+                     {"evaluation", compare_evaluations(a_, b_)}};
     for (const auto& [name, model] : found_.models) {
       count("the " + name, model, false);
     }
@@ -197,11 +199,11 @@ class Comparison {
         "phases", compare_phases(a.solution.phases, a.solution.amplitudes, b.solution.phases, b.solution.amplitudes));
     found.amplitudes = counted("amplitudes", compare_entries(a.solution.amplitudes, b.solution.amplitudes));
     found.pressure = counted("pressure", compare_complex(a.pressure, b.pressure, weights_of(a_.mesh, a.pressure)));
-    if (a.judge_pressure.size() > 0 || b.judge_pressure.size() > 0) {
-      const Eigen::VectorXcd& judged = judged_pressure(a, a_);
-      const TriangleMesh& mesh = a_.judge_model ? a_.judge_model->mesh : a_.mesh;
-      found.judge_pressure =
-          counted("judge's pressure", compare_complex(judged, judged_pressure(b, b_), weights_of(mesh, judged)));
+    if (a.evaluation_pressure.size() > 0 || b.evaluation_pressure.size() > 0) {
+      const Eigen::VectorXcd& evaluated = evaluated_pressure(a, a_);
+      const TriangleMesh& mesh = a_.evaluation_model ? a_.evaluation_model->mesh : a_.mesh;
+      found.evaluation_pressure = counted(
+          "evaluation's pressure", compare_complex(evaluated, evaluated_pressure(b, b_), weights_of(mesh, evaluated)));
     }
     for (const MetricField& field : metric_fields()) {
       const double x = a.metrics.*field.value;
@@ -276,7 +278,7 @@ Json value_of(const MethodDifference& method) {
             {"fault", method.phases.fault}}},
           {"amplitudes", value_of(method.amplitudes)},
           {"pressure", value_of(method.pressure)},
-          {"judge_pressure", method.judge_pressure ? value_of(*method.judge_pressure) : Json()},
+          {"evaluation_pressure", method.evaluation_pressure ? value_of(*method.evaluation_pressure) : Json()},
           {"metrics", metrics},
           {"seconds", seconds}};
 }
@@ -295,13 +297,13 @@ Json provenance_lines(const std::array<Provenance, 2>& of) {
 std::string methods_table(const std::vector<MethodDifference>& methods) {
   Json rows = Json::array();
   for (const MethodDifference& method : methods) {
-    const Difference judged = method.judge_pressure.value_or(Difference());
+    const Difference evaluated = method.evaluation_pressure.value_or(Difference());
     double metrics = 0;
     for (const MetricField& field : metric_fields()) {
       metrics = std::max(metrics, is_time(field) ? 0 : relative_change(method.a.*field.value, method.b.*field.value));
     }
     std::string fault;
-    for (const Difference& part : {method.phases, method.amplitudes, method.pressure, judged}) {
+    for (const Difference& part : {method.phases, method.amplitudes, method.pressure, evaluated}) {
       fault = fault.empty() ? part.fault : fault;
     }
     rows.push_back(Json{{"method", method.name},
@@ -309,7 +311,7 @@ std::string methods_table(const std::vector<MethodDifference>& methods) {
                         {"amplitudes", method.amplitudes.relative},
                         {"pressure", method.pressure.relative},
                         {"as_it_is", method.pressure.as_it_is},
-                        {"judge", method.judge_pressure ? Json(judged.relative) : Json()},
+                        {"evaluation", method.evaluation_pressure ? Json(evaluated.relative) : Json()},
                         {"metrics", metrics},
                         {"A_s", method.a.seconds_total},
                         {"B_s", method.b.seconds_total},

@@ -62,7 +62,7 @@ struct MethodDifference {
   Difference phases{};
   Difference amplitudes{};
   Difference pressure{};
-  std::optional<Difference> judge_pressure{};  // if one of the runs has it
+  std::optional<Difference> evaluation_pressure{};  // if one of the runs has it
   Metrics a{};
   Metrics b{};
 };
@@ -87,7 +87,7 @@ struct RunDifference {
   Deviation largest_result{};  // of phases, amplitudes, pressures, metrics, fields
   std::array<Provenance, 2> provenance{};
   std::vector<SceneKeyChange> scene{};
-  std::vector<std::pair<std::string, Difference>> models{};  // mesh, array, target, judge
+  std::vector<std::pair<std::string, Difference>> models{};  // mesh, array, target, evaluation
   std::array<std::vector<std::string>, 2> methods_in_one_alone{};
   std::array<std::vector<std::string>, 2> fields_in_one_alone{};
   std::vector<MethodDifference> methods{};

@@ -16,14 +16,15 @@
 
 namespace touchfield {
 
-/// What one method found and how it was judged.
+/// What one method found and how it was evaluated.
 struct MethodResult {
   std::string name;    // unique in a run
   std::string method;  // paper, unscattered, focus, fixed
   std::string scheme;  // of the boundary elements
   PhaseSolution solution;
-  Eigen::VectorXcd pressure;        // M, on the solving mesh [Pa]
-  Eigen::VectorXcd judge_pressure;  // on the judge's mesh [Pa]; empty: no judge, or `pressure` is the judge's
+  Eigen::VectorXcd pressure;  // M, on the solving mesh [Pa]
+  Eigen::VectorXcd
+      evaluation_pressure;  // on the evaluation's mesh [Pa]; empty: no evaluation, or `pressure` is the evaluation's
   Metrics metrics;
   double shock_distance_share = kNotComputed;  // sigma on the way to the loudest place of the skin (nonlinearity.h)
   std::vector<std::pair<std::string, double>> seconds;  // stage -> seconds
@@ -56,7 +57,7 @@ struct Provenance {
 
 /// One solve of B p = b: what was done, how well, and how long it took.
 struct SolveRecord {
-  std::string stage;  // pressure, judge, alarm, ...
+  std::string stage;  // pressure, evaluation, resonance check, ...
   std::string scheme;
   std::string solver;     // "LU", "GMRES, stored" or "GMRES, matrix-free"
   std::string precision;  // "single", "single refined" or "double"
@@ -70,8 +71,8 @@ struct SolveRecord {
   double seconds = 0;
 };
 
-/// The judge's own model, where it is not the solving one.
-struct JudgeModel {
+/// The evaluation's own model, where it is not the solving one.
+struct EvaluationModel {
   std::string scheme;
   TriangleMesh mesh;             // in the world's frame
   std::optional<Target> target;  // on this mesh
@@ -82,9 +83,9 @@ struct RunTransfer {
   std::string scheme;
   SkinProblem problem;           // rows of H at the target's faces, R of the others; amplitudes are the target's
   Eigen::MatrixXcd incident;     // K x N, the target's rows without scattering [Pa]
-  double quiet_weight = 0;       // w_Z of R
+  double outside_weight = 0;     // w_Z of R
   double channels_left_out = 0;  // share, by norm, of what all channels do to the body that H leaves out
-  double quiet_left_out = 0;     // of what they do to the skin outside the target that R leaves out
+  double outside_left_out = 0;   // of what they do to the skin outside the target that R leaves out
 };
 
 /// The stage of a run in which the best pressure of its target was found.
@@ -96,29 +97,32 @@ struct Run {
   std::string scene;                        // resolved YAML text
   TriangleMesh mesh;                        // in the world's frame; of several bodies one behind the other
   TransducerArray array{};                  // as the solver assumes it
-  std::optional<ArrayTruth> array_truth{};  // then judge and fields are of it
+  std::optional<ArrayTruth> array_truth{};  // then evaluation and fields are of it
   double frequency = kNotComputed;          // [Hz]; not known of files from before 0.3
   std::optional<Target> target{};
-  std::string judge = "none";                   // none, same (the solving mesh), truth, edge, split
-  std::optional<JudgeModel> judge_model{};      // there if judge is truth, edge or split
-  SkinExtent solved_skin = SkinExtent::kWhole;  // which `mesh` is of
+  std::string evaluation = "none";                    // none, same (the solving mesh), truth, edge, split
+  std::optional<EvaluationModel> evaluation_model{};  // there if evaluation is truth, edge or split
+  SkinExtent solved_skin = SkinExtent::kWhole;        // which `mesh` is of
   std::vector<MethodResult> methods{};
   std::vector<FieldResult> fields{};
   std::vector<SolveRecord> solves{};                      // in the order of the run
   std::vector<std::pair<std::string, double>> seconds{};  // stage of the whole run -> seconds
-  double alarm = kNotComputed;  // |plain - Burton-Miller| / |Burton-Miller|, first method's scheme
-  std::vector<std::pair<std::string, double>> alarms{};  // the same of each scheme without a cure: scheme -> alarm
-  std::vector<std::string> warnings{};                   // what makes it less than trustworthy, "name: what"
-  std::vector<std::string> notes{};                      // what is worth knowing besides, likewise
+  double resonance_check = kNotComputed;  // |plain - Burton-Miller| / |Burton-Miller|, first method's scheme
+  std::vector<std::pair<std::string, double>>
+      resonance_checks{};               // the same of each scheme without a cure: scheme -> resonance check
+  std::vector<std::string> warnings{};  // what makes it less than trustworthy, "name: what"
+  std::vector<std::string> notes{};     // what is worth knowing besides, likewise
   Provenance provenance{};
   bool complete = false;
   std::vector<std::string> bodies{};     // names of the bodies; empty if there is one without a name
   std::vector<int> owner{};              // M: number of the body a face is of; empty with `bodies`
   std::vector<RunTransfer> transfers{};  // one a scheme, where the scene asks for them
 
-  /// Whether the fields are scattered by the judge's mesh: where the solver mistakes the channels or has a part of the
+  /// Whether the fields are scattered by the evaluation's mesh: where the solver mistakes the channels or has a part of the
   /// skin.
-  bool has_fields_of_judge() const { return judge_model && (array_truth || solved_skin == SkinExtent::kPart); }
+  bool has_fields_of_evaluation() const {
+    return evaluation_model && (array_truth || solved_skin == SkinExtent::kPart);
+  }
 };
 
 }  // namespace touchfield

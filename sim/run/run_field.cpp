@@ -25,12 +25,12 @@ Eigen::MatrixXcd columns_of(const Run& run, Eigen::Index rows, const Column& col
   return columns;
 }
 
-const Eigen::VectorXcd& judged_pressure(const MethodResult& method, const TriangleMesh& mesh) {
-  if (method.judge_pressure.size() != mesh.face_count()) {
+const Eigen::VectorXcd& evaluated_pressure(const MethodResult& method, const TriangleMesh& mesh) {
+  if (method.evaluation_pressure.size() != mesh.face_count()) {
     throw InputError(
         fmt::format("method {}: the evaluation mesh has no pressure of it, which its field needs", method.name));
   }
-  return method.judge_pressure;
+  return method.evaluation_pressure;
 }
 
 FieldValues field_by(Gpu* gpu, const TriangleMesh& mesh, const TransducerArray& array, const Wave& wave,
@@ -68,11 +68,13 @@ Eigen::MatrixXcd sounding_drives(const Run& run) {
                     [&](const MethodResult& method) { return sounding_drive(method.solution, run.array_truth); });
 }
 
-const TriangleMesh& field_mesh(const Run& run) { return run.has_fields_of_judge() ? run.judge_model->mesh : run.mesh; }
+const TriangleMesh& field_mesh(const Run& run) {
+  return run.has_fields_of_evaluation() ? run.evaluation_model->mesh : run.mesh;
+}
 
 FieldValues run_field(const Run& run, const Wave& wave, const Points& points, Gpu* gpu) {
   const TriangleMesh& mesh = field_mesh(run);
-  if (!run.has_fields_of_judge()) {
+  if (!run.has_fields_of_evaluation()) {
     return field_by(gpu, mesh, run.array, wave, points, pressures_of(run), drives_of(run));
   }
   TransducerArray array = run.array;
@@ -80,7 +82,7 @@ FieldValues run_field(const Run& run, const Wave& wave, const Points& points, Gp
     array.response = run.array_truth->response;
   }
   const auto pressures = columns_of(run, mesh.face_count(), [&](const MethodResult& method) -> const Eigen::VectorXcd& {
-    return judged_pressure(method, mesh);
+    return evaluated_pressure(method, mesh);
   });
   return field_by(gpu, mesh, array, wave, points, pressures, sounding_drives(run));
 }

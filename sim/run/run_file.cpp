@@ -119,13 +119,13 @@ void method_parts(const Io& io, Method& result) {
   io.optional_list("cost", result.solution.cost_history, "Pa2");
 }
 
-/// What the judge shares with the solving model is a link to the data there.
-void judge_parts(const GroupWriter& io, const Run& run) {
-  io.attribute("judge", run.judge);
-  if (run.judge_model) {
-    io.attribute("scheme", run.judge_model->scheme);
-    io.part("mesh", true, [&](const GroupWriter& part) { mesh_parts(part, run.judge_model->mesh); });
-    optional_target(io, run.judge_model->target);
+/// What the evaluation shares with the solving model is a link to the data there.
+void evaluation_parts(const GroupWriter& io, const Run& run) {
+  io.attribute("evaluation", run.evaluation);
+  if (run.evaluation_model) {
+    io.attribute("scheme", run.evaluation_model->scheme);
+    io.part("mesh", true, [&](const GroupWriter& part) { mesh_parts(part, run.evaluation_model->mesh); });
+    optional_target(io, run.evaluation_model->target);
   } else {
     io.link("mesh", "/mesh");
     if (run.target) {
@@ -134,9 +134,9 @@ void judge_parts(const GroupWriter& io, const Run& run) {
   }
   const hdf5::Group methods = io.create("methods");
   for (const MethodResult& result : run.methods) {
-    if (result.judge_pressure.size() != 0) {
-      GroupWriter(methods.create(result.name)).list("pressure", result.judge_pressure, "Pa");
-    } else if (!run.judge_model && result.pressure.size() != 0) {
+    if (result.evaluation_pressure.size() != 0) {
+      GroupWriter(methods.create(result.name)).list("pressure", result.evaluation_pressure, "Pa");
+    } else if (!run.evaluation_model && result.pressure.size() != 0) {
       methods.create(result.name).link("pressure", "/methods/" + result.name + "/pressure");
     }
   }
@@ -148,22 +148,22 @@ bool same_bits(const Eigen::VectorXcd& a, const Eigen::VectorXcd& b) {
 }
 
 /// Needs the run's methods.
-void judge_parts(const GroupReader& io, Run& run) {
-  io.attribute("judge", run.judge);
-  if (has_judge_model(run.judge)) {
+void evaluation_parts(const GroupReader& io, Run& run) {
+  io.attribute("evaluation", run.evaluation);
+  if (has_evaluation_model(run.evaluation)) {
     std::string scheme;
     io.attribute("scheme", scheme);
-    run.judge_model = JudgeModel{scheme, read_mesh(GroupReader(io.open("mesh"))), std::nullopt};
-    optional_target(io, run.judge_model->target);
-  } else if (run.judge != "same") {
-    io.fail(fmt::format("unknown judge '{}'", run.judge));
+    run.evaluation_model = EvaluationModel{scheme, read_mesh(GroupReader(io.open("mesh"))), std::nullopt};
+    optional_target(io, run.evaluation_model->target);
+  } else if (run.evaluation != "same") {
+    io.fail(fmt::format("unknown evaluation '{}'", run.evaluation));
   }
   const hdf5::Content methods = io.open("methods");
   for (MethodResult& result : run.methods) {
     if (methods.has(result.name)) {
-      GroupReader(methods.open(result.name)).list("pressure", result.judge_pressure, "Pa");
-      if (!run.judge_model && same_bits(result.judge_pressure, result.pressure)) {
-        result.judge_pressure.resize(0);
+      GroupReader(methods.open(result.name)).list("pressure", result.evaluation_pressure, "Pa");
+      if (!run.evaluation_model && same_bits(result.evaluation_pressure, result.pressure)) {
+        result.evaluation_pressure.resize(0);
       }
     }
   }
@@ -173,7 +173,7 @@ void judge_parts(const GroupReader& io, Run& run) {
 void transfer_parts(const GroupWriter& io, const RunTransfer& /*transfer*/, const Run& /*run*/) {
   io.attribute("pressure",
                std::string("p[face] = target @ q, without scattering incident @ q; q = amplitude * exp(i phase)"));
-  io.attribute("cost", std::string("sum(weight * (abs(target @ q) - wanted)**2) + sum(abs(quiet @ q)**2)"));
+  io.attribute("cost", std::string("sum(weight * (abs(target @ q) - wanted)**2) + sum(abs(outside @ q)**2)"));
   io.link("face", "/target/face");
   io.link("wanted", "/target/amplitude");
 }
@@ -191,12 +191,12 @@ void transfers_parts(const Io& io, Transfers& transfers, TheRun& run) {
       transfers, [](auto& transfer) -> auto& { return transfer.scheme; },
       [&](const Io& part, auto& transfer) {
         transfer_parts(part, transfer, run);
-        part.attribute("quiet_weight", transfer.quiet_weight);
+        part.attribute("outside_weight", transfer.outside_weight);
         part.attribute("channels_left_out", transfer.channels_left_out);
-        part.attribute("quiet_left_out", transfer.quiet_left_out);
+        part.attribute("outside_left_out", transfer.outside_left_out);
         part.list("weight", transfer.problem.weights, "m2");
         part.matrix("target", transfer.problem.target, run.array.size(), "Pa");
-        part.matrix("quiet", transfer.problem.quiet, run.array.size(), "Pa m");
+        part.matrix("outside", transfer.problem.outside, run.array.size(), "Pa m");
         part.matrix("incident", transfer.incident, run.array.size(), "Pa");
       });
 }
@@ -259,7 +259,7 @@ void run_parts(const Io& io, TheRun& run) {
         run.methods, [](auto& method) -> auto& { return method.name; },
         [](const Io& part, auto& method) { method_parts(part, method); });
   });
-  io.part("judge", run.judge != "none", [&](const Io& part) { judge_parts(part, run); });
+  io.part("evaluation", run.evaluation != "none", [&](const Io& part) { evaluation_parts(part, run); });
   io.part("transfer", !run.transfers.empty(), [&](const Io& part) { transfers_parts(part, run.transfers, run); });
   io.part("solves", !run.solves.empty(), [&](const Io& part) { solves_parts(part, run.solves); });
   io.part("field", !run.fields.empty(), [&](const Io& fields) {
@@ -268,7 +268,8 @@ void run_parts(const Io& io, TheRun& run) {
         [](const Io& part, auto& field) { field_parts(part, field); });
   });
   io.part("seconds", !run.seconds.empty(), [&](const Io& part) { part.stages("", run.seconds); });
-  io.part("alarms", !run.alarms.empty(), [&](const Io& part) { part.stages("", run.alarms); });
+  io.part("resonance_checks", !run.resonance_checks.empty(),
+          [&](const Io& part) { part.stages("", run.resonance_checks); });
   io.optional_texts("warnings", run.warnings);
   io.optional_texts("notes", run.notes);
   io.part("provenance", true, [&](const Io& part) { provenance_parts(part, run.provenance); });
@@ -284,7 +285,7 @@ void write_run(const GroupWriter& io, const Run& run) {
   format_parts(io, kRunArchive);
   io.attribute("name", run.name);
   io.attribute("complete", run.complete ? 1 : 0);
-  io.attribute("alarm", run.alarm);
+  io.attribute("resonance_check", run.resonance_check);
   io.attribute("frequency", run.frequency);
   io.write_text("scene", run.scene);
   io.part("mesh", true, [&](const GroupWriter& part) {
@@ -302,7 +303,7 @@ Run read_run(const GroupReader& io) {
           .scene = io.read_text("scene"),
           .mesh = read_mesh(mesh),
           .complete = io.integer_attribute("complete") != 0};
-  io.later_attribute("alarm", run.alarm);
+  io.later_attribute("resonance_check", run.resonance_check);
   io.later_attribute("frequency", run.frequency);
   bodies_parts(mesh, run);
   run_parts(io, run);

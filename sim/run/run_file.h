@@ -9,7 +9,7 @@
 namespace touchfield {
 
 /// Version of the layout of run.h5; docs/run-file.md describes it.
-inline constexpr int kRunFormatVersion = 5;
+inline constexpr int kRunFormatVersion = 6;
 
 /// Writes a run as HDF5. The file appears under `path` whole or not at all (temporary name, flush, rename); an older
 /// one is replaced. Groups that were not computed are absent.
@@ -28,7 +28,7 @@ Run read_run_file(const std::string& path, const Warn& warn = {});
 /// The run.h5 that a user's path names: the file itself, or the directory that holds it.
 std::string run_file_at(const std::string& path);
 
-/// The methods side by side, one per line, with the gap to the certificate where it was computed. If the metrics are of
+/// The methods side by side, one per line, with the gap to the optimality bound where it was computed. If the metrics are of
 /// a part of the body, its label comes first. If the scene asked for the best pressure, that pressure and its method
 /// come last.
 std::string methods_table(const Run& run);

@@ -50,26 +50,26 @@ void check_transfers(const Run& run) {
       require_size(fmt::format("{}: a column of {}", what, name), matrix->rows(), faces);
       require_size(fmt::format("{}: a row of {}", what, name), matrix->cols(), run.array.size());
     }
-    require_size(what + ": a row of quiet", problem.quiet.cols(), run.array.size());
+    require_size(what + ": a row of outside", problem.outside.cols(), run.array.size());
   }
 }
 
-void check_judge(const Run& run) {
-  if (run.judge != "none" && run.judge != "same" && !has_judge_model(run.judge)) {
-    throw InputError(fmt::format("judge '{}' must be one of none, same, edge, split", run.judge));
+void check_evaluation(const Run& run) {
+  if (run.evaluation != "none" && run.evaluation != "same" && !has_evaluation_model(run.evaluation)) {
+    throw InputError(fmt::format("evaluation '{}' must be one of none, same, edge, split", run.evaluation));
   }
-  if (has_judge_model(run.judge) != run.judge_model.has_value()) {
-    throw InputError(
-        fmt::format("judge '{}' must {} a model of its own", run.judge, run.judge_model ? "not have" : "have"));
+  if (has_evaluation_model(run.evaluation) != run.evaluation_model.has_value()) {
+    throw InputError(fmt::format("evaluation '{}' must {} a model of its own", run.evaluation,
+                                 run.evaluation_model ? "not have" : "have"));
   }
-  const TriangleMesh& mesh = run.judge_model ? run.judge_model->mesh : run.mesh;
-  if (run.judge_model && run.judge_model->target) {
-    check_target("judge's target", *run.judge_model->target, mesh.face_count());
+  const TriangleMesh& mesh = run.evaluation_model ? run.evaluation_model->mesh : run.mesh;
+  if (run.evaluation_model && run.evaluation_model->target) {
+    check_target("evaluation's target", *run.evaluation_model->target, mesh.face_count());
   }
   for (const MethodResult& method : run.methods) {
-    if (method.judge_pressure.size() != 0) {
-      require_size(fmt::format("method {}: judge's pressure", method.name), method.judge_pressure.size(),
-                   run.judge == "none" ? 0 : mesh.face_count());
+    if (method.evaluation_pressure.size() != 0) {
+      require_size(fmt::format("method {}: evaluation's pressure", method.name), method.evaluation_pressure.size(),
+                   run.evaluation == "none" ? 0 : mesh.face_count());
     }
   }
 }
@@ -180,7 +180,7 @@ void check_bodies(const Run& run) {
 }
 
 void check_run(const Run& run) {
-  require_stages("alarms", run.alarms);
+  require_stages("resonance_checks", run.resonance_checks);
   check_array(run.array);
   if (run.array_truth) {
     check_response("array's truth", run.array_truth->response, run.array.size());
@@ -206,7 +206,7 @@ void check_run(const Run& run) {
     require_stages(what, method.seconds);
     require_no_conflict(method);
   }
-  check_judge(run);
+  check_evaluation(run);
   std::set<std::string> fields;
   for (const FieldResult& field : run.fields) {
     require_name("field", field.grid.name, fields);

@@ -19,9 +19,9 @@ struct ProvenanceField {
 
 const std::vector<ProvenanceField>& provenance_fields();
 
-/// True if the judge has a mesh of its own.
-inline bool has_judge_model(const std::string& judge) {
-  return judge == "truth" || judge == "edge" || judge == "split";
+/// True if the evaluation has a mesh of its own.
+inline bool has_evaluation_model(const std::string& evaluation) {
+  return evaluation == "truth" || evaluation == "edge" || evaluation == "split";
 }
 
 /// omni, piston or t4010a1.

@@ -41,13 +41,14 @@ std::string array_sentence(const TransducerArray& array) {
                      directivity_name(array.directivity.kind()));
 }
 
-std::string judge_sentence(const Run& run) {
-  if (run.judge_model) {
+std::string evaluation_sentence(const Run& run) {
+  if (run.evaluation_model) {
     return fmt::format(
         "All phases were evaluated by the scheme {} on a separate mesh of {} faces (mean edge {:.2f} mm). ",
-        run.judge_model->scheme, run.judge_model->mesh.face_count(), 1e3 * run.judge_model->mesh.mean_edge());
+        run.evaluation_model->scheme, run.evaluation_model->mesh.face_count(),
+        1e3 * run.evaluation_model->mesh.mean_edge());
   }
-  return run.judge == "none" ? "" : "All phases were evaluated on the mesh that they were found on. ";
+  return run.evaluation == "none" ? "" : "All phases were evaluated on the mesh that they were found on. ";
 }
 
 /// Of one solve per scheme: how its system was solved.
@@ -118,7 +119,7 @@ std::string methods_paragraph(const Run& run) {
   for (const MethodResult& result : run.methods) {
     text += fmt::format("Method {} ({}): {} ", result.name, result.scheme, help_of(result.method));
   }
-  return text + judge_sentence(run) +
+  return text + evaluation_sentence(run) +
          fmt::format("Computed with touchfield {} ({}).", run.provenance.version, run.provenance.revision);
 }
 

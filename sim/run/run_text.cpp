@@ -53,7 +53,7 @@ Json transfer_values(const Run& run) {
   for (const RunTransfer& transfer : run.transfers) {
     transfers.push_back(Json{{"scheme", transfer.scheme},
                              {"target_rows", transfer.problem.target_count()},
-                             {"rows_outside", transfer.problem.quiet.rows()},
+                             {"rows_outside", transfer.problem.outside.rows()},
                              {"channels", transfer.problem.channel_count()}});
   }
   return transfers;
@@ -124,8 +124,8 @@ Json stage_values(const std::vector<std::pair<std::string, double>>& stages) {
 }
 
 std::string methods_table(const Run& run) {
-  const auto certified = [](const MethodResult& result) { return !std::isnan(result.metrics.optimality_gap); };
-  const bool with_gap = std::ranges::any_of(run.methods, certified);
+  const auto bounded = [](const MethodResult& result) { return !std::isnan(result.metrics.optimality_gap); };
+  const bool with_gap = std::ranges::any_of(run.methods, bounded);
   std::vector<std::vector<std::string>> rows = {
       {"method", "error", "mean [Pa]", "reached", "width [mm]", "leakage", "force [mN]", "seconds"}};
   if (with_gap) {
@@ -156,10 +156,10 @@ Json run_value(const Run& run) {
   for (const MethodResult& method : run.methods) {
     ends[method.name] = fmt::format("{} steps, {}", method.solution.iterations, to_string(method.solution.status));
   }
-  const JudgeModel* const model = run.judge_model ? &*run.judge_model : nullptr;
-  Json alarms = Json::object();
-  for (const auto& [scheme, alarm] : run.alarms) {
-    alarms[scheme] = alarm;
+  const EvaluationModel* const model = run.evaluation_model ? &*run.evaluation_model : nullptr;
+  Json resonance_checks = Json::object();
+  for (const auto& [scheme, resonance_check] : run.resonance_checks) {
+    resonance_checks[scheme] = resonance_check;
   }
   Json value = {{"name", run.name},
                 {"complete", run.complete},
@@ -173,15 +173,15 @@ Json run_value(const Run& run) {
                 {"target_faces", run.target ? run.target->size() : 0},
                 {"target_pa", run.target ? Json(run.target->amplitudes.maxCoeff()) : Json()},
                 {"solved_skin", to_string(run.solved_skin)},
-                {"judge", run.judge},
-                {"judge_scheme", model != nullptr ? model->scheme : ""},
-                {"judge_mesh", model != nullptr ? mesh_size(model->mesh) : Json()},
+                {"evaluation", run.evaluation},
+                {"evaluation_scheme", model != nullptr ? model->scheme : ""},
+                {"evaluation_mesh", model != nullptr ? mesh_size(model->mesh) : Json()},
                 {"fields", field_values(run)},
                 {"transfers", transfer_values(run)},
                 {"solves", solve_values(run)},
                 {"method_ends", ends},
-                {"alarm", std::isnan(run.alarm) ? Json() : Json(run.alarm)},
-                {"alarms", alarms},
+                {"resonance_check", std::isnan(run.resonance_check) ? Json() : Json(run.resonance_check)},
+                {"resonance_checks", resonance_checks},
                 {"seconds", stage_values(run.seconds)}};
   value.update(levels_value(run));
   value.update(provenance_value(run.provenance));

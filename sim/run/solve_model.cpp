@@ -14,17 +14,17 @@
 #include "sim/core/text_hash.h"
 #include "sim/core/version.h"
 #include "sim/gpu/gpu_library.h"
-#include "sim/model/judge_comparison.h"
+#include "sim/model/evaluation_comparison.h"
 #include "sim/model/stages.h"
-#include "sim/run/alarm.h"
-#include "sim/run/judge.h"
+#include "sim/run/evaluation.h"
 #include "sim/run/methods.h"
+#include "sim/run/resonance_check.h"
 #include "sim/run/result_warnings.h"
 #include "sim/run/run_field.h"
 #include "sim/run/speed.h"
 #include "sim/scene/scene_reader.h"
 #include "solvers/linear/instruction_level.h"
-#include "solvers/phase/certificate.h"
+#include "solvers/phase/optimality_bound.h"
 #include "solvers/phase/skin_field.h"
 
 namespace touchfield {
@@ -37,15 +37,15 @@ Run begin_run(const Model& model, const SolveOptions& options) {
   const Scene& scene = model.fixed->scene;
   const std::string text = resolved_yaml(scene);
   Provenance provenance = provenance_now(options.threads, used_seeds(scene), options.command_line, text_hash(text));
-  const bool judged_by_itself = scene.judge.kind == JudgeSpec::Kind::kSame && !judged_elsewhere(model);
-  const std::string judge = judged_by_itself ? "same" : "none";
+  const bool evaluated_by_itself = scene.evaluation.kind == EvaluationSpec::Kind::kSame && !evaluated_elsewhere(model);
+  const std::string evaluation = evaluated_by_itself ? "same" : "none";
   Run run{.name = scene.name,
           .scene = text,
           .mesh = model.body.mesh,
           .array = model.fixed->array,
           .array_truth = model.fixed->array_truth,
           .frequency = model.fixed->wave.frequency(),
-          .judge = judge,
+          .evaluation = evaluation,
           .solved_skin = solved_extent(model),
           .provenance = std::move(provenance)};
   if (!scene.bodies.front().name.empty()) {
@@ -89,7 +89,7 @@ class Models {
   struct Entry {
     Entry(std::unique_ptr<SkinScattering> made, const std::optional<Target>& target, const Model& model)
         : scattering(std::move(made)),
-          methods(*scattering, model.fixed->array.size(), target, model.fixed->scene.solve, quiet_skin(model)) {}
+          methods(*scattering, model.fixed->array.size(), target, model.fixed->scene.solve, outside_skin(model)) {}
     std::unique_ptr<SkinScattering> scattering;
     MethodSolver methods;
   };
@@ -118,24 +118,26 @@ class Models {
 };
 
 /// Scores every method on surface's cost and holds it against the least that any phases can reach.
-void certify_methods(const Model& model, Models& models, Run& run, Progress& progress) {
+void bound_methods(const Model& model, Models& models, Run& run, Progress& progress) {
   const Scheme scheme = model.fixed->scene.solve.scheme;
   const SkinProblem& problem = models.of(scheme).skin_problem(run.target->amplitudes, progress);
   const auto prove = [&] {
     try {
-      return certify(problem);
+      return prove_bound(problem);
     } catch (const std::exception& error) {  // what is finished stays
-      say({{fmt::format("certificate: no bound was found: {}", error.what())}, {}}, run, progress);
-      return Certificate{};
+      say({{fmt::format("optimality_bound: no bound was found: {}", error.what())}, {}}, run, progress);
+      return OptimalityBound{};
     }
   };
-  const Certificate certificate =
-      timed(progress, run.seconds, "certificate", "lower bound of the cost on the skin", prove);
-  progress.detail(fmt::format("    bound {:.6g} Pa2 m2 after {} iterations{}", certificate.bound,
-                              certificate.iterations, certificate.converged ? "" : ", not as tight as it could be"));
+  const OptimalityBound optimality_bound =
+      timed(progress, run.seconds, "optimality_bound", "lower bound of the cost on the skin", prove);
+  progress.detail(fmt::format("    bound {:.6g} Pa2 m2 after {} iterations{}", optimality_bound.bound,
+                              optimality_bound.iterations,
+                              optimality_bound.converged ? "" : ", not as tight as it could be"));
   if (!model.beyond.empty()) {
     say({{},
-         {"certificate: its bound holds for a cost that includes the skin beyond keep_within_mm only by its incident "
+         {"optimality_bound: its bound holds for a cost that includes the skin beyond keep_within_mm only by its "
+          "incident "
           "pressure. It does not prove anything for the whole body; without keep_within_mm it does"}},
         run, progress);
   }
@@ -144,9 +146,9 @@ void certify_methods(const Model& model, Models& models, Run& run, Progress& pro
     const Eigen::VectorXcd q = drive(method.solution);
     const double reached = skin_cost(problem, best_level(problem, q) * q);
     method.metrics.cost_skin = reached;
-    method.metrics.cost_bound = certificate.bound;
-    method.metrics.error_bound = std::sqrt(certificate.bound / silent);
-    method.metrics.optimality_gap = optimality_gap(problem, certificate, reached);
+    method.metrics.cost_bound = optimality_bound.bound;
+    method.metrics.error_bound = std::sqrt(optimality_bound.bound / silent);
+    method.metrics.optimality_gap = optimality_gap(problem, optimality_bound, reached);
   }
 }
 
@@ -183,17 +185,21 @@ MethodResult solve_method(const MethodSpec& method, Models& models, const Model&
                           [&] { return solver.scattering().pressure(drives, "pressure of " + method.name); });
   note_solve(run, progress);
   require_finite("method " + method.name, result.pressure);
-  if (scene.judge.kind == JudgeSpec::Kind::kSame && !judged_elsewhere(model) && method.scheme != scene.solve.scheme) {
+  if (scene.evaluation.kind == EvaluationSpec::Kind::kSame && !evaluated_elsewhere(model) &&
+      method.scheme != scene.solve.scheme) {
     SkinScattering& own = models.of(scene.solve.scheme).scattering();
-    result.judge_pressure = timed(progress, result.seconds, "judge", fmt::format("judge {}", method.name),
-                                  [&] { return own.pressure(drives, "judge of " + method.name); });
+    result.evaluation_pressure =
+        timed(progress, result.seconds, "evaluation", fmt::format("evaluation {}", method.name),
+              [&] { return own.pressure(drives, "evaluation of " + method.name); });
     note_solve(run, progress);
-    require_finite("judge of " + method.name, result.judge_pressure);
+    require_finite("evaluation of " + method.name, result.evaluation_pressure);
   }
-  const bool elsewhere = result.judge_pressure.size() > 0;
-  judge_method(result, run.mesh, gradient, model, run.target, elsewhere ? result.judge_pressure : result.pressure);
+  const bool elsewhere = result.evaluation_pressure.size() > 0;
+  evaluation_method(result, run.mesh, gradient, model, run.target,
+                    elsewhere ? result.evaluation_pressure : result.pressure);
   if (elsewhere) {
-    result.metrics.judge_difference = relative_difference(run.mesh.areas(), result.pressure, result.judge_pressure);
+    result.metrics.evaluation_difference =
+        relative_difference(run.mesh.areas(), result.pressure, result.evaluation_pressure);
   }
   return result;
 }
@@ -210,9 +216,9 @@ void warn_of_conditioning(const MethodSolver& solver, Run& run, Progress& progre
   }
 }
 
-/// The alarm of the first method's scheme, and that of every other scheme without a cure on the first method by it. A
+/// The resonance check of the first method's scheme, and that of every other scheme without a cure on the first method by it. A
 /// Burton-Miller scheme that the run has solved anyway is what they are compared with.
-void raise_alarms(const SolveSpec& solve, Models& models, Run& run, Progress& progress) {
+void check_resonances(const SolveSpec& solve, Models& models, Run& run, Progress& progress) {
   const auto cured =
       std::ranges::find_if(solve.methods, [](const MethodSpec& method) { return traits(method.scheme).burton_miller; });
   std::set<Scheme> seen;
@@ -226,18 +232,19 @@ void raise_alarms(const SolveSpec& solve, Models& models, Run& run, Progress& pr
       spent += record.seconds;
     }
     const std::string name = to_string(scheme);
-    const double alarm = timed(
-        progress, run.seconds, m == 0 ? "alarm" : "alarm_" + name, "compare conventional and Burton-Miller pressures",
-        [&] {
+    const double resonance_check = timed(
+        progress, run.seconds, m == 0 ? "resonance_check" : "resonance_check_" + name,
+        "compare conventional and Burton-Miller pressures", [&] {
           SkinScattering* reference = cured != solve.methods.end() ? &models.of(cured->scheme).scattering() : nullptr;
-          return fictitious_alarm(models.of(scheme).scattering(), reference, solve.solver,
-                                  drive(run.methods[m].solution), run.methods[m].pressure, spent, run.solves, progress);
+          return resonance_difference(models.of(scheme).scattering(), reference, solve.solver,
+                                      drive(run.methods[m].solution), run.methods[m].pressure, spent, run.solves,
+                                      progress);
         });
     if (m == 0) {
-      run.alarm = alarm;
+      run.resonance_check = resonance_check;
     }
-    if (!has_cure(scheme) && !std::isnan(alarm)) {
-      run.alarms.emplace_back(name, alarm);
+    if (!has_cure(scheme) && !std::isnan(resonance_check)) {
+      run.resonance_checks.emplace_back(name, resonance_check);
     }
   }
 }
@@ -261,8 +268,8 @@ FieldResult evaluate_grid(const FieldGrid& grid, const Model& model, const Run& 
 
 std::string used_seeds(const Scene& scene) {
   std::string seeds = scene.sensing ? fmt::format("sensing={}", scene.sensing->seed) : "";
-  if (scene.array.spread) {
-    seeds += fmt::format("{}spread={}", seeds.empty() ? "" : " ", scene.array.spread->seed);
+  if (scene.array.tolerances) {
+    seeds += fmt::format("{}tolerances={}", seeds.empty() ? "" : " ", scene.array.tolerances->seed);
   }
   if (scene.motion) {
     const MotionSpec::Sensor& sensor = scene.motion->sensor;
@@ -334,16 +341,16 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
     finished(run);
   }
   warn_of_conditioning(models.of(first.scheme), run, progress);
-  raise_alarms(spec, models, run, progress);
-  if (judged_elsewhere(model)) {
-    judge_elsewhere(
+  check_resonances(spec, models, run, progress);
+  if (evaluated_elsewhere(model)) {
+    evaluation_elsewhere(
         model, options, [&]() -> SkinScattering& { return models.of(spec.scheme).scattering(); }, run, progress);
   }
   if (model.fixed->scene.write.transfer) {
     keep_transfers(spec, models, run, progress);
   }
-  if (spec.certificate && run.target) {
-    certify_methods(model, models, run, progress);
+  if (spec.optimality_bound && run.target) {
+    bound_methods(model, models, run, progress);
   }
   say(result_remarks(run, methods_below_wanted(run).empty() ? kNotComputed : models.of(first.scheme).most_pressure()),
       run, progress);

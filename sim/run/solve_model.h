@@ -10,7 +10,7 @@
 
 namespace touchfield {
 
-/// Computes a scene: B p = G q assembled and factorised, every method solved and judged by the scattered pressure
+/// Computes a scene: B p = G q assembled and factorised, every method solved and evaluated by the scattered pressure
 /// p = B^-1 G q, then the fields. No file is written.
 ///
 /// finished   gets the run so far after each method

@@ -146,7 +146,7 @@ Eigen::Index largest_block(const Scene& scene, Scheme scheme, Eigen::Index chann
   const bool transfer = std::any_of(solve.methods.begin(), solve.methods.end(), [&](const MethodSpec& method) {
     return method.kind->model == MethodModel::kSkin && method.scheme == scheme;
   });
-  if (transfer || ((solve.certificate || scene.write.transfer) && scheme == solve.scheme)) {
+  if (transfer || ((solve.optimality_bound || scene.write.transfer) && scheme == solve.scheme)) {
     return std::min(channels, kUsualRank);
   }
   return shared ? 2 * static_cast<Eigen::Index>(solve.methods.size()) : 1;

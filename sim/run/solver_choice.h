@@ -60,7 +60,7 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
                              Eigen::Index right_hand_sides = 1,
                              double by_grid = std::numeric_limits<double>::infinity());
 
-/// The largest block of right-hand sides that a scheme's model will be asked for. Where a method, the certificate or
+/// The largest block of right-hand sides that a scheme's model will be asked for. Where a method, the optimality bound or
 /// the file that is written needs what every channel does, it is about as large as a basis of all channels. Else it is
 /// 1.
 ///

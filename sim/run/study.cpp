@@ -1,17 +1,17 @@
 #include "sim/run/study.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "sim/core/errors.h"
+#include "sim/core/steady_now.h"
 #include "sim/core/units.h"
 #include "sim/field/pressure_metrics.h"
 #include "sim/mesh/remesh/subdivide.h"
-#include "sim/model/judge_comparison.h"
+#include "sim/model/evaluation_comparison.h"
 #include "sim/run/accuracy.h"
 #include "sim/run/cost.h"
 #include "sim/run/expected_steps.h"
@@ -25,10 +25,6 @@ namespace {
 
 constexpr double kReferenceEdge = 0.6;  // of the finest rung's
 constexpr double kMemoryShare = 0.9;    // of the free memory that a rung may be expected to take
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// Whether the bodies' faces are those of files, so that a study cannot choose their size.
 bool from_file(const Scene& scene) {
@@ -74,7 +70,7 @@ class Reference {
 
   /// The focused pressure at another mesh's centroids.
   Eigen::VectorXcd focus_at(const TriangleMesh& other) const {
-    return JudgeComparison(other, mesh(), std::nullopt).at_centroids(focus_);
+    return EvaluationComparison(other, mesh(), std::nullopt).at_centroids(focus_);
   }
 
   double pattern_error(const PhaseSolution& solution) {
@@ -167,7 +163,7 @@ void find_pressure(const Scene& scene, std::vector<Model>& models, Progress& pro
   std::vector<SolveRecord> records;
   SkinScattering scattering(model.body.mesh, model.fixed->wave, Scheme::kBurtonMillerPolished, SolverSpec{},
                             model.fixed->array, records, progress);
-  MethodSolver methods(scattering, model.fixed->array.size(), build_target(model), scene.solve, quiet_skin(model));
+  MethodSolver methods(scattering, model.fixed->array.size(), build_target(model), scene.solve, outside_skin(model));
   const double pressure = methods.best_scale(scene.solve.methods.front(), model.body.mesh, model.boxes, progress);
   for (Model& rung : models) {
     rung.posture.target->pressure = pressure;
@@ -193,16 +189,16 @@ void solve_rung(const Scene& scene, const Model& model, Scheme scheme, const Sol
   const Eigen::VectorXd amplitudes = target ? target->amplitudes : Eigen::VectorXd();
   std::vector<SolveRecord> records;
   reset_peak_memory();
-  const auto start = Clock::now();
+  const double start = steady_now();
   SkinScattering scattering(model.body.mesh, model.fixed->wave, scheme, spec, model.fixed->array, records, progress);
-  MethodSolver methods(scattering, model.fixed->array.size(), target, scene.solve, quiet_skin(model));
+  MethodSolver methods(scattering, model.fixed->array.size(), target, scene.solve, outside_skin(model));
   std::optional<PhaseSolution> first;
   for (const MethodSpec& method : scene.solve.methods) {
     const PhaseSolution solution = methods.solve(method, amplitudes, progress);
     scattering.pressure(drive(solution), "study");
     first = first ? first : std::optional(solution);
   }
-  rung.seconds = seconds_since(start);
+  rung.seconds = steady_now() - start;
   rung.peak_mib = peak_memory_mib();
   const Eigen::VectorXcd focus = scattering.pressure(free_focus(model), "study");
   rung.error_reference = relative_difference(model.body.mesh.areas(), focus, expected);
@@ -267,13 +263,13 @@ Json rung_value(const StudyRung& rung) {
 Study run_study(const Scene& scene, std::vector<Model> models, const StudyOptions& options, Progress& progress,
                 const std::function<void(const Study&)>& on_rung) {
   const std::vector<double> edges = edges_of(scene, options);
-  auto start = Clock::now();
+  auto start = steady_now();
   progress.begin("reference solution");
   Reference reference(scene, models.back(), edges.back(), progress);
-  progress.end(seconds_since(start));
+  progress.end(steady_now() - start);
   Study study{
       fmt::format("{}, {} faces, edge {:.2f} mm, {:.1f} s", to_string(Scheme::kBurtonMillerPolished),
-                  reference.mesh().face_count(), reference.mesh().mean_edge() / kMillimetre, seconds_since(start)),
+                  reference.mesh().face_count(), reference.mesh().mean_edge() / kMillimetre, steady_now() - start),
       {}};
   if (scene.target && !scene.target->pressure) {
     find_pressure(scene, models, progress);
@@ -286,14 +282,14 @@ Study run_study(const Scene& scene, std::vector<Model> models, const StudyOption
     if (const std::string reason = reason_to_skip(model, scheme, spec, options.rung_seconds); !reason.empty()) {
       rung.status = reason;
     } else {
-      start = Clock::now();
+      start = steady_now();
       progress.begin(fmt::format("{}, {} faces, {}, {}", rung.scheme, rung.faces, rung.solver, rung.precision));
       try {
         solve_rung(scene, model, scheme, spec, expected, reference, shared, progress, rung);
       } catch (const NumericalError& error) {
         rung.status = fmt::format("failed: {}", error.what());
       }
-      progress.end(seconds_since(start));
+      progress.end(steady_now() - start);
     }
     study.rungs.push_back(std::move(rung));
     mark_pareto(study.rungs);

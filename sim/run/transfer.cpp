@@ -16,8 +16,8 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kDriveTolerance = 1e-4;  // on b: the scheme's own error is some fifty times as large
-constexpr double kQuietTolerance = 1e-4;  // on pressures: an eigenvalue is their square
+constexpr double kDriveTolerance = 1e-4;    // on b: the scheme's own error is some fifty times as large
+constexpr double kOutsideTolerance = 1e-4;  // on pressures: an eigenvalue is their square
 
 /// Drives that span what all channels do to the body, r of them: b^H compressed. b itself, as large as the field of
 /// every channel, is gone before the solver takes its memory.
@@ -27,16 +27,16 @@ LowRank spanning_drives(SkinScattering& scattering) {
 
 /// The rows of skin beyond, reduced with the others or, of a frame, in single precision behind them; and nothing of
 /// dead channels: what they do is 0, not what rounding leaves of it.
-void finish(const SkinScattering& scattering, const QuietSkin& quiet, bool reduce, Transfer& transfer) {
-  if (transfer.quiet_weight > 0 && !quiet.beyond.empty()) {
+void finish(const SkinScattering& scattering, const OutsideSkin& outside, bool reduce, Transfer& transfer) {
+  if (transfer.outside_weight > 0 && !outside.beyond.empty()) {
     const Wave& wave = scattering.system().wave();
     if (reduce) {
-      add_quiet_rows(quiet.beyond_rows(wave, transfer.quiet_weight), kQuietTolerance, transfer.reduction);
+      add_outside_rows(outside.beyond_rows(wave, transfer.outside_weight), kOutsideTolerance, transfer.reduction);
     } else {
-      Eigen::MatrixXcd& rows = transfer.reduction.problem.quiet;
-      const Eigen::VectorXd scale = quiet.beyond_weights(transfer.quiet_weight).cwiseSqrt();
+      Eigen::MatrixXcd& rows = transfer.reduction.problem.outside;
+      const Eigen::VectorXd scale = outside.beyond_weights(transfer.outside_weight).cwiseSqrt();
       Eigen::MatrixXcd all(rows.rows() + scale.size(), rows.cols());
-      all << rows, scale.asDiagonal() * quiet.beyond_pressure_single(wave).cast<std::complex<double>>();
+      all << rows, scale.asDiagonal() * outside.beyond_pressure_single(wave).cast<std::complex<double>>();
       rows = std::move(all);
     }
   }
@@ -45,7 +45,7 @@ void finish(const SkinScattering& scattering, const QuietSkin& quiet, bool reduc
   for (Eigen::Index n = 0; n < response.gain.size(); ++n) {
     if (response.gain(n) == 0) {
       problem.target.col(n).setZero();
-      problem.quiet.col(n).setZero();
+      problem.outside.col(n).setZero();
     }
   }
 }
@@ -54,61 +54,62 @@ void finish(const SkinScattering& scattering, const QuietSkin& quiet, bool reduc
 
 std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
                                               const std::shared_ptr<const Eigen::MatrixXcd>& drives,
-                                              const Target& target, const QuietSkin& quiet, double quiet_weight) {
+                                              const Target& target, const OutsideSkin& outside, double outside_weight) {
   if (scattering.gpu() == nullptr) {
     return std::nullopt;
   }
   const Eigen::VectorXd& areas = scattering.system().mesh().areas();
-  const Eigen::VectorXd weights = quiet.face_weights(areas, target, quiet_weight);
+  const Eigen::VectorXd weights = outside.face_weights(areas, target, outside_weight);
   auto spanned = scattering.spanned_on_card(
-      drives, kDriveTolerance, {target.faces, quiet_weight > 0 ? &weights : nullptr, kQuietTolerance}, "transfer");
+      drives, kDriveTolerance, {target.faces, outside_weight > 0 ? &weights : nullptr, kOutsideTolerance}, "transfer");
   if (!spanned) {
     return std::nullopt;
   }
   Transfer transfer;
-  transfer.quiet_weight = quiet_weight;
+  transfer.outside_weight = outside_weight;
   transfer.solves = spanned->drives;
   transfer.channels_left_out = spanned->left_out;
-  transfer.reduction.left_out = spanned->quiet_left_out;
+  transfer.reduction.left_out = spanned->outside_left_out;
   SkinProblem& problem = transfer.reduction.problem;
   problem.target = std::move(spanned->target);
-  problem.quiet = std::move(spanned->quiet);
+  problem.outside = std::move(spanned->outside);
   problem.amplitudes = target.amplitudes;
   problem.weights = areas(target.faces);
-  finish(scattering, quiet, drives == nullptr, transfer);
+  finish(scattering, outside, drives == nullptr, transfer);
   return transfer;
 }
 
-Transfer make_transfer(SkinScattering& scattering, const Target& target, const QuietSkin& quiet, double quiet_weight) {
+Transfer make_transfer(SkinScattering& scattering, const Target& target, const OutsideSkin& outside,
+                       double outside_weight) {
   const Eigen::VectorXd& areas = scattering.system().mesh().areas();
   const auto by_reciprocity = [&] {
     Transfer transfer;
-    transfer.quiet_weight = quiet_weight;
+    transfer.outside_weight = outside_weight;
     transfer.by_reciprocity = true;
     transfer.solves = target.size();
     transfer.reduction.problem.target = scattering.transfer_rows(target.faces, "transfer");
     transfer.reduction.problem.amplitudes = target.amplitudes;
     transfer.reduction.problem.weights = areas(target.faces);
-    transfer.reduction.problem.quiet.resize(0, scattering.array().size());
-    finish(scattering, quiet, true, transfer);
+    transfer.reduction.problem.outside.resize(0, scattering.array().size());
+    finish(scattering, outside, true, transfer);
     return transfer;
   };
   if (scattering.gpu() != nullptr) {
     const ScatteringSystem& system = scattering.system();
-    if (!(quiet_weight > 0) && static_cast<double>(target.size()) <
-                                   expected_drives(system.mesh(), scattering.array(), system.wave().wavelength())) {
+    if (!(outside_weight > 0) && static_cast<double>(target.size()) <
+                                     expected_drives(system.mesh(), scattering.array(), system.wave().wavelength())) {
       return by_reciprocity();
     }
-    if (auto transfer = make_transfer_on_card(scattering, nullptr, target, quiet, quiet_weight)) {
+    if (auto transfer = make_transfer_on_card(scattering, nullptr, target, outside, outside_weight)) {
       return *transfer;
     }
   }
   const LowRank drives = spanning_drives(scattering);
-  if (!(quiet_weight > 0) && target.size() < drives.rank()) {
+  if (!(outside_weight > 0) && target.size() < drives.rank()) {
     return by_reciprocity();
   }
   return make_transfer({drives.basis, scattering.spanned_pressure(drives, "transfer"), drives.left_out}, scattering,
-                       target, quiet, quiet_weight, true);
+                       target, outside, outside_weight, true);
 }
 
 SpannedPressure spanned_pressure(SkinScattering& scattering, const Eigen::MatrixXcd& drives) {
@@ -117,16 +118,17 @@ SpannedPressure spanned_pressure(SkinScattering& scattering, const Eigen::Matrix
 }
 
 Transfer make_transfer(const SpannedPressure& spanned, const SkinScattering& scattering, const Target& target,
-                       const QuietSkin& quiet, double quiet_weight, bool reduce) {
+                       const OutsideSkin& outside, double outside_weight, bool reduce) {
   Transfer transfer;
-  transfer.quiet_weight = quiet_weight;
+  transfer.outside_weight = outside_weight;
   transfer.solves = spanned.drives.cols();
   transfer.channels_left_out = spanned.left_out;
   const Eigen::VectorXd& areas = scattering.system().mesh().areas();
   const Eigen::VectorXd weights =
-      quiet_weight > 0 ? quiet.face_weights(areas, target, quiet_weight) : Eigen::VectorXd();
-  transfer.reduction = reduced_skin_problem(spanned.pressure, spanned.drives, areas, target, weights, kQuietTolerance);
-  finish(scattering, quiet, reduce, transfer);
+      outside_weight > 0 ? outside.face_weights(areas, target, outside_weight) : Eigen::VectorXd();
+  transfer.reduction =
+      reduced_skin_problem(spanned.pressure, spanned.drives, areas, target, weights, kOutsideTolerance);
+  finish(scattering, outside, reduce, transfer);
   return transfer;
 }
 
@@ -161,7 +163,7 @@ std::string describe_transfer(const Transfer& transfer, Eigen::Index channels) {
   return fmt::format(
       "  transfer: {} channels by a reduced basis of {}, error {:.1e}; skin outside the target by {} rows, error "
       "{:.1e}",
-      channels, transfer.solves, transfer.channels_left_out, transfer.reduction.problem.quiet.rows(),
+      channels, transfer.solves, transfer.channels_left_out, transfer.reduction.problem.outside.rows(),
       transfer.reduction.left_out);
 }
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/field/quiet_skin.h"
+#include "sim/field/outside_skin.h"
 #include "sim/field/skin_reduction.h"
 #include "sim/run/skin_scattering.h"
 
@@ -14,7 +14,7 @@ namespace touchfield {
 /// What the channels make of the skin, reduced for the phase methods, and how it was obtained.
 struct Transfer {
   SkinReduction reduction;
-  double quiet_weight = 0;       // w_Z
+  double outside_weight = 0;     // w_Z
   bool by_reciprocity = false;   // K rows by transposed solves; else r drives that span all channels, forwards
   Eigen::Index solves = 0;       // right-hand sides that were solved for
   double channels_left_out = 0;  // share, by norm, of b of all channels that the drives leave out
@@ -35,24 +35,25 @@ SpannedPressure spanned_pressure(SkinScattering& scattering, const Eigen::Matrix
 /// needs. With given ones, as frames have, rows of skin beyond are not reduced. Nothing on the processor.
 std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
                                               const std::shared_ptr<const Eigen::MatrixXcd>& drives,
-                                              const Target& target, const QuietSkin& quiet, double quiet_weight);
+                                              const Target& target, const OutsideSkin& outside, double outside_weight);
 
 /// Solves for H in the cheaper way:
 ///
 ///   forwards       b of all channels is compressed to r drives V, P = pressures of V, H = P V^H: all of H, r solves
-///   by reciprocity rows of H at the target alone, K solves with B^T; no quiet rows
+///   by reciprocity rows of H at the target alone, K solves with B^T; no outside rows
 ///
-/// quiet_weight   w_Z; at 0 the skin outside the target is not needed, and the way with fewer solves is taken
-/// accuracy       V leaves out 1e-4 of b, the quiet rows eigenvalues below 1e-8 of the largest
+/// outside_weight   w_Z; at 0 the skin outside the target is not needed, and the way with fewer solves is taken
+/// accuracy       V leaves out 1e-4 of b, the outside rows eigenvalues below 1e-8 of the largest
 ///            the skin beyond is reduced with the skin outside the target by the same limit
-Transfer make_transfer(SkinScattering& scattering, const Target& target, const QuietSkin& quiet, double quiet_weight);
+Transfer make_transfer(SkinScattering& scattering, const Target& target, const OutsideSkin& outside,
+                       double outside_weight);
 
 /// H of any target of the body that the pressures are of, forwards.
 ///
 /// reduce   whether rows of skin beyond are reduced with the others, which takes longer than a few steps of a method
 ///          with all of them, or stand behind them
 Transfer make_transfer(const SpannedPressure& spanned, const SkinScattering& scattering, const Target& target,
-                       const QuietSkin& quiet, double quiet_weight, bool reduce = false);
+                       const OutsideSkin& outside, double outside_weight, bool reduce = false);
 
 /// H of a mesh, p = H q, M x N [Pa]: the pressure of every channel at full drive on every face, in the forward way.
 /// Rows of some faces alone take less: SkinScattering::transfer_rows.

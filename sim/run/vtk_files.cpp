@@ -200,11 +200,11 @@ void write_surface_vtp(const std::string& path, const Run& run) {
   write_skin_vtp(path, run, run.mesh, run.owner, run.target, pressures_of(run, &MethodResult::pressure));
 }
 
-void write_judge_vtp(const std::string& path, const Run& run) {
+void write_evaluation_vtp(const std::string& path, const Run& run) {
   check_run(run);
-  require(run.judge_model, "{}: the judge '{}' has no model of its own", path, run.judge);
-  write_skin_vtp(path, run, run.judge_model->mesh, {}, run.judge_model->target,
-                 pressures_of(run, &MethodResult::judge_pressure));
+  require(run.evaluation_model, "{}: the evaluation '{}' has no model of its own", path, run.evaluation);
+  write_skin_vtp(path, run, run.evaluation_model->mesh, {}, run.evaluation_model->target,
+                 pressures_of(run, &MethodResult::evaluation_pressure));
 }
 
 void write_array_vtp(const std::string& path, const Run& run) {
@@ -267,9 +267,9 @@ void add_to_series(const std::string& directory, const Motion& motion, const Mot
                    std::vector<SeriesStep>& steps) {
   check_instant(instant);
   const std::filesystem::path folder = directory;
-  steps.push_back({instant.time, fmt::format("judge_{:04}.vtp", steps.size() + 1)});
+  steps.push_back({instant.time, fmt::format("evaluation_{:04}.vtp", steps.size() + 1)});
   write_skin_vtp(folder / steps.back().file, motion, instant.mesh, {}, instant.target, instant.pressure);
-  write_series(folder / "judge.pvd", steps);
+  write_series(folder / "evaluation.pvd", steps);
 }
 
 }  // namespace touchfield

@@ -19,10 +19,10 @@ namespace touchfield {
 ///   NAME_re_pa, NAME_im_pa, NAME_phase_rad   per face
 void write_surface_vtp(const std::string& path, const Run& run);
 
-/// judge.vtp: the same of the judge's mesh, its target and its pressures.
+/// evaluation.vtp: the same of the evaluation's mesh, its target and its pressures.
 ///
-/// throws   InputError if the judge has no model of its own
-void write_judge_vtp(const std::string& path, const Run& run);
+/// throws   InputError if the evaluation has no model of its own
+void write_evaluation_vtp(const std::string& path, const Run& run);
 
 /// array.vtp: one vertex per channel with `axis`, `device`, `channel` and, for every method NAME, `NAME_phase_rad` and
 /// `NAME_amplitude`.
@@ -46,8 +46,8 @@ struct SeriesStep {
 /// A .pvd, which ParaView opens as one data set over time. Whole or not at all.
 void write_series(const std::string& path, const std::vector<SeriesStep>& steps);
 
-/// Adds an instant of a motion to the series judge.pvd of a directory: judge_0001.vtp, judge_0002.vtp, ... with the
-/// judged skin as in judge.vtp, and judge.pvd again, so that it is always of all files that are there.
+/// Adds an instant of a motion to the series evaluation.pvd of a directory: evaluation_0001.vtp, evaluation_0002.vtp, ... with the
+/// evaluated skin as in evaluation.vtp, and evaluation.pvd again, so that it is always of all files that are there.
 ///
 /// steps    those before it, none at first; then with this one
 /// throws   InputError if the parts of the instant do not fit each other; IoError

@@ -44,7 +44,8 @@ struct CalibrationSpec {
 };
 
 /// Responses drawn at random.
-struct SpreadSpec : ResponseSpread {
+struct ToleranceSpec : ChannelTolerances {
+  unsigned seed = 1;
   ResponseOf in = ResponseOf::kTruth;
 };
 
@@ -57,14 +58,14 @@ struct ArraySpec {
   double level = 1.0;                             // 0 < level <= 1
   double source_strength = kAutd3SourceStrength;  // [Pa m]
   std::optional<CalibrationSpec> calibration;
-  std::optional<SpreadSpec> spread;
+  std::optional<ToleranceSpec> tolerances;
   std::optional<int> phase_levels;  // phase levels to which the true array rounds solved phases
 };
 
 /// How many channels an array will have.
 Eigen::Index channel_count(const ArraySpec& spec);
 
-/// Responses that a scene gives its channels: calibration times spread, of those that belong to the array.
+/// Responses that a scene gives its channels: calibration times tolerances, of those that belong to the array.
 struct ChannelResponses {
   ChannelResponse solver;  // what the solver reckons with
   ChannelResponse truth;   // what sounds

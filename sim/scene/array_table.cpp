@@ -145,7 +145,7 @@ Codec<ArraySpec> array_codec() {
       .key("source_pa_m", &ArraySpec::source_strength, number(kPlain, above(0)),
            "Pressure amplitude of a transducer at full drive on its axis times the distance [Pa m].")
       .maybe("calibration", &ArraySpec::calibration, calibration_codec(), "", "Measured responses of the channels.")
-      .maybe("spread", &ArraySpec::spread, spread_codec(), "",
+      .maybe("tolerances", &ArraySpec::tolerances, tolerance_codec(), "",
              "Tolerances: random responses of the channels. They multiply those of a calibration.")
       .maybe("phase_levels", &ArraySpec::phase_levels, integer(between(2, 65536)), "256",
              "Phase levels of the true array, to which it rounds the solved phases, as a device does. Default: no "

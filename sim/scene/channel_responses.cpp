@@ -27,8 +27,8 @@ ChannelResponse response_of(const ArraySpec& spec, ResponseOf array) {
     response = {Eigen::Map<const Eigen::VectorXd>(spec.calibration->gain.data(), count),
                 Eigen::Map<const Eigen::VectorXd>(spec.calibration->phase.data(), count)};
   }
-  if (spec.spread && belongs(spec.spread->in, array)) {
-    response = product(response, random_response(channel_count(spec), *spec.spread));
+  if (spec.tolerances && belongs(spec.tolerances->in, array)) {
+    response = product(response, random_response(channel_count(spec), *spec.tolerances, spec.tolerances->seed));
   }
   return response;
 }
@@ -43,7 +43,7 @@ ChannelResponses channel_responses(const ArraySpec& spec) {
 
 bool solver_mistakes_channels(const ArraySpec& spec) {
   return (spec.calibration && spec.calibration->in != ResponseOf::kBoth) ||
-         (spec.spread && spec.spread->in != ResponseOf::kBoth) || spec.phase_levels;
+         (spec.tolerances && spec.tolerances->in != ResponseOf::kBoth) || spec.phase_levels;
 }
 
 }  // namespace touchfield

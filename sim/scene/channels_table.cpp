@@ -46,18 +46,18 @@ Codec<CalibrationSpec> calibration_codec() {
       .codec();
 }
 
-Codec<SpreadSpec> spread_codec() {
+Codec<ToleranceSpec> tolerance_codec() {
   const Unit percent = Unit::power_of_ten(-2);
-  return Map<SpreadSpec>()
-      .key("gain_percent", &SpreadSpec::gain, number(percent, between(0, 100)),
+  return Map<ToleranceSpec>()
+      .key("gain_percent", &ToleranceSpec::gain, number(percent, between(0, 100)),
            "Standard deviation of the gains, normal about 1 [%]; negative values become 0.")
       .shown_as("10")
-      .key("phase_deg", &SpreadSpec::phase, number(kDegrees, between(0, 360)),
+      .key("phase_deg", &ToleranceSpec::phase, number(kDegrees, between(0, 360)),
            "Standard deviation of the phases, normal about 0 [deg].")
-      .key("dead_percent", &SpreadSpec::dead, number(percent, between(0, 100)),
+      .key("dead_percent", &ToleranceSpec::dead, number(percent, between(0, 100)),
            "Probability that a channel is dead [%].")
-      .key("seed", &SpreadSpec::seed, seed(), "Seed of the random responses.")
-      .key("in", &SpreadSpec::in, response_of_codec(), kIn)
+      .key("seed", &ToleranceSpec::seed, seed(), "Seed of the random responses.")
+      .key("in", &ToleranceSpec::in, response_of_codec(), kIn)
       .codec();
 }
 

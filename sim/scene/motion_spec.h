@@ -94,7 +94,7 @@ struct MotionSpec {
   double array_delay = 1e-3;    // from a frame's phases until they sound [s]
   Prediction predict = Prediction::kNone;
   double score_hz = 61;
-  double stale = 0.15;  // of a sample: older ones are not felt, `live` is quiet [s]
+  double stale = 0.15;  // of a sample: older ones are not felt, `live` is silent [s]
 };
 
 }  // namespace touchfield

@@ -53,9 +53,9 @@ struct Scene : Posture {
   MediumSpec medium;
   double frequency = 40e3;  // [Hz]
   ArraySpec array;
-  std::optional<SensingNoise> sensing;  // what the solver sees of the bodies; the judge sees them as they are
+  std::optional<SensingNoise> sensing;  // what the solver sees of the bodies; the evaluation sees them as they are
   SolveSpec solve;
-  JudgeSpec judge;
+  EvaluationSpec evaluation;
   std::vector<FieldSpec> fields;
   WriteSpec write;
   std::optional<MotionSpec> motion;    // the rest of the scene is the still that it starts from

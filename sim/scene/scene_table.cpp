@@ -240,7 +240,7 @@ Codec<Scene> make_scene_codec() {
       .maybe("target", &Scene::target, target_codec(), "",
              "The part of the skin to press on. Every method except fixed needs one.")
       .required("solve", &Scene::solve, solve_codec(), "", "The search for the phases.")
-      .key("judge", &Scene::judge, judge_codec(),
+      .key("evaluation", &Scene::evaluation, evaluation_codec(),
            "The evaluation mesh. same: the model that was solved. none: no evaluation. A map: a model of its own. "
            "auto: same, if it has whole bodies with edges of at most 0.35 wavelengths; otherwise a new mesh of the "
            "whole bodies.")
@@ -260,7 +260,7 @@ Codec<Scene> make_scene_codec() {
         const bool good_motion = !good || (check_motion(in, scene) && check_pattern(in, scene));
         const bool good_landmarks = !good || check_box_landmarks(in, scene.bodies);
         const bool good_tolerances = check_tolerances(in, scene);
-        return check_judge(in, scene) && good_tolerances && good_targets && good_motion && good_landmarks;
+        return check_evaluation(in, scene) && good_tolerances && good_targets && good_motion && good_landmarks;
       })
       .codec();
 }

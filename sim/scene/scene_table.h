@@ -20,7 +20,7 @@ const Codec<Scene>& scene_codec();
 
 Codec<ArraySpec> array_codec();
 Codec<CalibrationSpec> calibration_codec();
-Codec<SpreadSpec> spread_codec();
+Codec<ToleranceSpec> tolerance_codec();
 /// Reads the calibration file of an array with good keys. Reports and returns false if the file, or the list in its
 /// place, does not fit the channels. Dead transducers of a positions file get the gain 0 instead. Then a calibration as
 /// well is an error.
@@ -30,7 +30,7 @@ Codec<BodySpec> body_codec();
 Codec<std::vector<BodySpec>> bodies_codec();
 Codec<EdgeSpec> edge_codec();
 Codec<SolveSpec> solve_codec();
-Codec<JudgeSpec> judge_codec();
+Codec<EvaluationSpec> evaluation_codec();
 Codec<MotionSpec> motion_codec();
 Codec<PatternSpec> pattern_codec();
 Codec<MotionSpec::Sensor> sensor_codec();
@@ -64,8 +64,8 @@ bool check_box_landmarks(const Input& scene, const std::vector<BodySpec>& bodies
 bool check_landmark(const Input& at, const std::vector<std::string>& names, const std::string& name);
 /// The same for those that the `near` of edge lengths names.
 bool check_near(const Input& edges, const std::vector<std::string>& names);
-/// Reports and returns false if the judge cannot have the body of this scene, read from `in`.
-bool check_judge(const Input& in, const Scene& scene);
+/// Reports and returns false if the evaluation cannot have the body of this scene, read from `in`.
+bool check_evaluation(const Input& in, const Scene& scene);
 /// Reports and returns false if what the motion changes is not in the scene, read from `in`, or leaves its range.
 bool check_motion(const Input& in, const Scene& scene);
 /// Reports and returns false if the pattern needs what the scene, read from `in`, does not have.

@@ -47,7 +47,7 @@ struct MethodSpec {
 
 enum class SolverChoice { kAuto, kLu, kGmres, kMatrixFree, kFft };  // gmres: with a stored matrix
 enum class PrecisionChoice { kAuto, kDouble, kSingle };
-enum class AlarmChoice { kAuto, kAlways, kNever };
+enum class ResonanceCheck { kAuto, kAlways, kNever };
 
 /// How the equations of the boundary elements, B p = b, are set up and solved.
 struct SolverSpec {
@@ -55,9 +55,10 @@ struct SolverSpec {
   SolverChoice solver = SolverChoice::kAuto;
   PrecisionChoice precision = PrecisionChoice::kAuto;
   double tolerance = SolverOptions{}.tolerance;  // |b - B p| / |b| of an iterative solution
-  bool refine = SolverOptions{}.refine;        // single precision: until the residual computed in double is that small
-  int max_steps = SolverOptions{}.max_steps;   // of GMRES
-  AlarmChoice alarm = AlarmChoice::kAuto;      // whether the plain and the Burton-Miller pressures are compared
+  bool refine = SolverOptions{}.refine;       // single precision: until the residual computed in double is that small
+  int max_steps = SolverOptions{}.max_steps;  // of GMRES
+  ResonanceCheck resonance_check =
+      ResonanceCheck::kAuto;                   // whether the plain and the Burton-Miller pressures are compared
   double coupling = SystemOptions{}.coupling;  // of Burton-Miller: eta = coupling i/k
   double split_ratio =
       FaceRule{}.split_ratio;  // near faces are split while distance < split_ratio sqrt(area of the piece)
@@ -70,19 +71,19 @@ struct SolveSpec {
   Scheme scheme = kDefaultScheme;
   int iterations = MethodSettings{}.iterations;
   StartSpec start;
-  double quiet_weight = 1.0;       // of pressure outside the target, in surface and lbfgs
-  bool certificate = false;        // whether a lower bound of surface's cost is computed
+  double outside_weight = 1.0;     // of pressure outside the target, in surface and lbfgs
+  bool optimality_bound = false;   // whether a lower bound of surface's cost is computed
   bool allow_coarse_mesh = false;  // whether a mesh that is too coarse at the target is solved all the same
   SolverSpec solver;
 };
 
-/// Edges of whole bodies away from the target, up to which a judge's pressure counts [wavelengths].
-inline constexpr double kCoarsestJudge = 0.35;
+/// Edges of whole bodies away from the target, up to which an evaluation's pressure counts [wavelengths].
+inline constexpr double kCoarsestEvaluation = 0.35;
 
-/// The model whose pressures a result is judged by.
-struct JudgeSpec {
+/// The model whose pressures a result is evaluated by.
+struct EvaluationSpec {
   enum class Kind {
-    kAuto,  // kSame of whole bodies with edges of at most kCoarsestJudge wavelengths, else kEdge; build_model decides
+    kAuto,  // kSame of whole bodies with edges of at most kCoarsestEvaluation wavelengths, else kEdge; build_model decides
     kNone,
     kSame,   // the model that was solved
     kEdge,   // the same body meshed again

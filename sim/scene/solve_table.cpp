@@ -210,9 +210,10 @@ Map<SolverSpec> solver_keys() {
            "Whether a solution in single precision is refined until its residual, computed in double, meets the "
            "tolerance.")
       .key("max_steps", &SolverSpec::max_steps, integer(between(1, 10000)), "Largest number of GMRES steps.")
-      .key("alarm", &SolverSpec::alarm,
-           choice<AlarmChoice>(
-               {{"auto", AlarmChoice::kAuto}, {"always", AlarmChoice::kAlways}, {"never", AlarmChoice::kNever}}),
+      .key("resonance_check", &SolverSpec::resonance_check,
+           choice<ResonanceCheck>({{"auto", ResonanceCheck::kAuto},
+                                   {"always", ResonanceCheck::kAlways},
+                                   {"never", ResonanceCheck::kNever}}),
            "Resonance check: compares the pressures with and without the Burton-Miller terms and warns if they differ "
            "much; auto: if both are cheap.")
       .key("coupling", &SolverSpec::coupling, number(kPlain, between(0.01, 10)),
@@ -276,9 +277,9 @@ Codec<SolveSpec> solve_codec() {
            "First phases of an iterative method. auto: surface takes some steps from each of several starts and "
            "continues from the best; other methods start from zero. paper and unscattered do not take adjoint and "
            "spectral.")
-      .key("quiet_weight", &SolveSpec::quiet_weight, number(kPlain, {.low = 0.0, .high = {}}),
+      .key("outside_weight", &SolveSpec::outside_weight, number(kPlain, {.low = 0.0, .high = {}}),
            "Weight of the pressure on the skin outside the target, for surface and lbfgs.")
-      .key("certificate", &SolveSpec::certificate, flag(),
+      .key("optimality_bound", &SolveSpec::optimality_bound, flag(),
            "Whether the optimality bound is computed: a lower bound of the cost of surface, and the gap of each "
            "method to it.")
       .key("allow_coarse_mesh", &SolveSpec::allow_coarse_mesh, flag(),

@@ -85,7 +85,7 @@ class RelaxedMisfit {
   explicit RelaxedMisfit(const SkinProblem& problem)
       : device_(problem.device),
         faces_(problem.target_count()),
-        rows_(faces_ + problem.quiet.rows()),
+        rows_(faces_ + problem.outside.rows()),
         channels_(problem.channel_count()) {
     const Eigen::VectorXd roots = problem.weights.cwiseSqrt();
     // Normalised in double, so that single precision holds a problem in any unit.
@@ -101,7 +101,7 @@ class RelaxedMisfit {
     } else {
       a_.resize(rows_, channels_);
       a_.topRows(faces_) = (scale.asDiagonal() * problem.target).cast<Single>();
-      a_.bottomRows(problem.quiet.rows()) = (problem.quiet / unit).cast<Single>();
+      a_.bottomRows(problem.outside.rows()) = (problem.outside / unit).cast<Single>();
     }
     wanted_at_full_ = (roots.cwiseProduct(problem.amplitudes) / unit).cast<float>();
     wanted_ = wanted_at_full_;
@@ -171,14 +171,14 @@ class RelaxedMisfit {
   /// Of A before it is scaled.
   static double norm_of(const SkinProblem& problem, const Eigen::VectorXd& roots) {
     if (!problem.device) {
-      return std::hypot((roots.asDiagonal() * problem.target).norm(), problem.quiet.norm());
+      return std::hypot((roots.asDiagonal() * problem.target).norm(), problem.outside.norm());
     }
     const double* strengths = problem.device->strengths();
     double sum = 0;
     for (Index i = 0; i < roots.size(); ++i) {
       sum += roots(i) * roots(i) * strengths[i];
     }
-    return std::sqrt(sum + quiet_strengths(problem).sum());
+    return std::sqrt(sum + outside_strengths(problem).sum());
   }
 
   /// sent = sum over blocks of A's columns of columns rows_of(at, columns), in an order that the number of threads does

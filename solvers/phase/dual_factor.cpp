@@ -37,7 +37,7 @@ bool factorise_lower(MatrixXcd& matrix) { return cholesky_factorise(static_cast<
 void DualFactor::weigh(const VectorXd& g) {
   scratch_ = relaxation_.levels * level_weights(relaxation_.wanted, g).asDiagonal();
   multiply_by_adjoint(scratch_, relaxation_.levels, weighed_);
-  weighed_ += relaxation_.quiet;
+  weighed_ += relaxation_.outside;
 }
 
 bool DualFactor::factorise(const VectorXd& d, double shift) {

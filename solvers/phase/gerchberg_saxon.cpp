@@ -56,7 +56,7 @@ PhaseSolution exchanged(const SkinProblem& problem, Eigen::VectorXcd q, PointWei
   PhaseSolution solution;
   solution.status = PhaseStatus::kIterationLimit;
   solution.cost_history.push_back(field_cost(problem, field));
-  SkinField back{field.target, Eigen::VectorXcd::Zero(field.quiet.size())};
+  SkinField back{field.target, Eigen::VectorXcd::Zero(field.outside.size())};
   Eigen::VectorXcd returned;
   iterate(solution, options.iterations, callback, [&](PhaseStatus& status) {
     const Eigen::VectorXd levels = weights.next(field.target);
@@ -115,7 +115,7 @@ PhaseSolution solve_gs_pat(const SkinProblem& problem, const BaselineOptions& op
       solution.status = PhaseStatus::kConverged;
     }
   }
-  SkinField back{Eigen::VectorXcd(points.size()), Eigen::VectorXcd::Zero(problem.quiet.rows())};
+  SkinField back{Eigen::VectorXcd(points.size()), Eigen::VectorXcd::Zero(problem.outside.rows())};
   for (Eigen::Index j = 0; j < points.size(); ++j) {
     const double boosted = wanted(j) * wanted(j) / std::max(std::abs(reached(j)), wanted(j) / kLargestBoost);
     back.target(j) = wanted(j) > 0 ? share(j) * boosted * phasor(reached(j)) : 0.0;

@@ -48,7 +48,7 @@ LowRankRelaxation relaxed(const MatrixXcd& columns, const VectorXd& wanted, doub
   LowRankRelaxation relaxation;
   relaxation.basis = std::move(reduced.basis);
   relaxation.levels = reduced.coefficients.leftCols(wanted.size());
-  relaxation.quiet = hermitian_product(reduced.coefficients.rightCols(columns.cols() - wanted.size()).adjoint());
+  relaxation.outside = hermitian_product(reduced.coefficients.rightCols(columns.cols() - wanted.size()).adjoint());
   relaxation.wanted = wanted;
   return relaxation;
 }
@@ -63,7 +63,7 @@ RelaxedPoint relaxed_point(const LowRankRelaxation& relaxation, MatrixXcd y) {
   multiply(point.y, relaxation.basis, reached);
   take_slack(reached);
   multiply(reached, relaxation.levels, point.sent);
-  multiply(reached, relaxation.quiet, quietened);
+  multiply(reached, relaxation.outside, quietened);
   point.loudness = point.sent.colwise().norm();
   point.cost = (point.loudness - relaxation.wanted).squaredNorm() + real_dot(reached, quietened);
 

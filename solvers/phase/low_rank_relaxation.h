@@ -15,10 +15,10 @@ namespace touchfield {
 /// All of it happens in the r dimensions that the rows reach, or nearly do: A^T = V T, R^T conj(R) = V C V^H to a
 /// tolerance.
 struct LowRankRelaxation {
-  Eigen::MatrixXcd basis;   // V, N x r, orthonormal columns
-  Eigen::MatrixXcd levels;  // T, r x K
-  Eigen::MatrixXcd quiet;   // C, r x r
-  Eigen::VectorXd wanted;   // b, K, > 0
+  Eigen::MatrixXcd basis;    // V, N x r, orthonormal columns
+  Eigen::MatrixXcd levels;   // T, r x K
+  Eigen::MatrixXcd outside;  // C, r x r
+  Eigen::VectorXd wanted;    // b, K, > 0
 
   Eigen::Index channel_count() const { return basis.rows(); }
   Eigen::Index level_count() const { return wanted.size(); }

@@ -11,7 +11,7 @@ namespace touchfield {
 ///
 ///   cost(q) = sum_j w_j (|p_j| - p'_j)^2
 ///
-/// It is skin_cost with the quiet faces among the M faces, p'_j = 0 and w_j = w_Z A_j there.
+/// It is skin_cost with the faces outside among the M faces, p'_j = 0 and w_j = w_Z A_j there.
 struct MappedSkin {
   std::function<Eigen::VectorXcf(const Eigen::VectorXcf& q)> pressure;   // H q, M
   std::function<Eigen::VectorXcf(const Eigen::VectorXcf& v)> sent_back;  // H^H v, N

@@ -17,7 +17,7 @@ struct SkinMoves {
   const std::complex<double>* phasors;     // N
   const std::ptrdiff_t* radial;            // the channels whose amplitude may move, each once
   int radial_count;
-  int quiet_rows;  // of R, from the first on, that are rows of J
+  int outside_rows;  // of R, from the first on, that are rows of J
 };
 
 /// H_T (K x N) and R (r x N) of a SkinProblem.
@@ -103,7 +103,7 @@ class PhaseDevice {
   virtual ~PhaseDevice() = default;
 
   virtual std::unique_ptr<SkinDevice> skin(const std::complex<double>* target, int faces,
-                                           const std::complex<double>* quiet, int rank, int channels) = 0;
+                                           const std::complex<double>* outside, int rank, int channels) = 0;
 };
 
 }  // namespace touchfield

@@ -48,7 +48,7 @@ constexpr PhaseMethod kMethods[] = {
      .model = MethodModel::kSkin,
      .iterates = true,
      .searches = true,
-     .minds_quiet = true,
+     .counts_outside = true,
      .free_amplitudes = true,
      .solve = surface},
     {.name = "paper",
@@ -77,7 +77,7 @@ constexpr PhaseMethod kMethods[] = {
      .model = MethodModel::kSkin,
      .solve = gs_pat},
     {.name = "eigen",
-     .help = "Eigensolver: the phases on the faces that reinforce each other most, then the excitation vector by least "
+     .help = "Eigensolver: the phases on the faces that reinforce each other most, then the drive vector by least "
              "squares.",
      .model = MethodModel::kSkin,
      .solve = eigen},
@@ -85,7 +85,7 @@ constexpr PhaseMethod kMethods[] = {
      .help = "Minimises the misfit of surface by limited-memory BFGS.",
      .model = MethodModel::kSkin,
      .iterates = true,
-     .minds_quiet = true,
+     .counts_outside = true,
      .solve = baseline<solve_lbfgs>},
     {.name = "fixed", .help = "Given phases.", .model = MethodModel::kGiven},
 };

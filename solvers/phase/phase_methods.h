@@ -39,7 +39,7 @@ struct PhaseMethod {
   MethodModel model = MethodModel::kSkin;
   bool iterates = false;         // takes a start and a number of iterations
   bool searches = false;         // can find a start of its own
-  bool minds_quiet = false;      // the skin outside the target counts in what it minimises
+  bool counts_outside = false;   // the skin outside the target counts in what it minimises
   bool free_amplitudes = false;  // takes that option
   SkinMethod solve = nullptr;    // of kSkin
 };

@@ -20,7 +20,7 @@ void require_sequence(const PhaseSequence& sequence, const SequenceOptions& opti
   const Eigen::Index frames = sequence.frame_count();
   if (frames == 0 || faces == 0 || sequence.amplitudes.rows() != faces || sequence.weights.rows() != faces ||
       sequence.weights.cols() != frames || static_cast<Eigen::Index>(sequence.middle.size()) != frames ||
-      (sequence.quiet.rows() > 0 && sequence.quiet.cols() != sequence.rows.cols())) {
+      (sequence.outside.rows() > 0 && sequence.outside.cols() != sequence.rows.cols())) {
     throw std::invalid_argument("solve_sequence: sizes do not fit each other");
   }
   for (const Eigen::Index face : sequence.middle) {
@@ -37,8 +37,8 @@ void require_sequence(const PhaseSequence& sequence, const SequenceOptions& opti
 class SequenceSkin {
  public:
   explicit SequenceSkin(const PhaseSequence& sequence)
-      : sequence_(sequence), all_(sequence.rows.rows() + sequence.quiet.rows(), sequence.rows.cols()) {
-    all_ << sequence.rows.cast<std::complex<float>>(), sequence.quiet.cast<std::complex<float>>();
+      : sequence_(sequence), all_(sequence.rows.rows() + sequence.outside.rows(), sequence.rows.cols()) {
+    all_ << sequence.rows.cast<std::complex<float>>(), sequence.outside.cast<std::complex<float>>();
   }
 
   MappedSkin frame(Eigen::Index frame) const {
@@ -115,8 +115,8 @@ SkinProblem problem_of(const PhaseSequence& sequence, Eigen::Index frame) {
   problem.target = sequence.rows(wanted, Eigen::all);
   problem.amplitudes = sequence.amplitudes(wanted, frame);
   problem.weights = sequence.weights(wanted, frame);
-  problem.quiet.resize(sequence.quiet.rows() + static_cast<Eigen::Index>(silent.size()), sequence.rows.cols());
-  problem.quiet << sequence.quiet,
+  problem.outside.resize(sequence.outside.rows() + static_cast<Eigen::Index>(silent.size()), sequence.rows.cols());
+  problem.outside << sequence.outside,
       (sequence.weights(silent, frame).cwiseSqrt().asDiagonal() * sequence.rows(silent, Eigen::all));
   return problem;
 }

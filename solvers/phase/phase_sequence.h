@@ -16,7 +16,7 @@ namespace touchfield {
 /// R is the skin that none of them uses. So the matrices are the same for all frames.
 struct PhaseSequence {
   Eigen::MatrixXcd rows;       // h, U x N [Pa]
-  Eigen::MatrixXcd quiet;      // R, r x N [Pa m]
+  Eigen::MatrixXcd outside;    // R, r x N [Pa m]
   Eigen::MatrixXd amplitudes;  // p', U x F [Pa], >= 0
   Eigen::MatrixXd weights;     // w, U x F, > 0
   /// The face in the middle of each frame's pattern, F: as its pressure turns from frame to frame, so do the phases

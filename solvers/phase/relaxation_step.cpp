@@ -56,7 +56,7 @@ class NewtonSystem {
       sent_.col(j) = (1.0 - ratio_(j)) * sent_.col(j) + ratio_(j) * radial * directions_.col(j);
     }
     multiply_by_adjoint(sent_, relaxation_.levels, back_);
-    multiply(reached_, relaxation_.quiet, quietened_);
+    multiply(reached_, relaxation_.outside, quietened_);
     back_ += quietened_;
     multiply_by_adjoint(back_, relaxation_.basis, hv);
     for (Index n = 0; n < v.cols(); ++n) {

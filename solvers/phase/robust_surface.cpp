@@ -16,7 +16,7 @@ constexpr double kSettledShare = 1e-4;  // of the cost, in a turn
 
 /// sum_n u_n: what the deviations of all channels at amplitude 1 add, per variance.
 double deviation_of_all(const SkinProblem& problem) {
-  return problem.weights.dot(problem.target.rowwise().squaredNorm()) + problem.quiet.squaredNorm();
+  return problem.weights.dot(problem.target.rowwise().squaredNorm()) + problem.outside.squaredNorm();
 }
 
 /// The same problem for fields that are `factor` times as strong.
@@ -24,7 +24,7 @@ SkinProblem scaled(const SkinProblem& problem, double factor) {
   return {.target = factor * problem.target,
           .amplitudes = problem.amplitudes,
           .weights = problem.weights,
-          .quiet = factor * problem.quiet};
+          .outside = factor * problem.outside};
 }
 
 }  // namespace
@@ -43,8 +43,8 @@ double expected_cost(const SkinProblem& problem, const Eigen::VectorXcd& q, cons
   const ChannelMoments moments = channel_moments(tolerances);
   const Eigen::VectorXd energy = q.cwiseAbs2();
   const double target = problem.weights.dot(problem.target.cwiseAbs2() * energy);
-  const double quiet = problem.quiet.rows() > 0 ? (problem.quiet.cwiseAbs2() * energy).sum() : 0.0;
-  return skin_cost(problem, moments.mean * q) + moments.variance * (target + quiet);
+  const double outside = problem.outside.rows() > 0 ? (problem.outside.cwiseAbs2() * energy).sum() : 0.0;
+  return skin_cost(problem, moments.mean * q) + moments.variance * (target + outside);
 }
 
 PhaseSolution solve_robust_surface(const SkinProblem& problem, const Eigen::MatrixXcd& starts,

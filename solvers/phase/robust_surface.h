@@ -14,7 +14,7 @@ struct ChannelTolerances {
   bool any() const { return phase > 0 || gain > 0 || dead > 0; }
 };
 
-/// What is known of a channel that is not as designed: it multiplies its excitation by g exp(i delta).
+/// What is known of a channel that is not as designed: it multiplies its drive by g exp(i delta).
 struct ChannelMoments {
   double mean;      // |E g exp(i delta)|
   double variance;  // E g^2 - mean^2

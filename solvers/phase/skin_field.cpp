@@ -28,52 +28,52 @@ std::complex<double> silent_direction(const SkinProblem& problem, Eigen::Index j
 }  // namespace
 
 void send(const SkinProblem& problem, const Eigen::VectorXcd& q, SkinField& field) {
-  send(problem, q, problem.quiet.rows(), field);
+  send(problem, q, problem.outside.rows(), field);
 }
 
-void send(const SkinProblem& problem, const Eigen::VectorXcd& q, Eigen::Index quiet_rows, SkinField& field) {
+void send(const SkinProblem& problem, const Eigen::VectorXcd& q, Eigen::Index outside_rows, SkinField& field) {
   field.target.resize(problem.target.rows());
-  field.quiet.resize(quiet_rows);
+  field.outside.resize(outside_rows);
   if (problem.device) {
-    Eigen::VectorXcd sent(field.target.size() + quiet_rows);
+    Eigen::VectorXcd sent(field.target.size() + outside_rows);
     problem.device->send(q.data(), static_cast<int>(sent.size()), sent.data());
     field.target = sent.head(field.target.size());
-    field.quiet = sent.tail(quiet_rows);
+    field.outside = sent.tail(outside_rows);
     return;
   }
   multiply(Op::kPlain, problem.target, q, 0.0, field.target);
-  if (quiet_rows > 0) {
-    multiply(Op::kPlain, problem.quiet.topRows(quiet_rows), q, 0.0, field.quiet);
+  if (outside_rows > 0) {
+    multiply(Op::kPlain, problem.outside.topRows(outside_rows), q, 0.0, field.outside);
   }
 }
 
 void send_back(const SkinProblem& problem, const SkinField& v, Eigen::VectorXcd& x) {
   x.resize(problem.channel_count());
   if (problem.device) {
-    Eigen::VectorXcd both(v.target.size() + v.quiet.size());
-    both << v.target, v.quiet;
+    Eigen::VectorXcd both(v.target.size() + v.outside.size());
+    both << v.target, v.outside;
     problem.device->send_back(both.data(), 0, static_cast<int>(both.size()), x.data());
     return;
   }
   multiply(Op::kAdjoint, problem.target, v.target, 0.0, x);
-  if (v.quiet.size() > 0) {
-    multiply(Op::kAdjoint, problem.quiet.topRows(v.quiet.size()), v.quiet, 1.0, x);
+  if (v.outside.size() > 0) {
+    multiply(Op::kAdjoint, problem.outside.topRows(v.outside.size()), v.outside, 1.0, x);
   }
 }
 
 void send_back_last(const SkinProblem& problem, const Eigen::VectorXcd& v, Eigen::VectorXcd& x) {
   x.resize(problem.channel_count());
   if (problem.device) {
-    problem.device->send_back(v.data(), static_cast<int>(problem.target_count() + problem.quiet.rows() - v.size()),
+    problem.device->send_back(v.data(), static_cast<int>(problem.target_count() + problem.outside.rows() - v.size()),
                               static_cast<int>(v.size()), x.data());
     return;
   }
-  multiply(Op::kAdjoint, problem.quiet.bottomRows(v.size()), v, 0.0, x);
+  multiply(Op::kAdjoint, problem.outside.bottomRows(v.size()), v, 0.0, x);
 }
 
 double field_cost(const SkinProblem& problem, const SkinField& field) {
   const auto misfit = field.target.array().abs() - problem.amplitudes.array();
-  return (problem.weights.array() * misfit.square()).sum() + field.quiet.squaredNorm();
+  return (problem.weights.array() * misfit.square()).sum() + field.outside.squaredNorm();
 }
 
 Eigen::VectorXd target_reach(const SkinProblem& problem) {
@@ -83,12 +83,12 @@ Eigen::VectorXd target_reach(const SkinProblem& problem) {
   return problem.target.cwiseAbs().rowwise().sum();
 }
 
-Eigen::VectorXd quiet_strengths(const SkinProblem& problem) {
+Eigen::VectorXd outside_strengths(const SkinProblem& problem) {
   if (problem.device) {
     return Eigen::Map<const Eigen::VectorXd>(problem.device->strengths() + problem.target_count(),
-                                             problem.quiet.rows());
+                                             problem.outside.rows());
   }
-  return problem.quiet.rowwise().squaredNorm();
+  return problem.outside.rowwise().squaredNorm();
 }
 
 void pressure_directions(const SkinProblem& problem, const Eigen::VectorXd& reach, const SkinField& field,
@@ -128,7 +128,7 @@ double best_level(const SkinProblem& problem, const Eigen::VectorXcd& q, double 
   send(problem, q, field);
   const auto loudness = field.target.array().abs();
   const double wanted = (problem.weights.array() * problem.amplitudes.array() * loudness).sum();
-  const double energy = (problem.weights.array() * loudness.square()).sum() + field.quiet.squaredNorm() + added;
+  const double energy = (problem.weights.array() * loudness.square()).sum() + field.outside.squaredNorm() + added;
   const double loudest = q.size() > 0 ? q.cwiseAbs().maxCoeff() : 0.0;
   const double limit = loudest > 0 ? 1.0 / loudest : std::numeric_limits<double>::infinity();
   return energy > 0 ? std::min(wanted / energy, limit) : std::min(1.0, limit);

@@ -5,16 +5,16 @@
 namespace touchfield {
 
 /// One value per row of a SkinProblem. These are the pressure that drives make on the target and what they leave on the
-/// quiet skin. Or they are weights to send back through the rows.
+/// skin outside the target. Or they are weights to send back through the rows.
 struct SkinField {
-  Eigen::VectorXcd target;  // K
-  Eigen::VectorXcd quiet;   // r
+  Eigen::VectorXcd target;   // K
+  Eigen::VectorXcd outside;  // r
 };
 
-/// field = [H_T q; R q], or the first `quiet_rows` rows of R alone. Allocates only where the field has another size or
+/// field = [H_T q; R q], or the first `outside_rows` rows of R alone. Allocates only where the field has another size or
 /// the problem a device.
 void send(const SkinProblem& problem, const Eigen::VectorXcd& q, SkinField& field);
-void send(const SkinProblem& problem, const Eigen::VectorXcd& q, Eigen::Index quiet_rows, SkinField& field);
+void send(const SkinProblem& problem, const Eigen::VectorXcd& q, Eigen::Index outside_rows, SkinField& field);
 
 /// x = H_T^H v_T + R^H v_Z; v_Z may have fewer entries than R has rows and is 0 from there on.
 void send_back(const SkinProblem& problem, const SkinField& v, Eigen::VectorXcd& x);
@@ -29,7 +29,7 @@ double field_cost(const SkinProblem& problem, const SkinField& field);
 Eigen::VectorXd target_reach(const SkinProblem& problem);
 
 /// sum_n |r_in|^2 of R's rows.
-Eigen::VectorXd quiet_strengths(const SkinProblem& problem);
+Eigen::VectorXd outside_strengths(const SkinProblem& problem);
 
 /// u_j / |u_j|: the direction in which a change of u_j changes |u_j|.
 ///

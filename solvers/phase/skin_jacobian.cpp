@@ -25,20 +25,20 @@ Eigen::Map<const Eigen::VectorXd> parts(const Eigen::VectorXcd& t) {
 }
 Eigen::Map<Eigen::VectorXd> parts(Eigen::VectorXcd& t) { return {reinterpret_cast<double*>(t.data()), 2 * t.size()}; }
 
-/// column = scale [Re(conj(directions) .* (move target_n)); the first rank parts of move quiet_n]
+/// column = scale [Re(conj(directions) .* (move target_n)); the first rank parts of move outside_n]
 template <typename Real>
 void fill_column(const Eigen::VectorXcd& directions, const SkinProblem& problem, Eigen::Index n, Eigen::Index rank,
                  Complex move, Real* column) {
   const Eigen::Index faces = directions.size();
   const Complex* target = problem.target.data() + n * faces;
-  const Complex* quiet = problem.quiet.data() + n * problem.quiet.rows();
+  const Complex* outside = problem.outside.data() + n * problem.outside.rows();
   const Complex* along = directions.data();
   for (Eigen::Index j = 0; j < faces; ++j) {
     const Complex moved = move * target[j];
     column[j] = static_cast<Real>(along[j].real() * moved.real() + along[j].imag() * moved.imag());
   }
   for (Eigen::Index i = 0; i < rank; ++i) {
-    const Complex moved = move * quiet[i];
+    const Complex moved = move * outside[i];
     column[faces + 2 * i] = static_cast<Real>(moved.real());
     column[faces + 2 * i + 1] = static_cast<Real>(moved.imag());
   }
@@ -62,21 +62,21 @@ bool has_orthogonal_rows(const SkinProblem& problem, const Eigen::VectorXd& stre
   send_back_last(problem, x.cwiseQuotient(lengths.cast<Complex>()), sent);
   SkinField back;
   send(problem, sent, back);
-  return (back.quiet.cwiseQuotient(lengths.cast<Complex>()) - x).norm() < kRounding * x.norm();
+  return (back.outside.cwiseQuotient(lengths.cast<Complex>()) - x).norm() < kRounding * x.norm();
 }
 
 }  // namespace
 
 SkinJacobian::SkinJacobian(const SkinProblem& problem)
     : problem_(problem),
-      strengths_(quiet_strengths(problem)),
+      strengths_(outside_strengths(problem)),
       orthogonal_(has_orthogonal_rows(problem, strengths_)),
-      kept_(problem.quiet.rows()),
+      kept_(problem.outside.rows()),
       reach_(target_reach(problem)),
       root_weights_(problem.weights.cwiseSqrt()) {
-  residual_.resize(problem.target_count() + 2 * problem.quiet.rows());
+  residual_.resize(problem.target_count() + 2 * problem.outside.rows());
   field_.target.resize(problem.target_count());
-  field_.quiet.resize(problem.quiet.rows());
+  field_.outside.resize(problem.outside.rows());
 }
 
 void SkinJacobian::set(const SkinField& field, const Eigen::VectorXcd& phasors) {
@@ -86,9 +86,9 @@ void SkinJacobian::set(const SkinField& field, const Eigen::VectorXcd& phasors) 
   const Eigen::Index faces = problem_.target_count();
   residual_.head(faces) = root_weights_.array() * (field.target.array().abs() - problem_.amplitudes.array());
   directions_.array() *= root_weights_.array();
-  residual_.tail(2 * field.quiet.size()) = parts(field.quiet);
+  residual_.tail(2 * field.outside.size()) = parts(field.outside);
   field_.target = residual_.head(faces).array() * directions_.array();
-  field_.quiet = field.quiet;
+  field_.outside = field.outside;
   send_back(problem_, field_, drive_gradient_);
 }
 
@@ -118,15 +118,15 @@ void SkinJacobian::gather(const SkinField& field, Eigen::VectorXd& y) const {
   const Eigen::Index faces = problem_.target_count();
   y.resize(rows());
   y.head(faces) = (directions_.array().conjugate() * field.target.array()).real();
-  y.tail(2 * field.quiet.size()) = parts(field.quiet);
+  y.tail(2 * field.outside.size()) = parts(field.outside);
 }
 
 /// Its adjoint.
 void SkinJacobian::spread(const Eigen::VectorXd& y, SkinField& field) const {
   const Eigen::Index faces = problem_.target_count();
-  field.quiet.resize(kept_);
+  field.outside.resize(kept_);
   field.target = directions_.array() * y.head(faces).array();
-  parts(field.quiet) = y.tail(2 * kept_);
+  parts(field.outside) = y.tail(2 * kept_);
 }
 
 void SkinJacobian::apply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
@@ -173,7 +173,7 @@ void SkinJacobian::apply_gram(const Eigen::VectorXd& scale, const Eigen::VectorX
   shares_.resize(static_cast<std::size_t>(omp_get_max_threads()));
   for (SkinField& share : shares_) {
     share.target.setZero(field_.target.size());
-    share.quiet.setZero(kept_);
+    share.outside.setZero(kept_);
   }
 #pragma omp parallel
   {
@@ -182,11 +182,11 @@ void SkinJacobian::apply_gram(const Eigen::VectorXd& scale, const Eigen::VectorX
     for (Eigen::Index at = 0; at < channels; at += kBlock) {
       const Eigen::Index width = std::min(kBlock, channels - at);
       const auto target = problem_.target.middleCols(at, width);
-      const auto quiet = problem_.quiet.block(0, at, kept_, width);
+      const auto outside = problem_.outside.block(0, at, kept_, width);
       auto block = drives_.segment(at, width);
       multiply(Op::kAdjoint, target, field_.target, 0.0, block);
       if (kept_ > 0) {
-        multiply(Op::kAdjoint, quiet, field_.quiet, 1.0, block);
+        multiply(Op::kAdjoint, outside, field_.outside, 1.0, block);
       }
       for (Eigen::Index n = at; n < at + width; ++n) {
         const Complex pull = std::conj(phasors_(n)) * drives_(n);  // in the channel's frame
@@ -200,13 +200,13 @@ void SkinJacobian::apply_gram(const Eigen::VectorXd& scale, const Eigen::VectorX
       }
       multiply(Op::kPlain, target, block, 1.0, share.target);
       if (kept_ > 0) {
-        multiply(Op::kPlain, quiet, block, 1.0, share.quiet);
+        multiply(Op::kPlain, outside, block, 1.0, share.outside);
       }
     }
   }
   for (std::size_t i = 1; i < shares_.size(); ++i) {
     shares_.front().target += shares_[i].target;
-    shares_.front().quiet += shares_[i].quiet;
+    shares_.front().outside += shares_[i].outside;
   }
   gather(shares_.front(), outer);
 }
@@ -231,7 +231,7 @@ std::pair<Eigen::Index, Complex> SkinJacobian::move_of(Eigen::Index column) cons
 }
 
 bool SkinJacobian::gradient_left_out(Eigen::VectorXd& gradient) const {
-  const Eigen::Index weak = problem_.quiet.rows() - kept_;
+  const Eigen::Index weak = problem_.outside.rows() - kept_;
   if (weak == 0) {
     return false;
   }
@@ -251,7 +251,7 @@ double SkinJacobian::largest_row() const {
   if (device() != nullptr) {
     return device()->largest_row(moves());
   }
-  const Eigen::Index rank = problem_.quiet.rows();
+  const Eigen::Index rank = problem_.outside.rows();
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(residual_.size());
   Eigen::VectorXd column(residual_.size());
   for (Eigen::Index c = 0; c < columns(); ++c) {

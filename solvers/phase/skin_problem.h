@@ -12,14 +12,14 @@ namespace touchfield {
 ///
 ///   cost(q) = sum_j w_j (|h_j q| - p'_j)^2 + ||R q||^2
 ///
-/// h_j: rows of the transfer matrix at the K target faces; R^H R = w_Z H_Z^H diag(w) H_Z of the quiet faces, of
+/// h_j: rows of the transfer matrix at the K target faces; R^H R = w_Z H_Z^H diag(w) H_Z of the faces outside, of
 /// numerical rank r. Levels are fixed: p' is what is wanted in Pa.
 struct SkinProblem {
   Eigen::MatrixXcd target;     // H_T, K x N [Pa]
   Eigen::VectorXd amplitudes;  // p', K [Pa], >= 0
   Eigen::VectorXd weights;     // w, K, > 0 (areas [m2])
-  Eigen::MatrixXcd quiet;      // R, r x N [Pa m]; r may be 0. Fastest with orthogonal rows, the strongest first
-  std::shared_ptr<SkinDevice> device{};  // that holds target and quiet too and multiplies in their place; null: none
+  Eigen::MatrixXcd outside;    // R, r x N [Pa m]; r may be 0. Fastest with orthogonal rows, the strongest first
+  std::shared_ptr<SkinDevice> device{};  // that holds target and outside too and multiplies in their place; null: none
 
   Eigen::Index target_count() const { return target.rows(); }
   Eigen::Index channel_count() const { return target.cols(); }

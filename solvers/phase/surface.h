@@ -43,7 +43,7 @@ struct SurfaceOptions {
 /// the edge.
 ///
 /// The cost never rises. An iteration costs O((K + 2r)^2 N), r of the rows that are not left out, and never touches the
-/// quiet faces themselves. At |u_j| = 0 a subgradient is taken (see pressure_directions in skin_field.h), so that
+/// faces outside themselves. At |u_j| = 0 a subgradient is taken (see pressure_directions in skin_field.h), so that
 /// silence is left. A start at any other stationary point, saddle points and the maxima of symmetric arrays too, is
 /// returned as converged after 0 iterations.
 ///

@@ -35,14 +35,14 @@ Rows wanting_rows(const SkinProblem& problem) {
     }
   }
   const auto count = static_cast<Eigen::Index>(faces.size());
-  Rows rows{Eigen::MatrixXcd(count + problem.quiet.rows(), problem.channel_count()), Eigen::VectorXd(count)};
+  Rows rows{Eigen::MatrixXcd(count + problem.outside.rows(), problem.channel_count()), Eigen::VectorXd(count)};
   for (Eigen::Index i = 0; i < count; ++i) {
     const Eigen::Index j = faces[static_cast<std::size_t>(i)];
     const double root_weight = std::sqrt(problem.weights(j));
     rows.matrix.row(i) = root_weight * problem.target.row(j);
     rows.wanted(i) = root_weight * problem.amplitudes(j);
   }
-  rows.matrix.bottomRows(problem.quiet.rows()) = problem.quiet;
+  rows.matrix.bottomRows(problem.outside.rows()) = problem.outside;
   return rows;
 }
 
@@ -94,7 +94,7 @@ class PricedDrive {
 Eigen::VectorXcd adjoint_start(const SkinProblem& problem) {
   require_valid(problem, "adjoint_start");
   const SkinField wanted{(problem.weights.array() * problem.amplitudes.array()).cast<std::complex<double>>(),
-                         Eigen::VectorXcd::Zero(problem.quiet.rows())};
+                         Eigen::VectorXcd::Zero(problem.outside.rows())};
   Eigen::VectorXcd drives;
   send_back(problem, wanted, drives);
   return phasors_of(drives);

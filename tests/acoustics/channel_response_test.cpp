@@ -73,7 +73,7 @@ TEST(ChannelResponse, OneAfterTheOtherMultipliesGainsAndAddsPhases) {
 
 TEST(RandomResponse, HasTheMeansAndDeviationsAskedFor) {
   constexpr Eigen::Index kChannels = 40000;
-  const ChannelResponse drawn = random_response(kChannels, {.gain = 0.1, .phase = 0.2, .dead = 0.05, .seed = 3});
+  const ChannelResponse drawn = random_response(kChannels, {.phase = 0.2, .gain = 0.1, .dead = 0.05}, 3);
   const auto n = static_cast<double>(kChannels);
   const auto alive = (drawn.gain.array() > 0).cast<double>().eval();
   EXPECT_NEAR(alive.sum() / n, 0.95, 4 * std::sqrt(0.05 * 0.95 / n));
@@ -86,22 +86,22 @@ TEST(RandomResponse, HasTheMeansAndDeviationsAskedFor) {
 }
 
 TEST(RandomResponse, WithoutSpreadIsAsDesigned) {
-  const ChannelResponse drawn = random_response(50, {.seed = 9});
+  const ChannelResponse drawn = random_response(50, {}, 9);
   EXPECT_EQ(drawn.gain, Eigen::VectorXd::Ones(50));
   EXPECT_EQ(drawn.phase, Eigen::VectorXd::Zero(50));
-  EXPECT_EQ(random_response(50, {.dead = 1.0}).gain, Eigen::VectorXd::Zero(50));
+  EXPECT_EQ(random_response(50, {.dead = 1.0}, 1).gain, Eigen::VectorXd::Zero(50));
 }
 
 TEST(RandomResponse, IsNeverBelowZero) {
-  const ChannelResponse drawn = random_response(2000, {.gain = 1.0, .seed = 1});
+  const ChannelResponse drawn = random_response(2000, {.gain = 1.0}, 1);
   EXPECT_EQ(drawn.gain.minCoeff(), 0.0);
 }
 
-// A sweep over a spread compares an array with the same one made worse.
+// A sweep over tolerances compares an array with the same one made worse.
 TEST(RandomResponse, AChannelsNumbersDependOnTheSeedAndItsPlaceAlone) {
-  const ChannelResponse one = random_response(100, {.gain = 0.02, .phase = 0.1, .dead = 0.1, .seed = 5});
-  const ChannelResponse worse = random_response(300, {.gain = 0.06, .phase = 0.3, .dead = 0.2, .seed = 5});
-  const ChannelResponse other = random_response(100, {.gain = 0.02, .phase = 0.1, .dead = 0.1, .seed = 6});
+  const ChannelResponse one = random_response(100, {.phase = 0.1, .gain = 0.02, .dead = 0.1}, 5);
+  const ChannelResponse worse = random_response(300, {.phase = 0.3, .gain = 0.06, .dead = 0.2}, 5);
+  const ChannelResponse other = random_response(100, {.phase = 0.1, .gain = 0.02, .dead = 0.1}, 6);
   for (Eigen::Index n = 0; n < 100; ++n) {
     EXPECT_NEAR(worse.phase(n), 3 * one.phase(n), 1e-15);
     if (one.gain(n) == 0) {

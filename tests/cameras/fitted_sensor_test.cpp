@@ -27,7 +27,7 @@ const std::string kFingerBody =
     "  keep_within_mm: 35\n"
     "target: {box: {at: index_pad, size_mm: [7, 7, 6]}, pressure_pa: 1500}\n"
     "solve: {methods: [surface], scheme: paper_corrected}\n"
-    "judge: none\n";
+    "evaluation: none\n";
 const std::string kCameras =
     "motion:\n"
     "  seconds: 0.2\n"
@@ -47,7 +47,7 @@ TEST(FittedScene, IsTheHandThatIsFittedAndMovesByNothingButItsTarget) {
   EXPECT_EQ(hand.length, HandShape{}.length);
   EXPECT_EQ(hand.pose, "index_up");
   EXPECT_EQ(solved.bodies.front().keep_within, scene.bodies.front().keep_within);
-  EXPECT_EQ(solved.judge.kind, JudgeSpec::Kind::kNone);
+  EXPECT_EQ(solved.evaluation.kind, EvaluationSpec::Kind::kNone);
   ASSERT_EQ(solved.motion->changes.size(), 1U);
   EXPECT_EQ(solved.motion->changes.front().path, "target.pressure_pa");
   const Scene told = scene_from(kFingerBody + kCameras, {"motion.sensor.hand={pose: flat, length_mm: 170}"});
@@ -163,7 +163,7 @@ TEST_F(Fitted, TheShapeIsLearntWhereTheHandCameIn) {
   EXPECT_TRUE(sensor.sample(0, 0).lost);
 }
 
-TEST_F(Fitted, NoHandIsLostAndQuiet) {
+TEST_F(Fitted, NoHandIsLostAndSilent) {
   HandImages empty{images_->cameras,
                    [](std::int64_t, double seconds) {
                      DepthFrame frame{seconds, {}};
@@ -176,7 +176,7 @@ TEST_F(Fitted, NoHandIsLostAndQuiet) {
   const Motion motion = play_motion(sensed, {}, silent_);
   ASSERT_EQ(motion.methods.front().frames.size(), 2U);
   for (const MotionFrame& frame : motion.methods.front().frames) {
-    EXPECT_TRUE(frame.lost && frame.quiet);
+    EXPECT_TRUE(frame.lost && frame.silent);
   }
   EXPECT_THAT(motion.notes, Contains(HasSubstr("its shape is not learnt")));
 }

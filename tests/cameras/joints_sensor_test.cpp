@@ -35,7 +35,7 @@ const std::string kFinger =
     "  keep_within_mm: 35\n"
     "target: {box: {at: index_pad, size_mm: [7, 7, 6]}, pressure_pa: 1500}\n"
     "solve: {methods: [surface], scheme: paper_corrected}\n"
-    "judge: none\n";
+    "evaluation: none\n";
 const std::string kMoving =
     "motion: {seconds: 0.2, frames_hz: 10, solve_ms: 20, score_hz: 11, "
     "change: [{path: 'body.place.at_mm[0]', rate: 30}]}\n";
@@ -104,9 +104,9 @@ TEST_F(Tracked, TheSkinIsTheTrueOne) {
 
 // 0.2 mm of skin; the two play the same frames otherwise, and their errors some 60 %.
 TEST_F(Tracked, APlayHasTheErrorOfAnExactSensor) {
-  const Scene judged = scene_from(kFinger + kMoving, {"judge=same", "motion.score_hz=6"});
+  const Scene evaluated = scene_from(kFinger + kMoving, {"evaluation=same", "motion.score_hz=6"});
   const auto error = [&](std::unique_ptr<MotionSensor> by) {
-    const SensedMotion sensed{judged, std::make_unique<const MovingModel>(judged, kept_.get()), std::move(by)};
+    const SensedMotion sensed{evaluated, std::make_unique<const MovingModel>(evaluated, kept_.get()), std::move(by)};
     const Motion motion = play_motion(sensed, {}, silent_);
     double sum = 0;
     int count = 0;

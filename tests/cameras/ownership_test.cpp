@@ -8,7 +8,7 @@
 #include "sim/cameras/pose_fit.h"
 #include "sim/mesh/io/text_cursor.h"
 #include "sim/mesh/remesh/edit_mesh.h"
-#include "sim/model/judge_comparison.h"
+#include "sim/model/evaluation_comparison.h"
 #include "sim/pictures/skin_picture.h"
 #include "sim/run/methods.h"
 #include "sim/run/sweep_files.h"
@@ -22,10 +22,10 @@ using Mesh = TriangleMesh;
 using Splits = std::optional<int>;
 
 // Each is held to what it does take too, so that another parameter does not make the rest true.
-static_assert(std::is_constructible_v<JudgeComparison, Mesh&, Mesh&, Splits>);
-static_assert(!std::is_constructible_v<JudgeComparison, Mesh, Mesh&, Splits>);
-static_assert(!std::is_constructible_v<JudgeComparison, Mesh&, Mesh, Splits>);
-static_assert(!std::is_constructible_v<JudgeComparison, Mesh, Mesh, Splits>);
+static_assert(std::is_constructible_v<EvaluationComparison, Mesh&, Mesh&, Splits>);
+static_assert(!std::is_constructible_v<EvaluationComparison, Mesh, Mesh&, Splits>);
+static_assert(!std::is_constructible_v<EvaluationComparison, Mesh&, Mesh, Splits>);
+static_assert(!std::is_constructible_v<EvaluationComparison, Mesh, Mesh, Splits>);
 
 static_assert(std::is_constructible_v<SkinJacobian, SkinProblem&>);
 static_assert(!std::is_constructible_v<SkinJacobian, SkinProblem>);

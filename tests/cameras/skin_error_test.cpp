@@ -46,7 +46,7 @@ TEST(SkinDistance, IsPositiveWhereTheFittedSkinIsOutsideInBothDirections) {
 /// The cap of 69.46 degrees of a ball that is seen under less than 75 degrees from ten radii away.
 constexpr double kShareSeen = 0.3246;
 
-TEST(SkinDistance, JudgesWhatIsSeenAndThePatch) {
+TEST(SkinDistance, EvaluatesWhatIsSeenAndThePatch) {
   const std::vector<DepthCamera> cameras{depth_camera(Vector3(0, 0, -0.3), Vector3::Zero(), Vector3::UnitY())};
   const std::vector<bool> seen = faces_seen(cameras, ball());
   // Too large below the middle only.

@@ -10,8 +10,8 @@ SPHERE = """\
 name: sphere
 array: {plane_wave: {direction: [0, 0, 1]}}
 body: {sphere: {radius_mm: 7}, edge_mm: 1.4}
-solve: {methods: [{fixed: {phases_rad: 0}}], alarm: never}
-judge: none
+solve: {methods: [{fixed: {phases_rad: 0}}], resonance_check: never}
+evaluation: none
 write: [h5]
 """
 

@@ -26,7 +26,7 @@ target:
   pressure_pa: 500
 solve:
   methods: [focus]
-  alarm: never
+  resonance_check: never
 write: [h5]
 """
 
@@ -96,16 +96,16 @@ class Bodies(CommandTest):
 
     def test_a_part_of_a_body(self):
         scene = self.write("scene.yaml", FINGER.replace("length_mm: 10", "length_mm: 60"))
-        judge = "judge={scheme: burton_miller_polished, edge_mm: 2.2}"
+        evaluation = "evaluation={scheme: burton_miller_polished, edge_mm: 2.2}"
         self.run_ok("run", scene, "-o", "part", "--set", "solve.methods=[focus]", "--set", "write=[h5]", "--set",
-                    "body.keep_within_mm=24", "--set", judge)
+                    "body.keep_within_mm=24", "--set", evaluation)
         with open_run(self.folder / "part") as run:
             centroids, _ = faces(run)
             # The cap in the side of a cube, which may be 6 % larger or smaller.
             self.assertAlmostEqual(numpy.abs(centroids - [0, 0, 0.060]).max(), 0.024, delta=0.06 * 0.024)
-            corners = run["judge/mesh/vertices"][:]
+            corners = run["evaluation/mesh/vertices"][:]
             self.assertGreater(numpy.ptp(corners[:, 1]), 0.075)  # 60 mm and the two ends of 8 mm
-            difference = run["methods/focus"].attrs["judge_difference"]
+            difference = run["methods/focus"].attrs["evaluation_difference"]
             # The ends that are missing scatter less than the sound that goes round them: 5 to 20 % here, not 100.
             self.assertGreater(difference, 0.01)
             self.assertLess(difference, 0.4)
@@ -125,21 +125,21 @@ class Bodies(CommandTest):
             error = run["methods/paper"].attrs["relative_error"]
         with open_run(self.folder / "still") as run:
             numpy.testing.assert_array_equal(run["methods/paper/phase"][:], phase)
-            self.assertEqual(run["judge"].attrs["judge"], "truth")
-            # The judge solves the same equations again, for one column instead of several.
-            self.assertLess(run["methods/paper"].attrs["judge_difference"], 2e-4)
+            self.assertEqual(run["evaluation"].attrs["evaluation"], "truth")
+            # The evaluation solves the same equations again, for one column instead of several.
+            self.assertLess(run["methods/paper"].attrs["evaluation_difference"], 2e-4)
             self.assertAlmostEqual(run["methods/paper"].attrs["relative_error"], error, places=3)
         with open_run(self.folder / "moved") as run:
             numpy.testing.assert_allclose(run["mesh/vertices"][:] - truth,
                                           numpy.tile([4e-4, -3e-4, 5e-4], (len(truth), 1)), atol=1e-12)
-            numpy.testing.assert_array_equal(run["judge/mesh/vertices"][:], truth)
-            self.assertGreater(run["methods/paper"].attrs["judge_difference"], 0.05)
+            numpy.testing.assert_array_equal(run["evaluation/mesh/vertices"][:], truth)
+            self.assertGreater(run["methods/paper"].attrs["evaluation_difference"], 0.05)
         with open_run(self.folder / "noisy") as run:
             moved = numpy.linalg.norm(run["mesh/vertices"][:] - truth, axis=1)
             # One draw of some twenty correlation lengths: 0.5 mm within a factor of 1.6.
             self.assertGreater(numpy.sqrt((moved**2).mean()), 0.3e-3)
             self.assertLess(numpy.sqrt((moved**2).mean()), 0.8e-3)
-            numpy.testing.assert_array_equal(run["judge/mesh/vertices"][:], truth)
+            numpy.testing.assert_array_equal(run["evaluation/mesh/vertices"][:], truth)
             self.assertEqual(run["provenance"].attrs["seeds"], "sensing=3")
 
     def test_the_point_nearest_the_array(self):
@@ -196,7 +196,7 @@ class Bodies(CommandTest):
 
     def test_a_stated_unit_that_is_a_slip(self):
         text = "name: slip\narray: {plane_wave: {}}\nbody: {mesh: {file: ball.ply, unit: UNIT}EDGE}\n" \
-               "solve: {methods: [{fixed: {phases_rad: 0}}], alarm: never}\n"
+               "solve: {methods: [{fixed: {phases_rad: 0}}], resonance_check: never}\n"
         for across, unit, says in [(0.19, "mm", r"0\.19\d? mm across\. If the file is in metres, set unit: m$"),
                                    (190, "m", r"19\d m across\. If the file is in millimetres, set unit: mm$"),
                                    (19, "m", r"19\.\d m across\. If the file is in centimetres, set unit: cm$"),

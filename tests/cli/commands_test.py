@@ -28,11 +28,11 @@ def sets(*changes):
     return [part for change in changes for part in ("--set", change)]
 
 
-SHORT = sets("solve.iterations=2", "solve.methods=[surface, focus]", "judge=same", "write=[h5]")
+SHORT = sets("solve.iterations=2", "solve.methods=[surface, focus]", "evaluation=same", "write=[h5]")
 # For less pressure a board's transducers would be turned down, which it cannot.
 COARSE = [*SHORT, *sets("body.edge_mm=12", "solve.allow_coarse_mesh=true", "target.pressure_pa=1e6")]
 SMALL = sets("body.edge_mm=3", "array.grid.count=[8, 8]")
-SWEPT = ("scenes/sweeps/spread.yaml", "scenes/sweeps/spread_grasp.yaml")  # minutes: they are checked only
+SWEPT = ("scenes/sweeps/tolerances.yaml", "scenes/sweeps/tolerances_grasp.yaml")  # minutes: they are checked only
 SDK = SOURCE / "build/autd3_sdk/0.12"
 
 
@@ -135,7 +135,7 @@ class Commands(CommandTest):
         self.follow("transducers.md", 4)
         program, = [body for body in blocks(SOURCE / "docs/transducers.md", "text") if body.startswith("NR == 1")]
         self.assertIn("awk -F, -f draws.awk sweep.csv", spans(SOURCE / "docs/transducers.md"))
-        said = subprocess.run(["awk", "-F,", "-f", self.write("draws.awk", program), self.folder / "results/runs/spread_quick/sweep.csv"],
+        said = subprocess.run(["awk", "-F,", "-f", self.write("draws.awk", program), self.folder / "results/runs/tolerances_quick/sweep.csv"],
                               capture_output=True, text=True, check=True).stdout
         self.assertRegex(said, r"(?m)^surface: [1-9]\d* draws, mean \d+\.\d\d %, worst \d+\.\d\d %$")
 

@@ -21,7 +21,7 @@ class Displacement(CommandTest):
     def test_rise_above_rest(self):
         # The body is the finger alone, as one would see it under a microphone: a file of the part that is kept.
         whole = (SOURCE / "scenes/width_8mm.yaml").read_text().split("solve:")[0]
-        self.run_ok("run", self.write("whole.yaml", whole + "solve: {methods: [focus]}\njudge: none\nwrite: [h5]\n"), "-o", "part",
+        self.run_ok("run", self.write("whole.yaml", whole + "solve: {methods: [focus]}\nevaluation: none\nwrite: [h5]\n"), "-o", "part",
                     "--set", "body.edge_mm.far=3", "--set", "body.keep_within_mm=50")
         with open_run(self.folder / "part") as run:
             text = "".join(f"v {x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in 1e3 * run["mesh/vertices"][:])
@@ -32,7 +32,7 @@ class Displacement(CommandTest):
         for axis, expected in ERROR.items():
             scene = self.write("scene.yaml", still + f"""\
 solve: {{methods: [surface]}}
-judge: same
+evaluation: same
 motion:
   seconds: 1.05
   change: [{{path: "body.place.at_mm[{axis}]", rate: 10}}]

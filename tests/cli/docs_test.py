@@ -63,9 +63,9 @@ class Docs(CommandTest):
         shutil.copytree(SOURCE / "scenes", self.folder / "scenes")
         for page, body in each("yaml"):
             with self.subTest(page=page, body=body):
-                # A judge whose time is soon taken, of a score of a motion.
-                judge = ["--set", "judge={edge_mm: {near_target: 3, far: 8, within_mm: 10}}"] if "\nmotion:" in body else []
-                self.run_ok("check", self.write("scenes/example.yaml", body), *judge)
+                # An evaluation whose time is soon taken, of a score of a motion.
+                evaluation = ["--set", "evaluation={edge_mm: {near_target: 3, far: 8, within_mm: 10}}"] if "\nmotion:" in body else []
+                self.run_ok("check", self.write("scenes/example.yaml", body), *evaluation)
         shipped = sorted((SOURCE / "scenes").glob("*/*.yaml"))  # those beside them are warnings_test's
         self.assertGreaterEqual(len(shipped), 6)
         for scene in shipped:

@@ -178,7 +178,7 @@ class Fit(CommandTest):
         for command in (("play", own), ("play", other), ("run", still), ("study", still), ("live", other)):
             self.refused(*command, "-o", "out")
         # A folder of the scene's own with nothing of the scene in it.
-        short = ("--quiet", "--set", "motion.frames_hz=10", "--set", "motion.score_hz=10", "--set", "judge=none")
+        short = ("--quiet", "--set", "motion.frames_hz=10", "--set", "motion.score_hz=10", "--set", "evaluation=none")
         self.run_ok("play", other, "-o", "out/play", *short)
         self.run_ok("play", other, "-o", "out/play", *short, "--force")
 

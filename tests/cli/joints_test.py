@@ -21,7 +21,7 @@ body:
   keep_within_mm: 35
 target: {box: {at: index_pad, size_mm: [7, 7, 6]}, pressure_pa: 1500}
 solve: {methods: [surface], scheme: paper_corrected}
-judge: none
+evaluation: none
 motion: {seconds: 0.3, frames_hz: 20, solve_ms: 20, score_hz: 10, sensor: {hz: 50}}
 """
 MOVED = "motion.change=[{path: 'body.place.at_mm[0]', rate: 30}]"

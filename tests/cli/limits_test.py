@@ -12,7 +12,7 @@ import unittest
 from support import FINGER, PROGRAM, CommandTest
 
 SCENE = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[focus]").replace(
-    "write: [h5, vtp, vti]", "judge: none\nwrite: [h5]")
+    "write: [h5, vtp, vti]", "evaluation: none\nwrite: [h5]")
 # Cores of OpenBLAS that some processors have no instructions for, and names of none.
 CORES = ["Sandybridge", "Haswell", "zen", "SkylakeX", "Cooperlake", "x"]
 

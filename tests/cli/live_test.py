@@ -24,7 +24,7 @@ body:
   edge_mm: 4
 target: {box: {at: bottom, size_mm: [6, 6, 4]}, pressure_pa: 500}
 solve: {methods: [surface, {unscattered: {faces: area}}], scheme: paper_corrected}
-judge: none
+evaluation: none
 motion:
   seconds: 2
   frames_hz: 10
@@ -54,7 +54,7 @@ class Dry(LiveTest):
         live = said["live"]
         self.assertGreater(live["frames"], 0)
         self.assertEqual(live["frames"] + live["dropped"] + live["waiting"], 20)
-        self.assertEqual((live["stale"], live["silences"], live["quiet_frames"]), (0, 0, 0))
+        self.assertEqual((live["stale"], live["silences"], live["silent_frames"]), (0, 0, 0))
         self.assertLess(live["solve"]["median_s"], live["latency"]["worst_s"])
         self.assertIn("phases", live["stages"])
         rows = list(csv.DictReader((self.folder / "out/live.csv").read_text().splitlines()))
@@ -70,7 +70,7 @@ class Dry(LiveTest):
     def test_noise(self):
         live = self.live("-o", "out", "--set", "motion.sensor.noise={noise_mm_rms: 0.3}")["live"]
         self.assertGreater(live["frames"], 0)
-        self.assertEqual((live["quiet_frames"], live["lost_frames"]), (0, 0))
+        self.assertEqual((live["silent_frames"], live["lost_frames"]), (0, 0))
 
     def test_as_text(self):
         done = self.run_ok("live", self.scene, "--method", "surface", "--seconds", "0.5", "--set",
@@ -92,7 +92,7 @@ class Dry(LiveTest):
         self.assertGreater(said["live"]["sent"], 0)
         self.assertEqual(bytes(board.heard), b"")
 
-    def test_what_is_too_old_is_quiet(self):
+    def test_what_is_too_old_is_silent(self):
         live = self.live("--seconds", "0.6", "--set", "motion.sensor.latency_ms=200", "--set",
                          "motion.stale_ms=150")["live"]
         self.assertEqual(live["sent"], 0)
@@ -137,19 +137,19 @@ class OnABoard(LiveTest):
                         "it never emitted")
         return process
 
-    def quiet_after(self, stop):
+    def silent_after(self, stop):
         start = time.monotonic()
         stop()
-        self.assertTrue(self.board.wait(lambda b: b.quiet_at is not None), "it is still on")
-        self.assertLessEqual(self.board.quiet_at - start, 0.5)
+        self.assertTrue(self.board.wait(lambda b: b.silent_at is not None), "it is still on")
+        self.assertLessEqual(self.board.silent_at - start, 0.5)
         time.sleep(0.3)
-        self.assertTrue(self.board.firmware.quiet(), "something resumed")
+        self.assertTrue(self.board.firmware.silence(), "something resumed")
         self.assertEqual(self.board.firmware.faults, [])
 
     def test_a_whole_motion(self):
         said = self.live(*self.to, "--set", "motion.frames_hz=20")
-        self.assertTrue(said["emitted"] and said["quiet"])
-        self.assertTrue(self.board.wait(lambda b: b.quiet_at is not None))
+        self.assertTrue(said["emitted"] and said["silent"])
+        self.assertTrue(self.board.wait(lambda b: b.silent_at is not None))
         patterns = self.board.patterns()
         self.assertEqual(len(patterns), said["sent"])
         self.assertGreater(len({tuple(pattern) for pattern in patterns}), 1)
@@ -159,17 +159,17 @@ class OnABoard(LiveTest):
         # The sphere leaves the box after half a second and does not come back.
         said = self.live(*self.to, "--set", "motion.target=in_world", "--set",
                          "motion.change=[{path: 'body.place.at_mm[0]', keys: [[0, 0], [0.5, 0], [0.6, 60]]}]")
-        self.assertGreater(said["live"]["quiet_frames"], 3)
-        self.board.wait(lambda b: b.quiet_at is not None)
+        self.assertGreater(said["live"]["silent_frames"], 3)
+        self.board.wait(lambda b: b.silent_at is not None)
         loud = [when for when, phases in self.board.events if set(phases) != {OFF}]
         self.assertLess(loud[-1] - loud[0], 1.5)
 
     def test_ctrl_c(self):
         process = self.start("-o", "out")
-        self.quiet_after(lambda: process.send_signal(signal.SIGINT))
+        self.silent_after(lambda: process.send_signal(signal.SIGINT))
         self.assertEqual(process.wait(20), 128 + signal.SIGINT)
         self.assertIn("stopped by SIGINT", process.stderr.read())
-        self.assertIn("the array is quiet", process.stdout.read())
+        self.assertIn("the array is silent", process.stdout.read())
         self.assertGreater(len((self.folder / "out/live.csv").read_text().splitlines()), 3)
 
     def test_stopped_for_a_while(self):
@@ -185,14 +185,14 @@ class OnABoard(LiveTest):
             if self.board.loud():
                 break
             self.take_board()  # one of them saw that another is stopped before it was so itself
-        self.quiet_after(lambda: [os.kill(one, signal.SIGCONT) for one in everyone])
+        self.silent_after(lambda: [os.kill(one, signal.SIGCONT) for one in everyone])
         printed, said = process.communicate(timeout=20)
         self.assertEqual(process.returncode, DEVICE_FAILED)
         self.assertIn("did not supervise the array for", said)
         report = json.loads(printed)
         self.assertGreaterEqual(report["gaps"], 1)
         self.assertGreater(report["longest_gap_s"], 0.9)
-        self.assertFalse(report["quiet"])
+        self.assertFalse(report["silent"])
         self.assertGreater(report["sent"], 0)
         out = out.with_name(f"{out.name}.partial")
         self.assertGreater(len((out / "live.csv").read_text().splitlines()), 3)
@@ -200,9 +200,9 @@ class OnABoard(LiveTest):
 
     def test_killed(self):
         process = self.start()
-        self.quiet_after(process.kill)
+        self.silent_after(process.kill)
         self.assertEqual(process.wait(5), -signal.SIGKILL)
-        self.assertIn("the program that drove the array is gone; the array is quiet", process.stderr.read())
+        self.assertIn("the program that drove the array is gone; the array is silent", process.stderr.read())
 
     def test_unplugged(self):
         process = self.start()

@@ -184,7 +184,7 @@ target:
   pressure_pa: 1500
 solve:
   methods: [surface, paper, unscattered, focus]
-judge: {{edge_mm: {{near_target: 2, far: 8, within_mm: 12}}}}
+evaluation: {{edge_mm: {{near_target: 2, far: 8, within_mm: 12}}}}
 write: [h5]
 """)
         self.is_refused("run", scene, "-o", "out", says=["foreign.obj: the unit is missing", "looks like m "])
@@ -327,7 +327,7 @@ body:
   mesh: {file: balls.stl, unit: mm, resurface_mm: 2, landmarks: {pole: [0, 0, -8], seam: [5, 0, 6.2]}}
   place: {landmark: pole, at_mm: [0, 0, 60]}
 target: {box: {at: pole, size_mm: [8, 8, 6]}, pressure_pa: 500}
-solve: {methods: [focus], alarm: never}
+solve: {methods: [focus], resonance_check: never}
 write: [h5]
 """
 

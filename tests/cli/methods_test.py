@@ -21,7 +21,7 @@ class Methods(CommandTest):
 
     def test_costs_and_the_bound(self):
         for pressure in (300, 1500):  # less than the array can, and about all of it
-            scene = self.scene(pressure, more="\n  certificate: true")
+            scene = self.scene(pressure, more="\n  optimality_bound: true")
             said = self.run_ok("run", scene, "-o", f"at_{pressure}")
             self.assertIn("gap", said.stdout.splitlines()[0].split())
             with h5py.File(self.folder / f"at_{pressure}" / "run.h5") as run:
@@ -48,7 +48,7 @@ class Methods(CommandTest):
         level = min(1, (area * p * wanted).sum() / (area * p**2).sum())
         cost = (area * (level * p - wanted) ** 2).sum()
         stored = run[f"methods/{name}"].attrs["cost_skin"]
-        self.assertAlmostEqual(stored / cost, 1, delta=2e-3, msg=name)  # what the quiet rows leave out, and the solver
+        self.assertAlmostEqual(stored / cost, 1, delta=2e-3, msg=name)  # what the outside rows leave out, and the solver
         return stored
 
     def test_amplitudes_and_ranges(self):

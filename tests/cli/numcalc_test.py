@@ -20,8 +20,8 @@ medium: {temperature_c: 10}
 frequency_khz: 30
 array: {ARRAY}
 body: {sphere: {radius_mm: 6}, edge_mm: 2.5}
-solve: {methods: [{fixed: {as: rest, phases_rad: 0}}, {fixed: {as: turned, phases_rad: 1.3}}], alarm: never}
-judge: {split: 1}
+solve: {methods: [{fixed: {as: rest, phases_rad: 0}}, {fixed: {as: turned, phases_rad: 1.3}}], resonance_check: never}
+evaluation: {split: 1}
 write: [h5]
 """
 POINTS = "{positions: {points_mm: [[0, 5, -60], [30, 0, -50]]}, directivity: omni, level: 0.5}"
@@ -110,9 +110,9 @@ class NumCalc(CommandTest):
             centroid, area = faces(run)
             own = run[f"methods/{method}/pressure"][:]
             other = self.incident(run, method, centroid)
-            fine = run["judge/mesh/vertices"][:][run["judge/mesh/triangles"][:]].mean(axis=1)
+            fine = run["evaluation/mesh/vertices"][:][run["evaluation/mesh/triangles"][:]].mean(axis=1)
             near = numpy.array([numpy.linalg.norm(fine - x, axis=1).argmin() for x in centroid])
-            own_fine = run[f"judge/methods/{method}/pressure"][:][near]
+            own_fine = run[f"evaluation/methods/{method}/pressure"][:][near]
 
         def apart(a, b):
             return math.sqrt(numpy.sum(area * abs(a - b)**2) / numpy.sum(area * abs(own)**2))

@@ -49,8 +49,8 @@ class Arguments(CommandTest):
     def test_folders_that_lack_a_file_are_named(self):
         run = self.folder
         self.refused(1, run, "-o", "a.png", says="surface.vtp is missing: add vtp to write")
-        self.refused(1, run, "--motion", "a.png", says="judge.pvd is missing: add vtp to write")
-        self.write("judge.pvd", "")
+        self.refused(1, run, "--motion", "a.png", says="evaluation.pvd is missing: add vtp to write")
+        self.write("evaluation.pvd", "")
         self.refused(1, run, "-o", "a.png", says="for a moving body, use --motion")
 
     def test_python_without_paraview_is_told_of_pvpython(self):
@@ -61,12 +61,12 @@ class Arguments(CommandTest):
 
 class Series(CommandTest):
     def series(self, text):
-        return paraview_figure.series_of(str(self.write("judge.pvd", text)))
+        return paraview_figure.series_of(str(self.write("evaluation.pvd", text)))
 
     def test_times_and_files(self):
         for number in (1, 2, 3):
-            self.write(f"judge_{number}.vtp", "")
-        steps = [(0.0, "judge_1.vtp"), (0.065574, "judge_2.vtp"), (0.131148, "judge_3.vtp")]
+            self.write(f"evaluation_{number}.vtp", "")
+        steps = [(0.0, "evaluation_1.vtp"), (0.065574, "evaluation_2.vtp"), (0.131148, "evaluation_3.vtp")]
         series = self.series(PVD.format("".join(STEP.format(*step) for step in steps)))
         self.assertEqual(series, [(time, str(self.folder / name)) for time, name in steps])
         self.assertEqual(paraview_figure.frames_a_second(series), 15)
@@ -151,7 +151,7 @@ class Pictures(CommandTest):
 
     def test_a_motion(self):
         self.run_ok("play", self.write("moving.yaml", MOTION), "-o", "motion", "--quiet")
-        count = len(list((self.folder / "motion").glob("judge_*.vtp")))
+        count = len(list((self.folder / "motion").glob("evaluation_*.vtp")))
         self.assertGreater(count, 1)
         done = self.pvpython("motion", "--motion", "frame.png", "--method", "focus")
         self.assertEqual(done.returncode, 0, done.stderr)

@@ -47,10 +47,10 @@ class Play(CommandTest):
             numpy.testing.assert_allclose(moved[shown, 0], 0.04 * surface["scores/age"][:][shown], atol=1e-9)
         self.assertEqual(len(rows_of(out / "motion.csv")), 2 * 31)
         self.assertEqual(len(rows_of(out / "frames.csv")), 2 * 10)
-        series = (out / "judge.pvd").read_text()
+        series = (out / "evaluation.pvd").read_text()
         for number in range(1, 9):
-            self.assertIn(f"judge_{number:04d}.vtp", series)
-            self.assertTrue((out / f"judge_{number:04d}.vtp").exists())
+            self.assertIn(f"evaluation_{number:04d}.vtp", series)
+            self.assertTrue((out / f"evaluation_{number:04d}.vtp").exists())
         for picture in ("motion.png", "strip.png"):
             self.assertGreater((out / picture).stat().st_size, 5000)
         self.run_ok("info", "out/motion.h5")

@@ -11,9 +11,9 @@ import unittest
 from support import FINGER, PROGRAM, SOURCE, CommandTest, open_run, relative_l2
 
 HELD = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[{fixed: {phases_rad: 0}}]").replace(
-    "write: [h5, vtp, vti]", "judge: none\nwrite: [h5]")
+    "write: [h5, vtp, vti]", "evaluation: none\nwrite: [h5]")
 SOLVED = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[surface, paper]").replace(
-    "write: [h5, vtp, vti]", "judge: none\nwrite: [h5]")
+    "write: [h5, vtp, vti]", "evaluation: none\nwrite: [h5]")
 LINES = subprocess.run([SOURCE / "scripts/processors"], capture_output=True, text=True, check=True).stdout.split()
 KINDS = [dict([line.split("=")]) for line in LINES]
 LEVELS = [kind["TOUCHFIELD_LEVEL"] for kind in KINDS if "TOUCHFIELD_LEVEL" in kind]
@@ -54,7 +54,7 @@ class Processors(CommandTest):
         for scheme, sets, of_cores, of_levels in [("burton_miller", lu, 1e-9, 1e-9), ("burton_miller_polished", lu, 1e-9, 1e-6),
                                                   ("burton_miller_polished", single, 1e-4, 1e-4)]:
             expected = {}
-            for kind, run in self.runs(HELD, *[word for change in (*sets, f"solve.scheme={scheme}", "solve.alarm=never")
+            for kind, run in self.runs(HELD, *[word for change in (*sets, f"solve.scheme={scheme}", "solve.resonance_check=never")
                                                   for word in ("--set", change)]):
                 p, area = run["methods/fixed/pressure"][:], run["mesh/area"][:]
                 name = next(iter(kind))

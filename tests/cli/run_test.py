@@ -195,8 +195,8 @@ class RunTest(CommandTest):
         self.assertIn("paper", self.run_ok("info", "out/run.h5").stdout)
         check = json.loads(self.run_ok("check", scene, "--json").stdout)
         self.assertEqual(check["faces"], printed["faces"])
-        quiet = self.run_ok("run", scene, "-o", "quiet", "--quiet")
-        self.assertEqual(quiet.stderr, "")
+        silent = self.run_ok("run", scene, "-o", "silent", "--quiet")
+        self.assertEqual(silent.stderr, "")
 
     def test_without_a_target(self):
         scene = self.write("scene.yaml", FINGER[:FINGER.index("target:")] + "solve: {methods: [{fixed: {phases_rad: 0}}]}\n"

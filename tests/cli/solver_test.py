@@ -8,7 +8,7 @@ import numpy
 from support import FINGER, CommandTest, open_run, relative_l2, warning_names
 
 SCENE = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[{fixed: {phases_rad: 0}}]").replace(
-    "write: [h5, vtp, vti]", "  alarm: never\njudge: none\nwrite: [h5]")
+    "write: [h5, vtp, vti]", "  resonance_check: never\nevaluation: none\nwrite: [h5]")
 CALLED = {"lu": "LU", "gmres": "GMRES, stored", "matrix_free": "GMRES, matrix-free", "fft": "GMRES, FFT"}
 
 
@@ -21,7 +21,7 @@ class Solver(CommandTest):
         with open_run(self.folder / "out") as run:
             columns = {name: column.asstr()[:] if column.dtype == object else column[:]
                        for name, column in run["solves"].items()}
-            self.alarm = run.attrs["alarm"]
+            self.resonance_check = run.attrs["resonance_check"]
             return run["methods/fixed/pressure"][:], run["mesh/area"][:], columns
 
     def test_all_come_to_the_same(self):
@@ -54,21 +54,21 @@ class Solver(CommandTest):
         with open_run(self.folder / "out") as run:
             self.assertEqual(run.attrs["complete"], 1)
 
-    def test_alarm(self):
-        _, _, solves = self.solve(alarm="never")
-        self.assertTrue(math.isnan(self.alarm))
-        self.assertNotIn("alarm", solves["stage"])
-        alarms = {}
+    def test_resonance_check(self):
+        _, _, solves = self.solve(resonance_check="never")
+        self.assertTrue(math.isnan(self.resonance_check))
+        self.assertNotIn("resonance_check", solves["stage"])
+        resonance_checks = {}
         for scheme, other in [("paper_corrected", "burton_miller"), ("chief", "burton_miller"),
                               ("burton_miller", "paper_corrected")]:
-            _, _, solves = self.solve(scheme=scheme, alarm="always")
-            self.assertEqual(list(solves["scheme"][solves["stage"] == "alarm"]), [other])
-            alarms[scheme] = self.alarm
-        print(alarms)
+            _, _, solves = self.solve(scheme=scheme, resonance_check="always")
+            self.assertEqual(list(solves["scheme"][solves["stage"] == "resonance_check"]), [other])
+            resonance_checks[scheme] = self.resonance_check
+        print(resonance_checks)
         # The same two pressures, solved to 1e-3 and 1e-4.
-        self.assertAlmostEqual(alarms["paper_corrected"], alarms["burton_miller"], delta=5e-3)
-        for alarm in alarms.values():
-            self.assertTrue(0 < alarm < 0.1)
+        self.assertAlmostEqual(resonance_checks["paper_corrected"], resonance_checks["burton_miller"], delta=5e-3)
+        for resonance_check in resonance_checks.values():
+            self.assertTrue(0 < resonance_check < 0.1)
 
     def test_what_auto_chooses_for_a_small_body(self):
         direct, iterated = ("LU", "double"), ("GMRES, matrix-free", "single refined")
@@ -88,7 +88,7 @@ class Solver(CommandTest):
 
     def test_every_solve_is_recorded(self):
         self.write("scene.yaml", FINGER)
-        self.run_ok("run", "scene.yaml", "-o", "out", "--set", "judge={split: 1}", "--set", "solve.alarm=always")
+        self.run_ok("run", "scene.yaml", "-o", "out", "--set", "evaluation={split: 1}", "--set", "solve.resonance_check=always")
         with open_run(self.folder / "out") as run:
             solves = run["solves"]
             self.assertEqual(set(solves), {"stage", "scheme", "solver", "precision", "device", "unknowns",
@@ -96,12 +96,12 @@ class Solver(CommandTest):
                                            "seconds"})
             stages = list(solves["stage"].asstr()[:])
             self.assertEqual(len({column.shape for column in solves.values()}), 1)
-            for stage in ["pressure of paper", "pressure of fixed", "alarm", "judge"]:
+            for stage in ["pressure of paper", "pressure of fixed", "resonance_check", "evaluation"]:
                 self.assertIn(stage, stages)
-            judge = stages.index("judge")
+            evaluation = stages.index("evaluation")
             faces = len(run["mesh/area"])
-            self.assertEqual(solves["unknowns"][judge], 4 * faces)
-            self.assertEqual(solves["right_hand_sides"][judge], 4)
+            self.assertEqual(solves["unknowns"][evaluation], 4 * faces)
+            self.assertEqual(solves["right_hand_sides"][evaluation], 4)
             self.assertTrue(numpy.all(solves["seconds"][:] >= 0))
             self.assertTrue(numpy.all(solves["residual"][:] < 2e-3))
 

@@ -10,8 +10,8 @@ SCENE = """\
 name: sphere
 array: {{plane_wave: {{direction: [0, 0, 1]}}}}
 body: {{mesh: {{file: {mesh}, unit: mm}}}}
-solve: {{methods: [{methods}], alarm: never{options}}}
-judge: none
+solve: {{methods: [{methods}], resonance_check: never{options}}}
+evaluation: none
 write: [h5]
 """
 

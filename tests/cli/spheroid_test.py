@@ -14,7 +14,7 @@ SCENE = """\
 name: spheroid
 array: {plane_wave: {direction: [0, 0, 1]}}
 body: {mesh: {file: spheroid.ply, unit: mm}, edge_mm: EDGE}
-solve: {methods: [METHODS], alarm: never}
+solve: {methods: [METHODS], resonance_check: never}
 write: [h5]
 """.replace("METHODS", ", ".join(f"{{fixed: {{as: {scheme}, scheme: {scheme}, phases_rad: 0}}}}" for scheme in SCHEMES))
 

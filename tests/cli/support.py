@@ -58,8 +58,8 @@ class CommandTest(unittest.TestCase):
         return path
 
     def write_samples(self):
-        """The files of tests/run/write_sample_run.cpp: run.h5, self_judged.h5 and motion.h5."""
-        names = [self.folder / name for name in ("run.h5", "self_judged.h5", "motion.h5")]
+        """The files of tests/run/write_sample_run.cpp: run.h5, self_evaluated.h5 and motion.h5."""
+        names = [self.folder / name for name in ("run.h5", "self_evaluated.h5", "motion.h5")]
         subprocess.run([os.environ["TOUCHFIELD_SAMPLES"], *map(str, names)], check=True)
 
     def entries(self):

@@ -34,8 +34,8 @@ solve:
   methods: [focus, paper]
   iterations: 4
   scheme: paper_corrected
-  alarm: never
-judge: none
+  resonance_check: never
+evaluation: none
 write: [h5]
 """
 KILLS = int(os.environ.get("TOUCHFIELD_KILLS", "10"))
@@ -98,7 +98,7 @@ class SweepTest(CommandTest):
                    "zip: {array.level: [0.5, 1], medium.temperature_c: [10, 30]}\n"
                    "cases: [{solve.methods: [focus]}, {solve.methods: [paper], target.pressure_pa: 50}]\n"
                    "random: {count: 3, seed: 7, ranges: {'body.place.at_mm[0]': [-2, 2], "
-                   "solve.quiet_weight: {log: [0.1, 10]}, 'body.place.at_mm[1]': {normal: [0, 1]}, "
+                   "solve.outside_weight: {log: [0.1, 10]}, 'body.place.at_mm[1]': {normal: [0, 1]}, "
                    "solve.max_steps: {integer: [50, 60]}}}\n")
         self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet")
         rows = table(self.folder / "out")
@@ -107,7 +107,7 @@ class SweepTest(CommandTest):
         self.assertEqual([row["medium.temperature_c"] for row in rows], ["10"] * 6 + ["30"] * 6)
         self.assertEqual([row["name"] for row in rows], (["focus"] * 3 + ["paper"] * 3) * 2)
         self.assertEqual([row["target.pressure_pa"] for row in rows], ([""] * 3 + ["50"] * 3) * 2)
-        draws = [(row["body.place.at_mm[0]"], row["solve.quiet_weight"], row["body.place.at_mm[1]"],
+        draws = [(row["body.place.at_mm[0]"], row["solve.outside_weight"], row["body.place.at_mm[1]"],
                   row["solve.max_steps"]) for row in rows]
         self.assertEqual(draws, draws[:3] * 4)
         self.assertEqual(len(set(draws)), 3)
@@ -540,7 +540,7 @@ class SweepTest(CommandTest):
     # Work is used again
 
     def test_a_body_that_moves_keeps_its_factorisation(self):
-        self.sweep("s.yaml", "set: {body.edge_mm: 1.8, solve.solver: lu, judge: {scheme: paper_corrected, split: 1}}\ncases:\n"
+        self.sweep("s.yaml", "set: {body.edge_mm: 1.8, solve.solver: lu, evaluation: {scheme: paper_corrected, split: 1}}\ncases:\n"
                    "  - {array.level: 0.9}\n"
                    "  - {'body.place.at_mm': [3, 4, 70]}\n"
                    "  - {body.place.rotate_deg: [0, 0, 30]}\n"
@@ -561,7 +561,7 @@ class SweepTest(CommandTest):
             with open(self.folder / f"one{row['case']}/metrics.csv", newline="") as file:
                 alone = next(line for line in csv.DictReader(file) if line["name"] == "paper")
             # A rotation and a shift of the mesh: rounding, of which the condition of B makes some ten times as much.
-            for name in ("relative_error", "leakage", "force_target_n", "judge_difference", "peak_pa"):
+            for name in ("relative_error", "leakage", "force_target_n", "evaluation_difference", "peak_pa"):
                 self.assertAlmostEqual(float(row[name]) / float(alone[name]), 1.0, delta=1e-8, msg=name)
 
     def test_progress_for_machines(self):

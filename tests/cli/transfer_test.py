@@ -19,28 +19,28 @@ class Matrix:
 
     def __init__(self, run):
         group, = run["transfer"].values()
-        for name in ("face", "wanted", "weight", "target", "quiet", "incident"):
+        for name in ("face", "wanted", "weight", "target", "outside", "incident"):
             setattr(self, name, group[name][:])
         self.attributes = dict(group.attrs)
 
     def cost(self, q):
         return (numpy.sum(self.weight * (numpy.abs(self.target @ q) - self.wanted) ** 2)
-                + numpy.sum(numpy.abs(self.quiet @ q) ** 2))
+                + numpy.sum(numpy.abs(self.outside @ q) ** 2))
 
     def best_level(self, q):
         heard = numpy.abs(self.target @ q)
-        energy = numpy.sum(self.weight * heard ** 2) + numpy.sum(numpy.abs(self.quiet @ q) ** 2)
+        energy = numpy.sum(self.weight * heard ** 2) + numpy.sum(numpy.abs(self.outside @ q) ** 2)
         return min(numpy.sum(self.weight * self.wanted * heard) / energy, 1 / numpy.max(numpy.abs(q)))
 
 
 class Transfer(CommandTest):
     def test_pressures_and_costs_of_the_quick_scene(self):
         self.run_ok("run", QUICK, "-o", "out", "--quiet", "--set", "write=[transfer]", "--set", "field=null", "--set",
-                    "solve.methods=[{surface: {start: zero}}, paper, unscattered, focus]", "--set", "solve.certificate=true")
+                    "solve.methods=[{surface: {start: zero}}, paper, unscattered, focus]", "--set", "solve.optimality_bound=true")
         with open_run(self.folder / "out") as run:
             matrix = Matrix(run)
             self.assertEqual(matrix.target.shape, (run["target/face"].size, 256))
-            self.assertEqual(matrix.quiet.shape[1], 256)
+            self.assertEqual(matrix.outside.shape[1], 256)
             numpy.testing.assert_array_equal(matrix.weight, run["mesh/area"][:][matrix.face])
             for name, method in run["methods"].items():
                 q = drives(method)
@@ -51,11 +51,11 @@ class Transfer(CommandTest):
             surface = run["methods/surface"]
             self.assertAlmostEqual(matrix.cost(drives(surface)) / surface["cost"][-1], 1, delta=1e-10)
             self.assertAlmostEqual(matrix.cost(numpy.ones(256)) / surface["cost"][0], 1, delta=1e-10)
-            # The rest of the skin, as far as `quiet` tells: its energy.
-            quiet = numpy.ones(run["mesh/area"].size, bool)
-            quiet[matrix.face] = False
-            energy = numpy.sum((run["mesh/area"][:] * numpy.abs(surface["pressure"][:]) ** 2)[quiet])
-            self.assertAlmostEqual(numpy.sum(numpy.abs(matrix.quiet @ drives(surface)) ** 2) / energy, 1, delta=1e-3)
+            # The rest of the skin, as far as `outside` tells: its energy.
+            outside = numpy.ones(run["mesh/area"].size, bool)
+            outside[matrix.face] = False
+            energy = numpy.sum((run["mesh/area"][:] * numpy.abs(surface["pressure"][:]) ** 2)[outside])
+            self.assertAlmostEqual(numpy.sum(numpy.abs(matrix.outside @ drives(surface)) ** 2) / energy, 1, delta=1e-3)
         self.assertRegex(self.run_ok("info", "out").stdout, rf"target rows .*\n  burton_miller_polished +{len(matrix.face)} ")
 
     def test_it_is_kept_by_a_repetition_and_of_no_weight_in_a_comparison(self):
@@ -64,7 +64,7 @@ class Transfer(CommandTest):
         self.run_ok("run", "--from", "with", "-o", "again", "--quiet")
         with open_run(self.folder / "with") as run, open_run(self.folder / "again") as again:
             a, b = Matrix(run), Matrix(again)
-            self.assertGreater(len(a.quiet), 10)  # no method of this scene minds the quiet skin
+            self.assertGreater(len(a.outside), 10)  # no method of this scene counts the skin outside
             self.assertLess(numpy.linalg.norm(a.target - b.target), 1e-5 * numpy.linalg.norm(a.target))
         self.run_ok("run", "--from", "with", "-o", "without", "--quiet", "--set", "write=[h5]")
         with open_run(self.folder / "without") as run:

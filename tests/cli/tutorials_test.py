@@ -25,7 +25,7 @@ PARTS = re.compile(r"^<!-- picture: (?P<picture>[^\n]*) -->\n!\[[^\n]*\]\((?P<im
                    r"|(?:^<!-- not run: (?P<reason>[^\n]*) -->\n)?^```(?P<kind>\w*)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
 
 BOARD = "/dev/ttyUSB0"
-UNJUDGED = re.compile(r"-o (?:longer|board)\b")  # runs whose figures no page shows: a judge takes most of their time
+UNEVALUATED = re.compile(r"-o (?:longer|board)\b")  # runs whose figures no page shows: an evaluation takes most of their time
 
 
 def pattern_of(line):
@@ -54,7 +54,7 @@ class Following(CommandTest):
         board = Board()
         self.addCleanup(board.close)
         said = self.do("bash", "-ec", commands.replace(BOARD, board.port).replace("array walk", "array walk --count 4"))
-        self.assertTrue(board.wait(lambda one: one.quiet_at is not None))
+        self.assertTrue(board.wait(lambda one: one.silent_at is not None))
         self.assertEqual(len(board.patterns()), 4 + 1)
         return said
 
@@ -77,7 +77,7 @@ class Following(CommandTest):
             elif kind == "sh" and BOARD in body:
                 said = self.on_a_board(body)
             elif kind == "sh":
-                said = self.do("bash", "-ec", UNJUDGED.sub(r"\g<0> --set judge=none", body))
+                said = self.do("bash", "-ec", UNEVALUATED.sub(r"\g<0> --set evaluation=none", body))
             elif kind == "python":
                 said = self.do(sys.executable, "-c", body)
             elif kind == "yaml":

@@ -15,8 +15,8 @@ MESH = """\
 name: mesh
 array: {plane_wave: {direction: [0, 0, 1]}}
 body: {mesh: {file: skin.ply, unit: mm}}
-solve: {methods: [{fixed: {phases_rad: 0}}], alarm: never}
-judge: none
+solve: {methods: [{fixed: {phases_rad: 0}}], resonance_check: never}
+evaluation: none
 write: [h5]
 """
 SOFT = FINGER.replace("array:\n", "array:\n  source_pa_m: 0.4\n")  # far from nonlinear
@@ -126,7 +126,7 @@ class Warnings(CommandTest):
     def test_near_field(self):
         # Two wavelengths are 17.2 mm; the capsule's lowest line is 5.08 mm off the transducers on both sides of it.
         for height, notes in [(10, ["near_field"]), (14, ["near_field"]), (19, [])]:
-            said = self.checked(f"body.place.at_mm=[0, 0, {height}]", "judge=none")["notes"]
+            said = self.checked(f"body.place.at_mm=[0, 0, {height}]", "evaluation=none")["notes"]
             self.assertEqual([line.split(":")[0] for line in said], notes, height)
 
     def test_below_wanted(self):
@@ -163,7 +163,7 @@ class Warnings(CommandTest):
         for edge, words in [(5, "expect errors of 10 % and more"), (3.5, "an estimate")]:
             said = self.checked(ball.replace("edge_mm: 7", f"edge_mm: {edge}"), coarse[3])["warnings"][0]
             self.assertRegex(said, f"^coarse_mesh: .*{words}")
-        self.is_refused("check", scene, "--set", "judge={edge_mm: 8}", says="judge.edge_mm: 1.07 edges per wavelength")
+        self.is_refused("check", scene, "--set", "evaluation={edge_mm: 8}", says="evaluation.edge_mm: 1.07 edges per wavelength")
 
     def test_what_comes_of_a_motion(self):
         text = FINGER + "motion: {seconds: 0.2, change: [{path: 'body.place.rotate_deg[0]', rate: 900}], solve_ms: 20, score_hz: 10}\n"
@@ -190,8 +190,8 @@ class Warnings(CommandTest):
         small = ["mesh_unit"]  # less than 10 mm across: no fingertip
         for ka, names in [(math.pi, ["fictitious_frequency"]), (3.6, [])]:
             mesh = icosphere(2, ka / K * 1e3)
-            self.assertEqual(self.warned(MESH, "solve.scheme=paper", "solve.alarm=always", mesh=mesh), small + names)
-            self.assertEqual(self.warned(MESH, "solve.alarm=always", mesh=mesh), small)
+            self.assertEqual(self.warned(MESH, "solve.scheme=paper", "solve.resonance_check=always", mesh=mesh), small + names)
+            self.assertEqual(self.warned(MESH, "solve.resonance_check=always", mesh=mesh), small)
 
     def test_deep_shadow(self):
         fixed = "solve.methods=[{fixed: {phases_rad: 0}}]"
@@ -203,25 +203,25 @@ class Warnings(CommandTest):
 
     def test_notes_are_told_and_kept_apart_from_warnings(self):
         self.warned(SOFT)
-        self.assertEqual(self.note_names(), ["judged_by_itself"])
+        self.assertEqual(self.note_names(), ["evaluated_by_itself"])
         said = self.run_ok("run", self.write("scene.yaml", SOFT), "-o", "out", "--force").stderr
         self.assertIn(f"touchfield: note: {self.notes[0]}\n", said)
         self.assertRegex(self.run_ok("info", "out").stdout, rf"(?m)^notes +{re.escape(self.notes[0])}$")
         self.assertEqual(json.loads(self.run_ok("check", "scene.yaml", "--json").stdout)["notes"], self.notes)
-        self.warned(SOFT, "judge={split: 1}")
+        self.warned(SOFT, "evaluation={split: 1}")
         self.assertEqual(self.notes, [])
 
     def test_a_part_of_a_body(self):
         kept = ["body.keep_within_mm=13", "solve.methods=[focus]"]
-        self.assertEqual(self.warned(SOFT, *kept, "judge={edge_mm: 2.4}"), [])
+        self.assertEqual(self.warned(SOFT, *kept, "evaluation={edge_mm: 2.4}"), [])
         self.assertEqual(self.note_names(), ["beyond"])
-        self.warned(SOFT, *kept, "judge=none")  # no figure is of the part alone
+        self.warned(SOFT, *kept, "evaluation=none")  # no figure is of the part alone
         with open_run(self.folder / "out") as run:
             self.assertTrue(math.isnan(run["methods/focus"].attrs["relative_error"]))
 
     def test_nonlinear(self):
         # 64 transducers of a pitch of 10.16 mm in focus 60 mm above them; the source's strength sets sigma.
-        focus = ["solve.methods=[focus]", "judge={split: 1}"]
+        focus = ["solve.methods=[focus]", "evaluation={split: 1}"]
         sigmas = []
         for strength, names, notes in [(4, [], ["nonlinear"]), (30, ["nonlinear"], [])]:
             self.assertEqual(self.warned(FINGER, *focus, f"array.source_pa_m={strength}"), names, strength)
@@ -237,9 +237,9 @@ class Warnings(CommandTest):
         for scene in scenes:
             text = scene.read_text()
             comment = " ".join(line for line in text.splitlines() if line.startswith("#"))
-            # For what a score costs `check` takes one, and no warning of a motion is of its judge.
-            judge = ["--set", "judge={edge_mm: {near_target: 3, far: 8, within_mm: 10}}"] if "\nmotion:" in text else []
-            for warning in json.loads(self.run_ok("check", scene, "--json", *judge).stdout)["warnings"]:
+            # For what a score costs `check` takes one, and no warning of a motion is of its evaluation.
+            evaluation = ["--set", "evaluation={edge_mm: {near_target: 3, far: 8, within_mm: 10}}"] if "\nmotion:" in text else []
+            for warning in json.loads(self.run_ok("check", scene, "--json", *evaluation).stdout)["warnings"]:
                 self.assertIn(f"`{warning.split(':')[0]}`", comment, f"{scene.name}: {warning}")
 
 

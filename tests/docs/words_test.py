@@ -53,8 +53,8 @@ class Words(unittest.TestCase):
 
     def test_code_links_formulas_and_tables_are_skipped(self):
         (self.root / "docs/page.md").write_text(
-            "# Page\n\n`judge: auto` and [a link](page.md#judge).\n\n```yaml\njudge: {edge_mm: 2}\n```\n\n$$ judge $$\n\n"
-            "<!-- table: judge | judge -->\n| judge |\n|---|\n| 1 |\n<!-- /table -->\n")
+            "# Page\n\n`evaluation: auto` and [a link](page.md#evaluation).\n\n```yaml\nevaluation: {edge_mm: 2}\n```\n\n$$ evaluation $$\n\n"
+            "<!-- table: evaluation | evaluation -->\n| evaluation |\n|---|\n| 1 |\n<!-- /table -->\n")
         self.assertEqual(self.words().stdout, "")
 
     def test_a_word_across_two_lines_is_found(self):

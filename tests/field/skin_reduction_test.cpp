@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/field/quiet_skin.h"
+#include "sim/field/outside_skin.h"
 #include "solvers/linear/low_rank.h"
 #include "solvers/phase/skin_field.h"
 
@@ -38,7 +38,7 @@ Skin make_skin(Index faces, Index channels) {
 }
 
 /// sum_T A (|p| - p')^2 + w_Z sum_Z A |p|^2, from its definition.
-double cost_of(const Skin& skin, double quiet_weight, const VectorXcd& q) {
+double cost_of(const Skin& skin, double outside_weight, const VectorXcd& q) {
   const VectorXcd p = skin.h * q;
   double cost = 0;
   for (Index f = 0; f < p.size(); ++f) {
@@ -47,20 +47,20 @@ double cost_of(const Skin& skin, double quiet_weight, const VectorXcd& q) {
       ++k;
     }
     cost += skin.areas(f) *
-            (k < 3 ? std::pow(std::abs(p(f)) - skin.target.amplitudes(k), 2) : quiet_weight * std::norm(p(f)));
+            (k < 3 ? std::pow(std::abs(p(f)) - skin.target.amplitudes(k), 2) : outside_weight * std::norm(p(f)));
   }
   return cost;
 }
 
-Eigen::VectorXd quiet_of(const Skin& skin, double quiet_weight) {
-  return QuietSkin().face_weights(skin.areas, skin.target, quiet_weight);
+Eigen::VectorXd outside_of(const Skin& skin, double outside_weight) {
+  return OutsideSkin().face_weights(skin.areas, skin.target, outside_weight);
 }
 
 TEST(SkinReduction, KeepsTheCost) {
   const Skin skin = make_skin(80, 30);
   for (const double weight : {1.0, 0.1}) {
     const SkinReduction reduction = reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target,
-                                                         quiet_of(skin, weight), 1e-9);
+                                                         outside_of(skin, weight), 1e-9);
     for (int i = 0; i < 5; ++i) {
       const VectorXcd q = VectorXcd::Random(30);
       const double expected = cost_of(skin, weight, q);
@@ -69,14 +69,14 @@ TEST(SkinReduction, KeepsTheCost) {
   }
 }
 
-TEST(SkinReduction, QuietRowsAreOrthogonalTheStrongestFirst) {
+TEST(SkinReduction, OutsideRowsAreOrthogonalTheStrongestFirst) {
   const Skin skin = make_skin(80, 30);
-  const MatrixXcd quiet =
-      reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target, quiet_of(skin, 1.0), 1e-3)
-          .problem.quiet;
-  const MatrixXcd mutual = quiet * quiet.adjoint();
+  const MatrixXcd outside =
+      reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target, outside_of(skin, 1.0), 1e-3)
+          .problem.outside;
+  const MatrixXcd mutual = outside * outside.adjoint();
   EXPECT_LT((mutual - MatrixXcd(mutual.diagonal().asDiagonal())).norm(), 1e-12 * mutual.norm());
-  for (Eigen::Index i = 1; i < quiet.rows(); ++i) {
+  for (Eigen::Index i = 1; i < outside.rows(); ++i) {
     EXPECT_LT(mutual(i, i).real(), mutual(i - 1, i - 1).real()) << i;
   }
 }
@@ -85,15 +85,15 @@ TEST(SkinReduction, LeavesOutWhatItSays) {
   const Skin skin = make_skin(80, 30);
   for (const double tolerance : {1e-1, 1e-2, 1e-3}) {
     const SkinReduction reduction = reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target,
-                                                         quiet_of(skin, 1.0), tolerance);
-    Eigen::VectorXd quiet = skin.areas;
-    quiet(skin.target.faces).setZero();
-    const double all = (quiet.cwiseSqrt().asDiagonal() * skin.h).squaredNorm();
-    const double kept = reduction.problem.quiet.squaredNorm();
+                                                         outside_of(skin, 1.0), tolerance);
+    Eigen::VectorXd outside = skin.areas;
+    outside(skin.target.faces).setZero();
+    const double all = (outside.cwiseSqrt().asDiagonal() * skin.h).squaredNorm();
+    const double kept = reduction.problem.outside.squaredNorm();
     EXPECT_NEAR(std::sqrt((all - kept) / all), reduction.left_out, 1e-9);
     // Each dropped direction has at most tolerance of the largest; 30 of them in all.
     EXPECT_LE(reduction.left_out, tolerance * std::sqrt(30.0));
-    EXPECT_LT(reduction.problem.quiet.rows(), 30);
+    EXPECT_LT(reduction.problem.outside.rows(), 30);
     // Dropping rows only lowers the cost.
     const VectorXcd q = VectorXcd::Random(30);
     EXPECT_LE(skin_cost(reduction.problem, q), cost_of(skin, 1.0, q) * (1 + 1e-12));
@@ -104,18 +104,18 @@ TEST(SkinReduction, DrivesThatSpanAllWillDo) {
   const Skin skin = make_skin(60, 90);  // rank 60 at most
   const LowRank low = compressed(skin.h.adjoint(), 1e-7);
   const SkinReduction reduction =
-      reduced_skin_problem(skin.h * low.basis, low.basis, skin.areas, skin.target, quiet_of(skin, 1.0), 1e-9);
+      reduced_skin_problem(skin.h * low.basis, low.basis, skin.areas, skin.target, outside_of(skin, 1.0), 1e-9);
   const VectorXcd q = VectorXcd::Random(90);
   // What the basis leaves out, 1e-7 of the largest pressures, enters linearly at the target.
   EXPECT_NEAR(skin_cost(reduction.problem, q), cost_of(skin, 1.0, q), 1e-5 * cost_of(skin, 1.0, q));
 }
 
-TEST(SkinReduction, WithoutQuietWeightThereAreNoRows) {
+TEST(SkinReduction, WithoutOutsideWeightThereAreNoRows) {
   const Skin skin = make_skin(20, 10);
   const SkinReduction reduction =
       reduced_skin_problem(skin.h, MatrixXcd::Identity(10, 10), skin.areas, skin.target, {}, 1e-4);
-  EXPECT_EQ(reduction.problem.quiet.rows(), 0);
-  EXPECT_EQ(reduction.problem.quiet.cols(), 10);
+  EXPECT_EQ(reduction.problem.outside.rows(), 0);
+  EXPECT_EQ(reduction.problem.outside.cols(), 10);
   const VectorXcd q = VectorXcd::Random(10);
   EXPECT_NEAR(skin_cost(reduction.problem, q), cost_of(skin, 0.0, q), 1e-12 * cost_of(skin, 0.0, q));
 }
@@ -125,17 +125,17 @@ TEST(SkinReduction, RowsThatAreAddedKeepTheCost) {
   for (const Index count : {4, 60}) {  // fewer rows than channels in all, and more
     const MatrixXcd rows = MatrixXcd::Random(count, 30);
     SkinReduction reduction =
-        reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target, quiet_of(skin, 1.0), 1e-2);
-    const MatrixXcd before = reduction.problem.quiet;
+        reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target, outside_of(skin, 1.0), 1e-2);
+    const MatrixXcd before = reduction.problem.outside;
     const double dropped =
         std::pow(reduction.left_out, 2) / (1 - std::pow(reduction.left_out, 2)) * before.squaredNorm();
-    add_quiet_rows(rows, 1e-9, reduction);
-    const MatrixXcd& quiet = reduction.problem.quiet;
-    EXPECT_LE(quiet.rows(), std::min<Index>(30, before.rows() + count));
+    add_outside_rows(rows, 1e-9, reduction);
+    const MatrixXcd& outside = reduction.problem.outside;
+    EXPECT_LE(outside.rows(), std::min<Index>(30, before.rows() + count));
     const VectorXcd q = VectorXcd::Random(30);
     const double expected = (before * q).squaredNorm() + (rows * q).squaredNorm();
-    EXPECT_NEAR((quiet * q).squaredNorm(), expected, 1e-10 * expected);
-    const MatrixXcd mutual = quiet * quiet.adjoint();
+    EXPECT_NEAR((outside * q).squaredNorm(), expected, 1e-10 * expected);
+    const MatrixXcd mutual = outside * outside.adjoint();
     EXPECT_LT((mutual - MatrixXcd(mutual.diagonal().asDiagonal())).norm(), 1e-10 * mutual.norm());
     const double all = before.squaredNorm() + rows.squaredNorm() + dropped;
     EXPECT_NEAR(reduction.left_out, std::sqrt(dropped / all), 1e-9);
@@ -145,7 +145,7 @@ TEST(SkinReduction, RowsThatAreAddedKeepTheCost) {
 TEST(SkinReduction, RefusesSizesThatDoNotFit) {
   const Skin skin = make_skin(20, 10);
   EXPECT_THROW(
-      reduced_skin_problem(skin.h, MatrixXcd::Identity(10, 9), skin.areas, skin.target, quiet_of(skin, 1.0), 1e-4),
+      reduced_skin_problem(skin.h, MatrixXcd::Identity(10, 9), skin.areas, skin.target, outside_of(skin, 1.0), 1e-4),
       std::invalid_argument);
 }
 

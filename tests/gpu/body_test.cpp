@@ -159,9 +159,9 @@ TEST_F(BodyOnCardTest, SpansAllChannels) {
   // What V leaves out of all channels together may be of one.
   EXPECT_LT(largest_difference(spanned.target, h(faces, Eigen::all)), 1e-3);
   const Eigen::MatrixXcd gram = h.adjoint() * weights.asDiagonal() * h;
-  EXPECT_LT(largest_difference(spanned.quiet.adjoint() * spanned.quiet, gram), 3e-4);
-  EXPECT_LE(spanned.quiet_left_out, 1e-4 * std::sqrt(static_cast<double>(channels)));
-  const Eigen::VectorXd strengths = spanned.quiet.rowwise().norm();
+  EXPECT_LT(largest_difference(spanned.outside.adjoint() * spanned.outside, gram), 3e-4);
+  EXPECT_LE(spanned.outside_left_out, 1e-4 * std::sqrt(static_cast<double>(channels)));
+  const Eigen::VectorXd strengths = spanned.outside.rowwise().norm();
   EXPECT_TRUE(std::is_sorted(strengths.begin(), strengths.end(), std::greater<>()));
   // Of drives that are given.
   const Eigen::MatrixXcd drives =
@@ -172,7 +172,7 @@ TEST_F(BodyOnCardTest, SpansAllChannels) {
   const BodyOnCard::Spanned given = card.spanned(sources, kept, wanted);
   EXPECT_LT(largest_difference(card.spanned_pressure(), p), 1e-4);
   EXPECT_LT(largest_difference(given.target, p(faces, Eigen::all) * drives.adjoint()), 1e-4);
-  EXPECT_LT(largest_difference(given.quiet.adjoint() * given.quiet,
+  EXPECT_LT(largest_difference(given.outside.adjoint() * given.outside,
                                drives * (p.adjoint() * weights.asDiagonal() * p) * drives.adjoint()),
             2e-4);
   const BodyOnCard::Spanned again = card.spanned(sources, kept, wanted);

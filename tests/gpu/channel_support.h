@@ -26,7 +26,7 @@ inline std::vector<GpuChannelCase> gpu_channel_cases() {
     return make_array(layout, directivity, 1.0, kAutd3SourceStrength);
   };
   TransducerArray uneven = with(Directivity::t4010a1());
-  uneven.response = random_response(uneven.size(), {0.1, 0.5, 0.1, 4});
+  uneven.response = random_response(uneven.size(), {.phase = 0.5, .gain = 0.1, .dead = 0.1}, 4);
   const TransducerArray flat = plane_wave(Vector3(0.6, 0.0, 0.8), 2.0);
   return {{"omni", with(Directivity::omni()), plain},
           {"spline", with(Directivity::t4010a1()), plain},

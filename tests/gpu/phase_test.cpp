@@ -132,7 +132,7 @@ TEST_P(SkinCalls, StepsAreThose) {
   const SkinMoves at = moves();
   const double largest = devices_[0]->largest_row(at);
   EXPECT_NEAR(devices_[1]->largest_row(at), largest, 1e-12 * largest);
-  const int rows = faces_ + 2 * at.quiet_rows;
+  const int rows = faces_ + 2 * at.outside_rows;
   const int columns = channels_ + at.radial_count;
   const Eigen::VectorXd scale =
       (0.03 * largest * Eigen::VectorXd::LinSpaced(columns, 1.0, 3.0)).cwiseSqrt().cwiseInverse();
@@ -216,7 +216,7 @@ TEST_F(Phase, StepsThatSinglePrecisionCannotDoAreInDouble) { expect_step_in_doub
 TEST_F(Phase, ValuesThatAreNotFiniteAreRefusedAndNeverLoopForEver) {
   SkinProblem problem = random_problem(4, 2, 6, 0.3, 37);
   const SkinProblem sound = moved(problem);
-  problem.quiet(1, 2) = std::numeric_limits<double>::quiet_NaN();
+  problem.outside(1, 2) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(solve_surface(moved(problem), random_start(6, 1), {}), std::invalid_argument);
   SkinJacobian jacobian(sound);
   SkinField field;

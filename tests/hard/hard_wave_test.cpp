@@ -52,16 +52,16 @@ BodyFigures measure_body(const std::string& table, const Cells& what, const Tria
   const Errors in_all = errors(mesh.areas(), found, reference);
   const Eigen::VectorXd dark =
       area_where(mesh, [&](const Vector3& x, const Vector3& n) { return n.dot((x - source).normalized()) > 0.7; });
-  const double quiet = mean_amplitude(dark, reference) / mean_amplitude(mesh.areas(), reference);
+  const double outside = mean_amplitude(dark, reference) / mean_amplitude(mesh.areas(), reference);
   Errors local;
   Errors of_mean;
   for (const auto& [scheme, answer] : found) {
     local[scheme] = amplitude_error(dark, answer.pressure, reference);
-    of_mean[scheme] = local[scheme] * quiet;
+    of_mean[scheme] = local[scheme] * outside;
   }
   const Cells size = mesh_cells(mesh, wave);
   print_row(table, {what, size, Cells{{"where", "all"}}, scheme_cells({in_all})});
-  print_row(table, {what, size, Cells{{"where", fmt::format("shadow, {:.2f} of the mean", quiet)}},
+  print_row(table, {what, size, Cells{{"where", fmt::format("shadow, {:.2f} of the mean", outside)}},
                     scheme_cells({local, of_mean})});
   const Eigen::VectorXd narrow = area_in_cavities(mesh, 10e-3);
   if (narrow.sum() > 0) {

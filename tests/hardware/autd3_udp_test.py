@@ -24,10 +24,10 @@ OLDER_SDK = sdk_of(SOURCE, "0.11")
 UNITS = 6
 PER_UNIT = 249
 # A mesh as coarse as it may be: it is the way of the phases that counts, not their worth.
-CHANGES = ["body.edge_mm=6", "solve.allow_coarse_mesh=true", "judge=null", "field=[]", "write=[h5]", "solve.iterations=3", "solve.methods=[unscattered, surface]"]
+CHANGES = ["body.edge_mm=6", "solve.allow_coarse_mesh=true", "evaluation=null", "field=[]", "write=[h5]", "solve.iterations=3", "solve.methods=[unscattered, surface]"]
 SCENES = ["width_5mm", "width_8mm", "width_11mm"]
 PATTERN = bytes([0x16, 0, 0, 0, 0, 0, 0xFF, 0, 0, 0, 0, 0, 0, 0, 0])  # at once, bank 0
-QUIET = PATTERN + bytes(2 * PER_UNIT)
+SILENT = PATTERN + bytes(2 * PER_UNIT)
 
 
 def bodies(run, method, level):
@@ -107,7 +107,7 @@ class Autd3UdpTest(CommandTest):
                     self.assertEqual([unit for unit in range(UNITS) if wire.commands(unit)], list(range(UNITS)))
                     for unit, body in enumerate(self.bodies(scene, method, 0.4)):
                         patterns = [data for _, data in wire.commands(unit) if data.startswith(PATTERN)]
-                        self.assertEqual(patterns, [body, QUIET])
+                        self.assertEqual(patterns, [body, SILENT])
 
     def test_a_sequence_and_its_modulation(self):
         sine = numpy.sin(2 * numpy.pi * numpy.arange(20) / 20)
@@ -118,7 +118,7 @@ class Autd3UdpTest(CommandTest):
             for unit in range(UNITS):
                 data = [data for _, data in wire.commands(unit)]
                 self.assertIn(bytes([0x20, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]) + samples, data)
-                self.assertEqual([one for one in data if one.startswith(PATTERN)], [frame[unit] for frame in frames] + [QUIET])
+                self.assertEqual([one for one in data if one.startswith(PATTERN)], [frame[unit] for frame in frames] + [SILENT])
 
     def test_a_stored_sequence(self):
         for sdk in (SDK, OLDER_SDK):
@@ -126,7 +126,7 @@ class Autd3UdpTest(CommandTest):
             with self.subTest(sdk=sdk.name), Emulator(sdk, UNITS) as emulator, Wire(emulator) as wire:
                 start = time.monotonic()
                 report = self.sent(SCENES, wire.port, "--stored", "--rate", "1000", "--seconds", "0.7")
-                self.assertEqual((report["sent"], report["quiet"]), (3, True))
+                self.assertEqual((report["sent"], report["silent"]), (3, True))
                 frames = [self.bodies(scene) for scene in SCENES]
                 for unit in range(UNITS):
                     data = [data for _, data in wire.commands(unit, start)]
@@ -158,7 +158,7 @@ class Autd3UdpTest(CommandTest):
             self.assertEqual(done.returncode, 0, done.stderr)
             for unit in range(UNITS):
                 sent = [data for _, data in wire.commands(unit) if data.startswith(PATTERN)]
-                self.assertEqual(sent, 2 * [frame[unit] for frame in wanted] + [QUIET])
+                self.assertEqual(sent, 2 * [frame[unit] for frame in wanted] + [SILENT])
 
     def test_loss_repetition_and_disorder_on_the_wire(self):
         for seed in range(3):
@@ -171,8 +171,8 @@ class Autd3UdpTest(CommandTest):
                 for unit in range(UNITS):
                     # A frame has a second message if a late copy of the reset came in between.
                     patterns = [body for body, _ in itertools.groupby(data for _, data in wire.commands(unit) if data.startswith(PATTERN))]
-                    self.assertEqual(patterns, [frames[k % 3][unit] for k in range(30)] + [QUIET])
-                    # `clear`, the start of the clock, smoothing, modulation (3), 30 frames and the quiet frame; and looks.
+                    self.assertEqual(patterns, [frames[k % 3][unit] for k in range(30)] + [SILENT])
+                    # `clear`, the start of the clock, smoothing, modulation (3), 30 frames and the silent frame; and looks.
                     counters = observer.counters(unit)
                     self.assertGreater(counters["executed"], 37)
                     self.assertEqual(counters["refused"], 0)
@@ -182,8 +182,8 @@ class Autd3UdpTest(CommandTest):
             start = time.monotonic()
             emulator.reboot(2)
             # Those before it in the chain: the others cannot be reached any more.
-            quiet = self.wait_for(lambda: self.all_confirmed(wire, QUIET, start, units=[0, 1]))
-            self.assertLess(quiet - start, 0.35)  # found by a look every 50 ms and a wait of 80 ms
+            silent = self.wait_for(lambda: self.all_confirmed(wire, SILENT, start, units=[0, 1]))
+            self.assertLess(silent - start, 0.35)  # found by a look every 50 ms and a wait of 80 ms
             self.assertEqual(sending.wait(10), 4)
             said = sending.stderr.read()
             self.assertIn("units 2, 3, 4, 5 do not answer: a unit has restarted", said)
@@ -199,7 +199,7 @@ class Autd3UdpTest(CommandTest):
             with Observer(emulator) as observer:
                 self.assertEqual([observer.switched_off(unit) for unit in range(UNITS)], [True] * UNITS)
                 self.assertEqual([observer.counters(unit)["failsafe"] for unit in range(UNITS)], [1] * UNITS)
-            self.assertIsNone(self.all_confirmed(wire, QUIET))
+            self.assertIsNone(self.all_confirmed(wire, SILENT))
 
     def test_a_link_that_was_interrupted_does_not_resume(self):
         with Emulator(SDK, UNITS) as emulator, Wire(emulator) as wire, self.emitting(wire) as (sending, _):
@@ -210,17 +210,17 @@ class Autd3UdpTest(CommandTest):
                 time.sleep(0.3)
                 self.assertTrue(all(observer.switched_off(unit) for unit in range(UNITS)))
 
-    def test_whatever_ends_it_leaves_a_quiet_array(self):
+    def test_whatever_ends_it_leaves_a_silent_array(self):
         for signal_sent, to, code in ((signal.SIGINT, "program", 130), (signal.SIGTERM, "program", 143), (signal.SIGKILL, "program", -9),
                                       (signal.SIGSTOP, "program", 4), (signal.SIGTERM, "guard", 4), (signal.SIGSTOP, "guard", 4),
                                       (signal.SIGKILL, "guard", 4)):
             with self.subTest(signal=signal_sent.name, to=to), Emulator(SDK, UNITS) as emulator, Wire(emulator) as wire, \
                     self.emitting(wire) as (sending, processes):
-                self.assertIsNone(self.all_confirmed(wire, QUIET))
+                self.assertIsNone(self.all_confirmed(wire, SILENT))
                 start = time.monotonic()
                 os.kill(processes[to], signal_sent)
-                quiet = self.wait_for(lambda: self.all_confirmed(wire, QUIET, start))
-                self.assertLess(quiet - start, 0.4 if signal_sent == signal.SIGSTOP else 0.2)
+                silent = self.wait_for(lambda: self.all_confirmed(wire, SILENT, start))
+                self.assertLess(silent - start, 0.4 if signal_sent == signal.SIGSTOP else 0.2)
                 sending.send_signal(signal.SIGCONT)
                 self.assertEqual(sending.wait(10), code)
 
@@ -285,7 +285,7 @@ class Autd3UdpTest(CommandTest):
             send = [PROGRAM, "send", self.solved / "width_8mm", "--method", "surface", "--to", to, "--emit", "--seconds", "0.2", "--json"]
             done = subprocess.run([*network, *units, *send], capture_output=True, text=True, timeout=60, check=False)
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertIs(json.loads(done.stdout)["quiet"], True)
+            self.assertIs(json.loads(done.stdout)["silent"], True)
 
     def test_nobody_answers(self):
         with Emulator(SDK, 1) as emulator:
@@ -308,7 +308,7 @@ class Autd3UdpTest(CommandTest):
         with Emulator(SDK, UNITS) as emulator, Wire(emulator) as wire:
             said = self.run_ok("array", "off", "--to", f"autd3-udp:[::1]:{wire.port}", "--run", self.solved / "width_8mm").stdout
             self.assertRegex(said, "(?m)^off +yes$")
-            self.assertIsNotNone(self.all_confirmed(wire, QUIET))
+            self.assertIsNotNone(self.all_confirmed(wire, SILENT))
 
     def test_the_kept_bytes_are_those_of_the_sdk(self):
         script = SOURCE / "tests/hardware/autd3_udp_vectors.py"

@@ -52,7 +52,7 @@ class ChainTest(CommandTest):
         cls.addClassCleanup(shutil.rmtree, cls.shared, ignore_errors=True)
         scene = SOURCE / "scenes/cameras.yaml"
         for command in (["see", scene, "-o", cls.shared / "seen", "--set", f"motion.seconds={SECONDS}", "--set", f"motion.sensor.hz={HZ}", "--set", SWAY],
-                        ["run", scene, "-o", cls.shared / "still", *ARRAY, *COARSE, "--set", "motion=null", "--set", "judge=null", "--set", "solve.methods=[focus]", "--set", "write=[h5]"]):
+                        ["run", scene, "-o", cls.shared / "still", *ARRAY, *COARSE, "--set", "motion=null", "--set", "evaluation=null", "--set", "solve.methods=[focus]", "--set", "write=[h5]"]):
             subprocess.run([PROGRAM, *command, "--quiet"], check=True, timeout=500, capture_output=True)
         with open_run(cls.shared / "still") as run:
             cls.positions = run["array/position"][:]
@@ -73,11 +73,11 @@ class ChainTest(CommandTest):
                            "--to", f"autd3-udp:[::1]:{wire.port}", "--emit", "-o", self.folder / "out", "--json", "--set", "motion.frames_hz=5", *arguments)
         said = json.loads(done.stdout)
         rows = list(csv.DictReader((self.folder / "out/live.csv").read_text().splitlines()))
-        self.assertTrue(said["emitted"] and said["quiet"])
+        self.assertTrue(said["emitted"] and said["silent"])
         return said["live"], rows, self.received(wire)
 
     def received(self, wire):
-        """Of each frame that all units got, quiet ones too: phases and intensities of all transducers, when its first
+        """Of each frame that all units got, silent ones too: phases and intensities of all transducers, when its first
         byte was on the wire and when the last unit had confirmed it."""
         confirmed = {}  # by unit and number of the message
         for at, down, unit, data in list(wire.datagrams):

@@ -12,7 +12,7 @@ from sonicsurface_board import Board  # noqa: E402
 
 SDK = SOURCE / "build/autd3_sdk/0.12"
 PAGE = (SOURCE / "docs/hardware.md").read_text()
-COARSE = ["body.edge_mm=12", "solve.allow_coarse_mesh=true", "judge=none", "field=[]", "write=[h5]", "solve.iterations=1", "target.pressure_pa=1e6",
+COARSE = ["body.edge_mm=12", "solve.allow_coarse_mesh=true", "evaluation=none", "field=[]", "write=[h5]", "solve.iterations=1", "target.pressure_pa=1e6",
           "solve.methods=[{surface: {start: {random: 1}}}]"]
 
 
@@ -57,14 +57,14 @@ class Examples(CommandTest):
             with self.subTest(command=" ".join(words)):
                 said = self.run_ok(*command)
                 if "--emit" in command:
-                    self.assertIn("the array is quiet", said.stdout)
+                    self.assertIn("the array is silent", said.stdout)
                     emitted.add(command[command.index("--to") + 1].split(":")[0])
                 done[command[0]] += 1
         self.assertGreaterEqual(min(done.values()), 1, done)
         there = {"autd3-udp": self.units is not None, "sonicsurface": True}
         self.assertEqual(emitted, {link for link, is_there in there.items() if is_there})
         self.assertGreater(len(self.board.patterns()), 1)
-        self.assertTrue(self.board.firmware.quiet())
+        self.assertTrue(self.board.firmware.silent())
 
 
 if __name__ == "__main__":

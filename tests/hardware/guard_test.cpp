@@ -127,10 +127,10 @@ class Guarded : public testing::Test {
   pid_t guard_ = -1;
 };
 
-TEST_F(Guarded, IsQuietOnRequest) {
+TEST_F(Guarded, IsSilentOnRequest) {
   emit();
   link_.check();
-  link_.quiet();
+  link_.silence();
   EXPECT_TRUE(board_.becomes(false));
   link_.close();
 }
@@ -139,26 +139,26 @@ TEST_F(Guarded, LetsNothingThroughThatDoesNotFit) {
   emit();
   EXPECT_THROW(link_.send({{1}, {1}}), InputError);
   link_.close();
-  EXPECT_TRUE(board_.becomes(false)) << "closed without having been quieted";
+  EXPECT_TRUE(board_.becomes(false)) << "closed without having been silenced";
 }
 
 TEST_F(Guarded, ASilentProgram) {
   emit();
   EXPECT_TRUE(board_.becomes(false));
-  EXPECT_THAT(loss(), HasSubstr("the program that drove the array said nothing for 250 ms; the array is quiet"));
+  EXPECT_THAT(loss(), HasSubstr("the program that drove the array said nothing for 250 ms; the array is silent"));
 }
 
 TEST_F(Guarded, AStoppedGuard) {
   emit();
   ::kill(guard_, SIGSTOP);
-  EXPECT_THAT(loss(), HasSubstr("link guard: it was stopped by a signal; the array is quiet"));
+  EXPECT_THAT(loss(), HasSubstr("link guard: it was stopped by a signal; the array is silent"));
   EXPECT_TRUE(board_.becomes(false));
 }
 
 TEST_F(Guarded, AKilledGuard) {
   emit();
   ::kill(guard_, SIGKILL);
-  EXPECT_THAT(loss(), HasSubstr("link guard: it was ended by SIGKILL; the array is quiet"));
+  EXPECT_THAT(loss(), HasSubstr("link guard: it was ended by SIGKILL; the array is silent"));
   EXPECT_TRUE(board_.becomes(false));
 }
 
@@ -167,7 +167,7 @@ TEST_F(Guarded, AKilledGuardThatIsClosed) {
   ::kill(guard_, SIGKILL);
   testing::internal::CaptureStderr();
   link_.close();
-  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("it was ended by SIGKILL; the array is quiet"));
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("it was ended by SIGKILL; the array is silent"));
   EXPECT_TRUE(board_.becomes(false));
 }
 
@@ -178,7 +178,7 @@ TEST_F(Guarded, AGuardThatWasAwayDoesNotGoOn) {
   std::this_thread::sleep_for(std::chrono::milliseconds(400));
   ::kill(guard_, SIGCONT);
   EXPECT_THAT(loss(), MatchesRegex(".*did not supervise the array for [0-9.]+ s \\(at most 0\\.25 s\\).*the array is "
-                                   "quiet.*"));
+                                   "silent.*"));
   EXPECT_TRUE(board_.becomes(false));
 }
 

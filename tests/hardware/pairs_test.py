@@ -13,7 +13,7 @@ import time
 import unittest
 
 import sonicsurface_test
-from sonicsurface_test import PROGRAM, QUIET_AFTER_STOP, QUIET_WITHIN
+from sonicsurface_test import PROGRAM, SILENT_AFTER_STOP, SILENT_WITHIN
 
 COUNT, SEED = 30, 1
 SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGSTOP, signal.SIGKILL]
@@ -28,7 +28,7 @@ body:
   edge_mm: 4
 target: {box: {at: bottom, size_mm: [6, 6, 4]}, pressure_pa: 500}
 solve: {methods: [{unscattered: {faces: area}}], scheme: paper_corrected}
-judge: none
+evaluation: none
 motion:
   seconds: 9
   frames_hz: 20
@@ -68,35 +68,35 @@ class Pairs(sonicsurface_test.Emission):
         for pair, gap, text in self.pairs(COUNT, ["program", "guard"]):
             board, process, guard = self.emission()
             times = self.signalled(pair, gap, {"program": process.pid, "guard": guard})
-            quiet = board.wait(lambda b: b.quiet_at is not None, seconds=1)
-            hard = {who for k, (who, number) in enumerate(pair) if number in HARD and (not quiet or times[k] < board.quiet_at)}
-            if len(hard) == 2 and not quiet:  # nobody is left, or nobody who runs
+            silent = board.wait(lambda b: b.silent_at is not None, seconds=1)
+            hard = {who for k, (who, number) in enumerate(pair) if number in HARD and (not silent or times[k] < board.silent_at)}
+            if len(hard) == 2 and not silent:  # nobody is left, or nobody who runs
                 still_on += 1
                 for one in (process.pid, guard):
                     if self.runs(one):
                         os.kill(one, signal.SIGCONT)
                 if pair[0][1] == pair[1][1] == signal.SIGKILL:
                     self.run_ok("array", "off", "--to", f"sonicsurface:{board.port}")
-                self.assertTrue(board.wait(lambda b: b.quiet_at is not None), "it is still on")
+                self.assertTrue(board.wait(lambda b: b.silent_at is not None), "it is still on")
             else:
-                self.assertTrue(quiet, "it is still on")
-                before = [k for k in range(2) if times[k] < board.quiet_at]
+                self.assertTrue(silent, "it is still on")
+                before = [k for k in range(2) if times[k] < board.silent_at]
                 if before == [0]:
-                    alone.setdefault(f"{pair[0][0]}: {pair[0][1].name}", []).append(1e3 * (board.quiet_at - times[0]))
+                    alone.setdefault(f"{pair[0][0]}: {pair[0][1].name}", []).append(1e3 * (board.silent_at - times[0]))
                 # Of two the later one may have taken the first one's work away.
                 kind, since = "stop", times[before[-1]]
                 if len(hard) == 2:
                     kind = "both failed"
                 elif all(pair[k][1] != signal.SIGSTOP for k in before):
                     kind = "kill or signal"
-                worst[kind] = max(worst[kind], (board.quiet_at - since, text))
+                worst[kind] = max(worst[kind], (board.silent_at - since, text))
                 if kind != "both failed":
-                    self.assertLessEqual(board.quiet_at - since, QUIET_AFTER_STOP if kind == "stop" else QUIET_WITHIN)
+                    self.assertLessEqual(board.silent_at - since, SILENT_AFTER_STOP if kind == "stop" else SILENT_WITHIN)
             for one in (process.pid, guard):
                 if self.runs(one):
                     os.kill(one, signal.SIGCONT)
             process.communicate(timeout=10)
-            self.stays_quiet(board, guard)
+            self.stays_silent(board, guard)
             self.assertEqual(board.firmware.faults, [])
             board.stop_reading()
         for kind, (seconds, text) in worst.items():
@@ -123,7 +123,7 @@ class Pairs(sonicsurface_test.Emission):
             if all(number == signal.SIGSTOP for _, number in pair):
                 process.terminate()
             process.wait(10)
-            self.assertLess(time.monotonic() - start, QUIET_AFTER_STOP)
+            self.assertLess(time.monotonic() - start, SILENT_AFTER_STOP)
             files = list(folder.glob("f-*.txt"))
             self.assertGreater(len(files), 2)
             self.assertEqual({len(file.read_text().splitlines()) for file in files}, {257})

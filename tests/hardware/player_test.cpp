@@ -42,14 +42,14 @@ class NotingLink : public ArrayLink {
   void check() override {
     if (++checks == lost_at) throw DeviceError("lost");
   }
-  void quiet() override { ++quieted; }
+  void silence() override { ++silenced; }
   void close() noexcept override {}
 
   std::vector<int> numbers;
   std::vector<double> times;
   double busy = 0;  // [s] that a frame takes
   int checks = 0;
-  int quieted = 0;
+  int silenced = 0;
   int lost_at = -1;
 
  private:
@@ -240,7 +240,7 @@ TEST_F(Stream, KeepsWithinTheLink) {
   ASSERT_EQ(committed_.size(), report.sent);
   EXPECT_NEAR(committed_[3].second, 100 + link_.times[3] + 0.004, 1e-9);
   EXPECT_EQ(committed_[3].first, 3U);
-  EXPECT_EQ(link_.quieted, 1);
+  EXPECT_EQ(link_.silenced, 1);
 }
 
 TEST_F(Stream, SendsNothingThatIsTooOld) {
@@ -250,7 +250,7 @@ TEST_F(Stream, SendsNothingThatIsTooOld) {
   EXPECT_GT(report.stale, 900U);
   EXPECT_THAT(link_.numbers, IsEmpty());
   EXPECT_GE(link_.checks, 19);
-  EXPECT_EQ(link_.quieted, 1);
+  EXPECT_EQ(link_.silenced, 1);
 }
 
 TEST_F(Stream, EndsWhenItIsOver) {
@@ -258,14 +258,14 @@ TEST_F(Stream, EndsWhenItIsOver) {
   const PlayReport report = played(stream(), link_, 1, pace_);
   EXPECT_EQ(report.sent, 5U);
   EXPECT_LT(report.seconds, 0.2);
-  EXPECT_EQ(link_.quieted, 1);
+  EXPECT_EQ(link_.silenced, 1);
 }
 
-TEST_F(Stream, IsQuietedByAnError) {
+TEST_F(Stream, IsSilencedByAnError) {
   last_ = 5;
   EXPECT_THROW(played(stream(), link_, 1, pace_), InputError);
   EXPECT_EQ(link_.numbers.size(), 5U);
-  EXPECT_EQ(link_.quieted, 1);
+  EXPECT_EQ(link_.silenced, 1);
 }
 
 TEST_F(Stream, TellsWhatWasDoneUntilAnError) {

@@ -106,15 +106,15 @@ class QueueOfALink : public SerialQueue {
   SonicsurfaceLink link_{name_.data(), SonicsurfaceFirmware::kPrimary, SonicsurfaceOrder::kFpga};
 };
 
-TEST_F(QueueOfALink, QuietIsAnErrorIfItsBytesStay) {
+TEST_F(QueueOfALink, SilenceIsAnErrorIfItsBytesStay) {
   queue().waiting = 17;
-  EXPECT_THAT([&] { link_.quiet(); }, ThrowsMessage<DeviceError>(HasSubstr("17 bytes have not left this machine")));
+  EXPECT_THAT([&] { link_.silence(); }, ThrowsMessage<DeviceError>(HasSubstr("17 bytes have not left this machine")));
 }
 
-TEST_F(QueueOfALink, QuietWaitsForItsLastByte) {
+TEST_F(QueueOfALink, SilenceWaitsForItsLastByte) {
   queue().waiting = 17;
   queue().leaving = 5;
-  EXPECT_NO_THROW(link_.quiet());
+  EXPECT_NO_THROW(link_.silent());
   EXPECT_EQ(queue().waiting, 0);
 }
 
@@ -146,13 +146,13 @@ TEST_F(QueueOfALink, AHeldFrameThatStaysIsNoticed) {
 }
 
 // The silence is what leaves first, and in full: a board that has part of a frame begins anew with it.
-TEST_F(QueueOfALink, QuietTakesThePlaceOfWhatWaits) {
+TEST_F(QueueOfALink, SilenceTakesThePlaceOfWhatWaits) {
   link_.send(all_on());
   queue().waiting = 100;
   queue().leaving = 100;
-  link_.quiet();
+  link_.silence();
   const std::vector<std::uint8_t> bytes = out();
-  const std::vector<std::uint8_t> silence = sonicsurface::quiet_bytes(SonicsurfaceFirmware::kPrimary);
+  const std::vector<std::uint8_t> silence = sonicsurface::silent_bytes(SonicsurfaceFirmware::kPrimary);
   ASSERT_GE(bytes.size(), silence.size());
   EXPECT_TRUE(std::equal(silence.rbegin(), silence.rend(), bytes.rbegin()));
 }
@@ -179,7 +179,7 @@ TEST_F(QueueOfAGuard, ALineThatStandsStillEndsIt) {
   queue().waiting = 258;
   EXPECT_THAT([&] { hold(std::chrono::seconds(5)); },
               ThrowsMessage<DeviceError>(AllOf(HasSubstr("it does not respond: 258 bytes have not left this machine"),
-                                               HasSubstr("the array could not be quieted"),
+                                               HasSubstr("the array could not be silenced"),
                                                HasSubstr("may still be on: switch off its supply"))));
 }
 
@@ -193,7 +193,7 @@ TEST_F(QueueOfAGuard, AShortStopOfTheLineIsAGapAndGoesOn) {
   link_.send(all_on());
   line.join();
   EXPECT_NO_THROW(hold(std::chrono::milliseconds(60)));
-  link_.quiet();
+  link_.silence();
   link_.close();
   EXPECT_GE(link_.gaps().count, 1U);
   EXPECT_GT(link_.gaps().longest, kShownGap);

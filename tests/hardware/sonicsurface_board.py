@@ -58,7 +58,7 @@ class Firmware:
             self.count += 1
         return False
 
-    def quiet(self):
+    def silent(self):
         """Off, and off again after a stray commit."""
         return set(self.front) == set(self.back) == {OFF}
 
@@ -74,7 +74,7 @@ class Board:
         self.firmware = Firmware(tactile, number)
         self.heard = bytearray()
         self.events = []
-        self.quiet_at = None  # since when it is quiet
+        self.silent_at = None  # since when it is silent
         self.reading = True
         self.changed = threading.Condition()
         self.thread = threading.Thread(target=self._read, daemon=True)
@@ -95,8 +95,8 @@ class Board:
                     if self.firmware.hear(byte):
                         front = self.firmware.front
                         self.events.append((now, [front[self.order[n]] for n in range(256)]))
-                quiet = self.firmware.quiet()
-                self.quiet_at = (self.quiet_at or now) if quiet else None
+                silent = self.firmware.silence()
+                self.silent_at = (self.silent_at or now) if silent else None
                 self.changed.notify_all()
 
     def wait(self, condition, seconds=10):
@@ -108,7 +108,7 @@ class Board:
         return any(phase != OFF for phase in self.firmware.front)
 
     def patterns(self):
-        """What was emitted between the quiet at the start and the quiet at the end."""
+        """What was emitted between the silent at the start and the silent at the end."""
         with self.changed:
             return [phases for _, phases in self.events if set(phases) != {OFF}]
 

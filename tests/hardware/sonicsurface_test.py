@@ -1,5 +1,5 @@
 """`send` and `array` on a SonicSurface: every byte as its firmware would take it, faults of the port, and that it
-always ends up quiet."""
+always ends up silent."""
 
 import contextlib
 import fcntl
@@ -31,14 +31,14 @@ body:
   place: {at_mm: [0, 0, 100]}
   edge_mm: 4
 solve: {methods: [{fixed: {phases_rad: 1.3}}]}
-judge: none
+evaluation: none
 write: [h5]
 """
 
 FULL = ["--max-level", "1"]  # the board has no other level
 BRIEF = ["--seconds", "0.2"]  # as long as a pattern has to be heard
-QUIET_WITHIN = 0.2  # s
-QUIET_AFTER_STOP = 0.4  # s: of a process that hears no signal
+SILENT_WITHIN = 0.2  # s
+SILENT_AFTER_STOP = 0.4  # s: of a process that hears no signal
 DEVICE_FAILED = 4
 BAD_INPUT = 2
 
@@ -96,7 +96,7 @@ class BoardTest(CommandTest):
     def send_ok(self, board, *arguments, options=""):
         done = self.send(board, *arguments, options=options)
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertTrue(board.wait(lambda b: b.quiet_at is not None))
+        self.assertTrue(board.wait(lambda b: b.silent_at is not None))
         self.assertEqual(board.firmware.faults, [])
         return done
 
@@ -159,13 +159,13 @@ class Bytes(BoardTest):
         half = self.with_drives(self.run_of("b"), "half", numpy.zeros(256), numpy.full(256, 0.5))
         self.refused(None, half, "--to", f"sonicsurface:{board.port}", says=["fully or not at all", "0.5"])
 
-    def test_it_starts_and_ends_quiet(self):
+    def test_it_starts_and_ends_silent(self):
         run = self.run_of()
         board = self.board()
         self.assertTrue(board.loud(), "a board that was just powered emits")
         self.send_ok(board, run)
         self.assertEqual(set(board.events[0][1]), {OFF})
-        self.assertTrue(board.firmware.quiet())
+        self.assertTrue(board.firmware.silent())
         self.assertTrue(board.firmware.clocks)
 
     def test_the_second_board(self):
@@ -175,7 +175,7 @@ class Bytes(BoardTest):
         # The same bytes leave the first board of the pair alone.
         board = self.board(number=0)
         self.send(board, self.run_of("b"), *BRIEF, options="?firmware=secondary")
-        self.assertTrue(board.wait(lambda b: b.quiet_at is not None))
+        self.assertTrue(board.wait(lambda b: b.silent_at is not None))
         self.assertEqual(board.patterns(), [])
 
     def test_natural_order(self):
@@ -231,7 +231,7 @@ class Bytes(BoardTest):
         self.assertTrue(board.loud())
         process.send_signal(signal.SIGTERM)
         self.assertEqual(process.wait(5), 128 + signal.SIGTERM)
-        self.assertTrue(board.wait(lambda b: b.quiet_at is not None))
+        self.assertTrue(board.wait(lambda b: b.silent_at is not None))
         self.assertEqual((len(board.patterns()), board.firmware.faults), (1, []))
 
 
@@ -366,7 +366,7 @@ class Faults(BoardTest):
                 self.assertLess(time.monotonic() - start, 2)
                 said = process.stderr.read()
                 self.assertIn("the device is lost", said)
-                self.assertIn("could not be quieted", said)
+                self.assertIn("could not be silenced", said)
 
     def test_a_port_that_takes_nothing(self):
         board = self.board()
@@ -407,24 +407,24 @@ class Emission(BoardTest):
             return False
         return status.rpartition(")")[2].split()[0] != "Z"
 
-    def quiet_after(self, board, stop, within=QUIET_WITHIN):
+    def silent_after(self, board, stop, within=SILENT_WITHIN):
         start = time.monotonic()
         stop()
-        self.assertTrue(board.wait(lambda b: b.quiet_at is not None), "it is still on")
-        self.assertLessEqual(board.quiet_at - start, within)
+        self.assertTrue(board.wait(lambda b: b.silent_at is not None), "it is still on")
+        self.assertLessEqual(board.silent_at - start, within)
         self.assertEqual(board.firmware.faults, [])
 
-    def stays_quiet(self, board, *processes):
+    def stays_silent(self, board, *processes):
         end = time.monotonic() + 5
         while any(map(self.runs, processes)) and time.monotonic() < end:
             time.sleep(0.01)
         self.assertEqual([process for process in processes if self.runs(process)], [], "it does not end")
         time.sleep(0.1)
-        self.assertTrue(board.firmware.quiet(), "something resumed")
+        self.assertTrue(board.firmware.silence(), "something resumed")
 
 
 class Stops(Emission):
-    """What becomes of the array when program or guard are told to stop, stopped or killed. Nobody can quiet it once both are killed, or
+    """What becomes of the array when program or guard are told to stop, stopped or killed. Nobody can silence it once both are killed, or
     while both are stopped."""
 
     HELD_BACK = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP, signal.SIGTTIN,
@@ -433,10 +433,10 @@ class Stops(Emission):
 
     def stopped_by(self, number, streaming=False):
         board, process, guard = self.emission(*(self.stream() if streaming else ()))
-        self.quiet_after(board, lambda: process.send_signal(number))
+        self.silent_after(board, lambda: process.send_signal(number))
         process.wait(5)
         said = process.stderr.read()  # ends when the guard has ended too
-        self.stays_quiet(board, guard)
+        self.stays_silent(board, guard)
         return process.returncode, said
 
     def test_signals_to_the_program(self):
@@ -457,15 +457,15 @@ class Stops(Emission):
             with self.subTest(streaming=streaming):
                 code, said = self.stopped_by(signal.SIGKILL, streaming)
                 self.assertEqual(code, -signal.SIGKILL)
-                self.assertIn("the program that drove the array is gone; the array is quiet", said)
+                self.assertIn("the program that drove the array is gone; the array is silent", said)
 
     def test_the_program_stopped(self):
         board, process, guard = self.emission()
-        self.quiet_after(board, lambda: process.send_signal(signal.SIGSTOP), QUIET_AFTER_STOP)
-        self.stays_quiet(board, guard)
+        self.silent_after(board, lambda: process.send_signal(signal.SIGSTOP), SILENT_AFTER_STOP)
+        self.stays_silent(board, guard)
         process.send_signal(signal.SIGCONT)
         self.assertEqual(process.wait(5), DEVICE_FAILED)
-        self.assertIn("the program that drove the array said nothing for 250 ms; the array is quiet", process.stderr.read())
+        self.assertIn("the program that drove the array said nothing for 250 ms; the array is silent", process.stderr.read())
 
     def test_keys_of_the_terminal(self):
         for key, number in ((b"\x03", signal.SIGINT), (b"\x1a", signal.SIGTSTP), (b"\x1c", signal.SIGQUIT)):
@@ -483,29 +483,29 @@ class Stops(Emission):
                 self.addCleanup(shell.wait, 5)
                 self.addCleanup(shell.kill)
                 self.assertTrue(board.wait(lambda b: b.loud() and len(b.events) > 2), "it never emitted")
-                self.quiet_after(board, lambda: os.write(terminal, key))
+                self.silent_after(board, lambda: os.write(terminal, key))
                 shell.wait(5)
                 said = os.read(terminal, 65536).decode()
                 self.assertIn(f"ended with {128 + number}", said)
-                self.stays_quiet(board)
+                self.stays_silent(board)
 
     def test_signals_to_the_guard(self):
         for number in (signal.SIGINT, signal.SIGTSTP, signal.SIGUSR1, signal.SIGSEGV, signal.SIGKILL, signal.SIGSTOP):
             with self.subTest(number=number):
                 board, process, guard = self.emission()
-                self.quiet_after(board, lambda: os.kill(guard, number), QUIET_AFTER_STOP if number == signal.SIGSTOP else QUIET_WITHIN)
+                self.silent_after(board, lambda: os.kill(guard, number), SILENT_AFTER_STOP if number == signal.SIGSTOP else SILENT_WITHIN)
                 self.assertEqual(process.wait(5), DEVICE_FAILED)
                 said = process.stderr.read()
                 self.assertRegex(said, {signal.SIGKILL: "it was ended by SIGKILL", signal.SIGSTOP: "it was stopped by a signal"}.get(
-                    number, f"stopped by {number.name}") + "; the array is quiet")
+                    number, f"stopped by {number.name}") + "; the array is silent")
                 self.assertIn("note: sonicsurface", said)
-                self.stays_quiet(board, guard)
+                self.stays_silent(board, guard)
 
     def test_the_guard_stopped_while_frames_stream(self):
         board, process, guard = self.emission(*self.stream())
-        self.quiet_after(board, lambda: os.kill(guard, signal.SIGSTOP), QUIET_AFTER_STOP)
+        self.silent_after(board, lambda: os.kill(guard, signal.SIGSTOP), SILENT_AFTER_STOP)
         self.assertEqual(process.wait(5), DEVICE_FAILED)
-        self.stays_quiet(board, guard)
+        self.stays_silent(board, guard)
 
     def test_both_stopped_for_a_while(self):
         """As in a container that is paused, or a machine that sleeps."""
@@ -513,21 +513,21 @@ class Stops(Emission):
         for one in (guard, process.pid):
             os.kill(one, signal.SIGSTOP)
         time.sleep(0.6)
-        self.assertTrue(board.loud(), "nobody can quiet it")
-        self.quiet_after(board, lambda: [os.kill(one, signal.SIGCONT) for one in (guard, process.pid)])
+        self.assertTrue(board.loud(), "nobody can silence it")
+        self.silent_after(board, lambda: [os.kill(one, signal.SIGCONT) for one in (guard, process.pid)])
         out, said = process.communicate(timeout=10)
         self.assertEqual(process.returncode, DEVICE_FAILED)
         self.assertRegex(said, r"error: link guard: it did not supervise the array for [0-9.]+ s \(at most 0.25 s\)")
-        self.assertIn("; the array is quiet", said)
+        self.assertIn("; the array is silent", said)
         gap = re.search(r"gaps +1\ngaps begin at +0.05 s\nlongest gap +([0-9.]+) s\n", out)
         self.assertIsNotNone(gap, out)
         self.assertGreater(float(gap[1]), 0.5)
-        self.stays_quiet(board, guard)
+        self.stays_silent(board, guard)
 
     def test_a_stopped_guard_continues_when_the_program_is_gone(self):
         board, process, guard = self.emission()
-        self.quiet_after(board, lambda: [os.kill(guard, signal.SIGSTOP), process.kill()])
-        self.stays_quiet(board, guard)
+        self.silent_after(board, lambda: [os.kill(guard, signal.SIGSTOP), process.kill()])
+        self.stays_silent(board, guard)
 
     def test_a_silent_program(self):
         # It runs, but hangs in the line about its first transducer, which nobody reads.
@@ -549,24 +549,24 @@ class Stops(Emission):
         self.addCleanup(process.stderr.close)
         self.addCleanup(process.kill)
         self.assertTrue(board.wait(lambda b: b.loud() and len(b.events) > 2), "it never emitted")
-        self.quiet_after(board, lambda: None, QUIET_AFTER_STOP)
+        self.silent_after(board, lambda: None, SILENT_AFTER_STOP)
         os.read(reader, 1 << 20)
         self.assertEqual(process.wait(5), DEVICE_FAILED)
-        self.assertIn("said nothing for 250 ms; the array is quiet", process.stderr.read())
+        self.assertIn("said nothing for 250 ms; the array is silent", process.stderr.read())
 
 
 class Bench(BoardTest):
     def test_off(self):
         board = self.board()
         self.run_ok("array", "off", "--to", f"sonicsurface:{board.port}")
-        self.assertTrue(board.wait(lambda b: b.quiet_at is not None))
+        self.assertTrue(board.wait(lambda b: b.silent_at is not None))
         self.assertEqual(board.patterns(), [])
 
     def test_walk(self):
         board = self.board()
         done = self.run_ok("array", "walk", "--to", f"sonicsurface:{board.port}", "--first", 14, "--count", 4,
                            "--dwell", 0.1, *FULL, "--emit")
-        self.assertTrue(board.wait(lambda b: b.quiet_at is not None))
+        self.assertTrue(board.wait(lambda b: b.silent_at is not None))
         self.assertEqual([[n for n, byte in enumerate(pattern) if byte != OFF] for pattern in board.patterns()],
                          [[14], [15], [16], [17]])
         self.assertIn("transducer 16: unit 0 channel 16 at (-78.75, -68.25, 0.00) mm", done.stdout)
@@ -576,7 +576,7 @@ class Bench(BoardTest):
         point = numpy.array([20.0, -10.0, 120.0])
         self.run_ok("array", "test", "--to", f"sonicsurface:{board.port}", "--at-mm", *point, *FULL, *BRIEF, "--emit",
                     "--temperature-c", 25)
-        self.assertTrue(board.wait(lambda b: b.quiet_at is not None))
+        self.assertTrue(board.wait(lambda b: b.silent_at is not None))
         delays = numpy.array(board.patterns()[0]) / 32  # [periods]
         places = numpy.array([[(n % 16 - 7.5) * 10.5, (n // 16 - 7.5) * 10.5, 0] for n in range(256)])
         wavelength = 343.21 * (298.15 / 293.15) ** 0.5 / 40  # [mm]

@@ -66,8 +66,8 @@ TEST(BeyondSkin, OtherBodiesLieBeyondAsAWhole) {
   const double sphere = 4 * std::acos(-1.0) * 64e-6;
   EXPECT_NEAR(model.beyond.areas.sum() / sphere, 1.0, 0.03);
   EXPECT_NEAR((model.beyond.centres().colwise() - Vector3(70e-3, 0, 60e-3)).colwise().norm().mean(), 8e-3, 0.3e-3);
-  const JudgeMesh judge = build_judge_mesh(model);
-  EXPECT_THAT(judge.owner, Contains(1));
+  const EvaluationMesh evaluation = build_evaluation_mesh(model);
+  EXPECT_THAT(evaluation.owner, Contains(1));
   // It has to be there where it is pressed on, or where nothing may lie beyond.
   EXPECT_THROW(
       small_model({two, "body=null",
@@ -83,18 +83,18 @@ TEST(BeyondSkin, UnscatteredIsTheSameOnFacesAndPoints) {
   const TriangleMesh& mesh = whole.body.mesh;
   for (const FaceWeights faces : {FaceWeights::kArea, FaceWeights::kEqual}) {
     // Every face farther than 15 mm is no face any more, but a patch.
-    QuietSkin quiet;
-    quiet.array = whole.fixed->array;
-    quiet.faces.setOnes(mesh.face_count());
+    OutsideSkin outside;
+    outside.array = whole.fixed->array;
+    outside.faces.setOnes(mesh.face_count());
     const SkinPatches all = pieces_of(mesh, 1.0, 0);
     ASSERT_EQ(all.size(), mesh.face_count());
     const auto is_far = [&](Eigen::Index f) {
       return (mesh.centroids().col(f) - Vector3(0, 20e-3, 50e-3)).norm() > 15e-3;
     };
     for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-      quiet.faces(f) = is_far(f) ? 0.0 : 1.0;
+      outside.faces(f) = is_far(f) ? 0.0 : 1.0;
     }
-    quiet.beyond = picked(all, is_far);
+    outside.beyond = picked(all, is_far);
     std::vector<SolveRecord> records;
     Progress silent;
     SkinScattering scattering(mesh, whole.fixed->wave, Scheme::kBurtonMiller, {}, whole.fixed->array, records, silent);
@@ -106,7 +106,7 @@ TEST(BeyondSkin, UnscatteredIsTheSameOnFacesAndPoints) {
     const PhaseSolution on_faces = MethodSolver(scattering, whole.fixed->array.size(), target, whole.fixed->scene.solve)
                                        .solve(method, target.amplitudes, silent);
     const PhaseSolution on_points =
-        MethodSolver(scattering, whole.fixed->array.size(), target, whole.fixed->scene.solve, quiet)
+        MethodSolver(scattering, whole.fixed->array.size(), target, whole.fixed->scene.solve, outside)
             .solve(method, target.amplitudes, silent);
     ASSERT_EQ(on_points.cost_history.size(), on_faces.cost_history.size());
     EXPECT_NEAR(on_points.cost_history.back(), on_faces.cost_history.back(), 1e-9 * on_faces.cost_history.back());
@@ -116,9 +116,9 @@ TEST(BeyondSkin, UnscatteredIsTheSameOnFacesAndPoints) {
 
 /// The skin beyond is minded: with it the whole body gets a better pattern than without.
 TEST(BeyondSkin, PhasesMindTheSkinThatIsNotSolved) {
-  const std::vector<std::string> changes = {"array.grid.count=[16, 16]", "body.keep_within_mm=14",
-                                            "target.pressure_pa=1500",
-                                            "solve.methods=[surface, {paper: {faces: area}}]", "judge={edge_mm: 2.2}"};
+  const std::vector<std::string> changes = {
+      "array.grid.count=[16, 16]", "body.keep_within_mm=14", "target.pressure_pa=1500",
+      "solve.methods=[surface, {paper: {faces: area}}]", "evaluation={edge_mm: 2.2}"};
   const auto errors = [&](const std::vector<std::string>& more) {
     std::vector<std::string> all = changes;
     all.insert(all.end(), more.begin(), more.end());

@@ -68,38 +68,40 @@ TEST(Model, ChannelsAreCountedBeforeTheyAreMade) {
   EXPECT_EQ(channel_count(small_scene({"array={sonicsurface: {}}"}).array), 256);
 }
 
-TEST(Model, TheJudgeHasTheWholeBodyWhateverItIs) {
+TEST(Model, TheEvaluationHasTheWholeBodyWhateverItIs) {
   const double skin = small_model({"body.capsule.length_mm=40"}).body.mesh.total_area();
-  for (const char* judge : {"auto", "same", "{split: 1}", "{edge_mm: 2}"}) {
-    SCOPED_TRACE(judge);
+  for (const char* evaluation : {"auto", "same", "{split: 1}", "{edge_mm: 2}"}) {
+    SCOPED_TRACE(evaluation);
     const Model model =
-        small_model({"body.capsule.length_mm=40", "body.keep_within_mm=11", std::string("judge=") + judge});
-    EXPECT_TRUE(judged_elsewhere(model));
-    const JudgeMesh mesh = build_judge_mesh(model);
+        small_model({"body.capsule.length_mm=40", "body.keep_within_mm=11", std::string("evaluation=") + evaluation});
+    EXPECT_TRUE(evaluated_elsewhere(model));
+    const EvaluationMesh mesh = build_evaluation_mesh(model);
     EXPECT_NEAR(mesh.mesh.total_area() / skin, 1.0, 0.01);
-    EXPECT_LE(mesh.mesh.mean_edge(), 1.05 * kCoarsestJudge * model.fixed->wave.wavelength());
+    EXPECT_LE(mesh.mesh.mean_edge(), 1.05 * kCoarsestEvaluation * model.fixed->wave.wavelength());
   }
 }
 
-TEST(Model, AJudgeByItselfIsFineWhereTheSolverIsCoarse) {
-  const auto judge_of = [](const std::vector<std::string>& changes) { return small_model(changes).fixed->scene.judge; };
-  EXPECT_EQ(judge_of({}).kind, JudgeSpec::Kind::kSame);
-  EXPECT_EQ(judge_of({"body.edge_mm={near_target: 1.5, far: 3}"}).kind, JudgeSpec::Kind::kSame);
-  const JudgeSpec coarse = judge_of({"body.edge_mm={near_target: 1.5, far: 5}"});
-  ASSERT_EQ(coarse.kind, JudgeSpec::Kind::kEdge);
+TEST(Model, AnEvaluationByItselfIsFineWhereTheSolverIsCoarse) {
+  const auto evaluation_of = [](const std::vector<std::string>& changes) {
+    return small_model(changes).fixed->scene.evaluation;
+  };
+  EXPECT_EQ(evaluation_of({}).kind, EvaluationSpec::Kind::kSame);
+  EXPECT_EQ(evaluation_of({"body.edge_mm={near_target: 1.5, far: 3}"}).kind, EvaluationSpec::Kind::kSame);
+  const EvaluationSpec coarse = evaluation_of({"body.edge_mm={near_target: 1.5, far: 5}"});
+  ASSERT_EQ(coarse.kind, EvaluationSpec::Kind::kEdge);
   EXPECT_NEAR(coarse.edge.far, 0.35 * 343.21 / 40e3, 1e-6);
   EXPECT_NEAR(*coarse.edge.near_target, 1.2e-3, 1e-9);
-  EXPECT_EQ(judge_of({"body.keep_within_mm=11"}).kind, JudgeSpec::Kind::kEdge);
+  EXPECT_EQ(evaluation_of({"body.keep_within_mm=11"}).kind, EvaluationSpec::Kind::kEdge);
 }
 
-TEST(Model, TheJudgeHasItsOwnMeshWhereTheSceneSaysSo) {
-  EXPECT_FALSE(judged_elsewhere(small_model()));
-  const Model split = small_model({"judge={split: 1}"});
-  EXPECT_TRUE(judged_elsewhere(split));
-  EXPECT_EQ(build_judge_mesh(split).mesh.face_count(), 4 * split.body.mesh.face_count());
+TEST(Model, TheEvaluationHasItsOwnMeshWhereTheSceneSaysSo) {
+  EXPECT_FALSE(evaluated_elsewhere(small_model()));
+  const Model split = small_model({"evaluation={split: 1}"});
+  EXPECT_TRUE(evaluated_elsewhere(split));
+  EXPECT_EQ(build_evaluation_mesh(split).mesh.face_count(), 4 * split.body.mesh.face_count());
   const Model noisy = small_model({"sensing={noise_mm_rms: 0.3, correlation_mm: 5, seed: 1}"});
   ASSERT_TRUE(noisy.truth.has_value());
-  EXPECT_EQ(build_judge_mesh(noisy).mesh.vertices(), noisy.truth->vertices());
+  EXPECT_EQ(build_evaluation_mesh(noisy).mesh.vertices(), noisy.truth->vertices());
   EXPECT_NE(noisy.body.mesh.vertices(), noisy.truth->vertices());
 }
 

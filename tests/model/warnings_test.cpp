@@ -19,7 +19,7 @@ touchfield::Run unsolved(const Model& model) {
       model, {}, [](const touchfield::Run&) {}, progress);
 }
 
-constexpr const char* kFinerJudge = "judge={scheme: burton_miller, edge_mm: 2}";
+constexpr const char* kFinerEvaluation = "evaluation={scheme: burton_miller, edge_mm: 2}";
 
 std::vector<std::string> warnings_of(const std::vector<std::string>& changes) {
   return model_remarks(small_model(changes)).warnings;
@@ -29,7 +29,7 @@ std::vector<std::string> notes_of(const std::vector<std::string>& changes) {
 }
 
 TEST(ModelRemarks, ASoundSceneHasNone) {
-  const Remarks remarks = model_remarks(small_model({kFinerJudge}));
+  const Remarks remarks = model_remarks(small_model({kFinerEvaluation}));
   EXPECT_THAT(remarks.warnings, IsEmpty());
   EXPECT_THAT(remarks.notes, IsEmpty());
 }
@@ -48,8 +48,8 @@ TEST(ModelRemarks, CoarseFacesInOnePlaceAreNamed) {
   const std::string ball = "body={sphere: {radius_mm: 20}, place: {at_mm: [0, 0, 60]}, edge_mm: ";
   const std::string box = "target.box={at: nearest_array, size_mm: [10, 10, 4]}";
   const auto warned = [&](const std::string& edges, const std::string& target,
-                          const std::string& judge = "judge=same") {
-    return warnings_of({ball + edges + "}", target, judge});
+                          const std::string& evaluation = "evaluation=same") {
+    return warnings_of({ball + edges + "}", target, evaluation});
   };
   EXPECT_THAT(warned("1.5", box), IsEmpty());
   EXPECT_THAT(warned("{near: {top: 0.7}, far: 5, within_mm: 14}", box),
@@ -58,11 +58,11 @@ TEST(ModelRemarks, CoarseFacesInOnePlaceAreNamed) {
               ElementsAre(AllOf(StartsWith("coarse_mesh: "), HasSubstr("within 15 mm of the target;"))));
   EXPECT_THAT(warned("{near: {top: 0.7}, far: 3.3, within_mm: 14}", "target.box={at: top, size_mm: [10, 10, 4]}"),
               ElementsAre(StartsWith("facing_away: ")));
-  // Where a judge has the body, the rest of the skin is its to resolve.
-  EXPECT_THAT(
-      warned("{near: {top: 0.7}, far: 5, within_mm: 14}", "target.box={at: top, size_mm: [10, 10, 4]}", kFinerJudge),
-      ElementsAre(StartsWith("facing_away: ")));
-  EXPECT_THAT(warned("{near: {top: 0.7}, far: 5, within_mm: 14}", box, kFinerJudge),
+  // Where an evaluation has the body, the rest of the skin is its to resolve.
+  EXPECT_THAT(warned("{near: {top: 0.7}, far: 5, within_mm: 14}", "target.box={at: top, size_mm: [10, 10, 4]}",
+                     kFinerEvaluation),
+              ElementsAre(StartsWith("facing_away: ")));
+  EXPECT_THAT(warned("{near: {top: 0.7}, far: 5, within_mm: 14}", box, kFinerEvaluation),
               ElementsAre(MatchesRegex("coarse_mesh: .* within 15 mm of the target; below 3: .*")));
 }
 
@@ -85,18 +85,19 @@ TEST(ModelRemarks, ABoxOverBothSidesIsNamed) {
   EXPECT_THAT(warnings_of({plate, "target.box.size_mm=[12, 12, 5]"}), IsEmpty());
 }
 
-TEST(ModelRemarks, APatternJudgedWhereItWasFoundIsNoted) {
-  EXPECT_THAT(notes_of({}), ElementsAre(StartsWith("judged_by_itself: ")));
-  EXPECT_THAT(notes_of({"judge={split: 1}"}), IsEmpty());
-  EXPECT_THAT(notes_of({"judge=none"}), IsEmpty());
+TEST(ModelRemarks, APatternEvaluatedWhereItWasFoundIsNoted) {
+  EXPECT_THAT(notes_of({}), ElementsAre(StartsWith("evaluated_by_itself: ")));
+  EXPECT_THAT(notes_of({"evaluation={split: 1}"}), IsEmpty());
+  EXPECT_THAT(notes_of({"evaluation=none"}), IsEmpty());
   EXPECT_THAT(notes_of({"sensing={noise_mm_rms: 0.1, correlation_mm: 4}"}), IsEmpty());
   EXPECT_THAT(notes_of({"solve.methods=[{fixed: {phases_rad: 0}}]"}), IsEmpty());  // nothing was fitted
 }
 
 TEST(ModelRemarks, SkinBeyondIsNoted) {
   const std::string kept = "body.keep_within_mm=11";
-  EXPECT_THAT(notes_of({kept, kFinerJudge}), ElementsAre(MatchesRegex("beyond: .* within 11 mm .* [0-9]+ points, .*")));
-  EXPECT_THAT(notes_of({"body.keep_within_mm=60", kFinerJudge}), IsEmpty());  // nothing is left out
+  EXPECT_THAT(notes_of({kept, kFinerEvaluation}),
+              ElementsAre(MatchesRegex("beyond: .* within 11 mm .* [0-9]+ points, .*")));
+  EXPECT_THAT(notes_of({"body.keep_within_mm=60", kFinerEvaluation}), IsEmpty());  // nothing is left out
 }
 
 TEST(ModelRemarks, AHandWithoutAnArmIsNoted) {
@@ -106,8 +107,8 @@ TEST(ModelRemarks, AHandWithoutAnArmIsNoted) {
            "place: {landmark: index_pad, at_mm: [0, 0, 100]}}";
   };
   const std::string on_the_pad = "target.box.at=index_pad";
-  EXPECT_THAT(notes_of({hand(""), on_the_pad, "judge=none"}), ElementsAre(StartsWith("no_arm: ")));
-  EXPECT_THAT(notes_of({hand(", forearm_mm: 100"), on_the_pad, "judge=none"}), IsEmpty());
+  EXPECT_THAT(notes_of({hand(""), on_the_pad, "evaluation=none"}), ElementsAre(StartsWith("no_arm: ")));
+  EXPECT_THAT(notes_of({hand(", forearm_mm: 100"), on_the_pad, "evaluation=none"}), IsEmpty());
 }
 
 TEST(ModelRemarks, ABodyBetweenTheArrayAndTheSkinBeyondIsNamed) {
@@ -125,7 +126,7 @@ TEST(ModelRemarks, ABodyBetweenTheArrayAndTheSkinBeyondIsNamed) {
 }
 
 TEST(ModelRemarks, AMotionThatIsLeftOutIsNoted) {
-  EXPECT_THAT(notes_of({"judge=none", "motion={seconds: 1, change: [{path: body.place.at_mm.0, rate: 5}]}"}),
+  EXPECT_THAT(notes_of({"evaluation=none", "motion={seconds: 1, change: [{path: body.place.at_mm.0, rate: 5}]}"}),
               ElementsAre(StartsWith("still: ")));
 }
 
@@ -134,18 +135,18 @@ TEST(ResultRemarks, ASolveThatMissedItsToleranceIsNamed) {
   EXPECT_THAT(result_remarks(run).warnings, IsEmpty());
   run.solves.front().converged = false;
   EXPECT_THAT(result_remarks(run).warnings, Contains(StartsWith("not_converged: " + run.solves.front().stage + ": ")));
-  run.solves.front().stage = "alarm";  // which has a warning of its own
+  run.solves.front().stage = "resonance_check";  // which has a warning of its own
   EXPECT_THAT(result_remarks(run).warnings, IsEmpty());
 }
 
-TEST(ResultRemarks, TheAlarmIsOfSchemesWithoutACure) {
+TEST(ResultRemarks, TheResonanceCheckIsOfSchemesWithoutACure) {
   touchfield::Run run = unsolved(small_model());
-  run.alarm = 0.5;
-  run.alarms = {{"paper_corrected", 0.09}, {"paper", 0.11}};
+  run.resonance_check = 0.5;
+  run.resonance_checks = {{"paper_corrected", 0.09}, {"paper", 0.11}};
   EXPECT_THAT(result_remarks(run).warnings, ElementsAre(StartsWith("fictitious_frequency: scheme paper ")));
-  run.judge_model = JudgeModel{"paper_corrected", run.mesh, std::nullopt};
+  run.evaluation_model = EvaluationModel{"paper_corrected", run.mesh, std::nullopt};
   EXPECT_THAT(result_remarks(run).warnings, SizeIs(1));
-  run.judge_model->scheme = "burton_miller";  // the figures are free of it
+  run.evaluation_model->scheme = "burton_miller";  // the figures are free of it
   EXPECT_THAT(result_remarks(run).warnings, IsEmpty());
   EXPECT_THAT(result_remarks(run).notes, Contains(StartsWith("fictitious_frequency: scheme paper ")));
 }
@@ -154,25 +155,26 @@ TEST(ResultRemarks, EverySchemeWithoutACureIsCompared) {
   const touchfield::Run run = unsolved(
       small_model({"solve.methods=[paper, {paper: {as: original, scheme: paper}}, {focus: {scheme: paper_corrected}}, "
                    "{fixed: {phases_rad: 0, scheme: paper}}, {unscattered: {scheme: chief}}]",
-                   "solve.alarm=always"}));
-  EXPECT_FALSE(std::isnan(run.alarm));  // of the first method's, burton_miller_polished
-  ASSERT_EQ(run.alarms.size(), 2U);
-  EXPECT_EQ(run.alarms[0].first, "paper");
-  EXPECT_EQ(run.alarms[1].first, "paper_corrected");
+                   "solve.resonance_check=always"}));
+  EXPECT_FALSE(std::isnan(run.resonance_check));  // of the first method's, burton_miller_polished
+  ASSERT_EQ(run.resonance_checks.size(), 2U);
+  EXPECT_EQ(run.resonance_checks[0].first, "paper");
+  EXPECT_EQ(run.resonance_checks[1].first, "paper_corrected");
   // What they are compared with is the run's own burton_miller_polished.
   std::vector<std::string> references;
   for (const SolveRecord& solve : run.solves) {
-    if (solve.stage == "alarm") {
+    if (solve.stage == "resonance_check") {
       references.push_back(solve.scheme);
     }
   }
   EXPECT_THAT(references, ElementsAre("paper_corrected", "burton_miller_polished", "burton_miller_polished"));
   for (std::size_t i = 0; i < 2; ++i) {
     const MethodResult& method = run.methods[i + 1];
-    EXPECT_GT(run.alarms[i].second, 1e-4) << method.name;
-    EXPECT_LT(run.alarms[i].second, 0.3) << method.name;
+    EXPECT_GT(run.resonance_checks[i].second, 1e-4) << method.name;
+    EXPECT_LT(run.resonance_checks[i].second, 0.3) << method.name;
   }
-  EXPECT_TRUE(unsolved(small_model({"solve.methods=[{paper: {scheme: paper}}]", "solve.alarm=never"})).alarms.empty());
+  EXPECT_TRUE(unsolved(small_model({"solve.methods=[{paper: {scheme: paper}}]", "solve.resonance_check=never"}))
+                  .resonance_checks.empty());
 }
 
 TEST(ResultRemarks, SteepenedSoundIsNotedAndFromAShockOnWarnedOf) {
@@ -205,7 +207,7 @@ TEST(ResultRemarks, SigmaFollowsTheDrive) {
   EXPECT_TRUE(std::isnan(plane.methods[0].shock_distance_share));
 }
 
-TEST(ResultRemarks, AQuietTargetIsInTheShadow) {
+TEST(ResultRemarks, AWeakTargetIsInTheShadow) {
   touchfield::Run run = unsolved(small_model());
   for (const Eigen::Index f : run.target->faces) {
     run.methods.front().pressure(f) *= 0.01;

@@ -107,7 +107,7 @@ TEST(FrameSolver, FollowsTheLeastOfTheSameCostAsFramesByDrives) {
       SkinScattering skin(model.body.mesh, model.fixed->wave, method.scheme, model.fixed->scene.solve.solver,
                           model.fixed->array, records, silent);
       const Transfer transfer =
-          make_transfer(skin, build_target(model), quiet_skin(model), model.fixed->scene.solve.quiet_weight);
+          make_transfer(skin, build_target(model), outside_skin(model), model.fixed->scene.solve.outside_weight);
       const double cost = skin_cost(transfer.reduction.problem, drive(frame.solution));
       EXPECT_LT(cost, 1.02 * wanted) << scheme << " " << kept << " " << seconds;
       EXPECT_NEAR(last_cost(frame.solution), cost, 1e-3 * wanted) << scheme << " " << kept << " " << seconds;
@@ -149,7 +149,7 @@ TEST(FrameSolver, ABodyThatRestsKeepsItsTransferMatrix) {
               1e-6 * fresh.solution.cost_history.front());
 }
 
-TEST(FrameSolver, IsQuietWhereTheTargetHoldsNoSkin) {
+TEST(FrameSolver, IsSilentWhereTheTargetHoldsNoSkin) {
   const Scene scene = scene_from(kMovingCapsule, {"motion.target=in_world",
                                                   "motion.change=[{path: 'body.place.at_mm[2]', "
                                                   "keys: [[0, 110], [0.3, 80]]}]"});
@@ -157,10 +157,10 @@ TEST(FrameSolver, IsQuietWhereTheTargetHoldsNoSkin) {
   const MethodSpec& method = scene.solve.methods.front();
   FrameSolver solver(moving, method, {});
   const MotionFrame before = frame_at(solver, moving, 0.0);
-  EXPECT_TRUE(before.quiet);
+  EXPECT_TRUE(before.silent);
   EXPECT_EQ(before.solution.amplitudes, Eigen::VectorXd::Zero(moving.first().fixed->array.size()));
   const MotionFrame after = frame_at(solver, moving, 0.3);
-  EXPECT_FALSE(after.quiet);
+  EXPECT_FALSE(after.silent);
   EXPECT_GT(after.solution.amplitudes.maxCoeff(), 0.0);
 }
 

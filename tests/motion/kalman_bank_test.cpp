@@ -211,7 +211,7 @@ TEST(KalmanBank, TurnsAndShiftsWithWhatItSees) {
   }
 }
 
-// Values that are not judged by follow with the weights of those that are.
+// Values that are not evaluated by follow with the weights of those that are.
 TEST(KalmanBank, CommutesWithWhatIsLinear) {
   std::mt19937_64 random(7);
   const Eigen::MatrixXd map = Eigen::MatrixXd::Random(5, 6);

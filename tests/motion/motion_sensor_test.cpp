@@ -144,7 +144,7 @@ TEST(PlayMotion, NoiseIsPlayedAndRepeats) {
       least += known.metrics.relative_error;
     }
   }
-  EXPECT_GT(error, 1.01 * least) << "judged on the true skin";
+  EXPECT_GT(error, 1.01 * least) << "evaluated on the true skin";
 }
 
 /// Sees another body than the true one, and that not always; notes what is asked of it.
@@ -198,9 +198,9 @@ TEST(PlayMotion, SolvesWhatIsSeenAndScoresWhatIs) {
   EXPECT_EQ(fake.sensor->started, 1);
   const MovingModel& solved = fake.sensor->solved();
   EXPECT_EQ(motion.mesh.face_count(), solved.first().body.mesh.face_count());
-  ASSERT_TRUE(motion.judge);
-  EXPECT_EQ(motion.judge->face_count(), fake.sensed.truth->first().body.mesh.face_count());
-  EXPECT_NE(motion.judge->face_count(), motion.mesh.face_count());
+  ASSERT_TRUE(motion.evaluation);
+  EXPECT_EQ(motion.evaluation->face_count(), fake.sensed.truth->first().body.mesh.face_count());
+  EXPECT_NE(motion.evaluation->face_count(), motion.mesh.face_count());
   const MethodSpec& method = solved.first().fixed->scene.solve.methods.front();
   FrameSolver solver(solved, method, drives_for(*fake.sensor, method));
   for (const MotionFrame& frame : motion.methods.front().frames) {
@@ -220,7 +220,7 @@ TEST(PlayMotion, SolvesWhatIsSeenAndScoresWhatIs) {
 class Predicted : public ::testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(All, Predicted, ::testing::Values("linear", "kalman"));
 
-TEST_P(Predicted, LostIsQuiet) {
+TEST_P(Predicted, LostIsSilent) {
   Faked fake = faked({"motion.predict=" + std::string(GetParam()), "motion.seconds=0.5"});
   fake.sensor->lost = {4, 5, 6, 7};
   Progress silent;
@@ -230,7 +230,7 @@ TEST_P(Predicted, LostIsQuiet) {
     for (const MotionFrame& frame : method.frames) {
       const auto sample = static_cast<int>(std::lround(30 * frame.sampled));
       EXPECT_EQ(frame.lost, fake.sensor->lost.contains(sample)) << sample;
-      EXPECT_EQ(frame.quiet, frame.lost);
+      EXPECT_EQ(frame.silent, frame.lost);
       EXPECT_EQ(frame.solution.amplitudes.maxCoeff() == 0, frame.lost);
       // No velocity across what is not known.
       EXPECT_EQ(frame.pose_time > frame.sampled, sample > 0 && !frame.lost && sample != 8) << sample;
@@ -248,7 +248,7 @@ TEST_P(Predicted, LostIsQuiet) {
 
 // Frames at half of the samples' rate: a filter knows those between as well.
 TEST(PlayMotion, AFilterSeesEverySample) {
-  const Faked fake = faked({"motion.predict=kalman", "motion.seconds=0.5", "motion.frames_hz=10", "judge=none"});
+  const Faked fake = faked({"motion.predict=kalman", "motion.seconds=0.5", "motion.frames_hz=10", "evaluation=none"});
   Progress silent;
   const Motion motion = play_motion(fake.sensed, {}, silent);
   const MovingModel& solved = fake.sensor->solved();
@@ -283,7 +283,7 @@ TEST(PlayMotion, WithoutATruthNothingIsScored) {
   fake.sensed.truth.reset();
   Progress silent;
   const Motion motion = play_motion(fake.sensed, {}, silent);
-  EXPECT_FALSE(motion.judge);
+  EXPECT_FALSE(motion.evaluation);
   ASSERT_EQ(motion.methods.size(), 3U);
   for (const MotionMethod& method : motion.methods) {
     EXPECT_EQ(method.frames.size(), 6U);

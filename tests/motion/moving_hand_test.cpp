@@ -22,7 +22,7 @@ const std::string kBendingFinger =
     "  keep_within_mm: 35\n"
     "target: {box: {at: index_pad, size_mm: [7, 7, 6]}, pressure_pa: 1500}\n"
     "solve: {methods: [surface], scheme: chief}\n"
-    "judge: {scheme: chief, edge_mm: {near_target: 1.8, far: 4, within_mm: 8}}\n"
+    "evaluation: {scheme: chief, edge_mm: {near_target: 1.8, far: 4, within_mm: 8}}\n"
     "motion:\n"
     "  seconds: 0.5\n"
     "  solve_ms: 20\n"
@@ -42,19 +42,21 @@ TEST(MovingHand, ThePadStaysInItsPlaceWhileTheFingerBends) {
   EXPECT_NEAR(bent.body.mesh.signed_volume() / straight.body.mesh.signed_volume(), 1.0, 0.03);
 }
 
-TEST(MovingHand, JudgeAndSolverSeeTheSameSkin) {
+TEST(MovingHand, EvaluationAndSolverSeeTheSameSkin) {
   const MovingModel moving(scene_from(kBendingFinger, {"body.keep_within_mm=null"}));
   for (const double seconds : {0.0, 0.25, 0.5}) {
     const MotionState state = moving.state(seconds);
     const Model model = moving.at(state);
-    const auto judge = moving.judge_mesh(model, state);
-    ASSERT_TRUE(judge);
+    const auto evaluation = moving.evaluation_mesh(model, state);
+    ASSERT_TRUE(evaluation);
     // Along each axis the two meshes reach as far, to what a coarse mesh cuts off.
     for (int axis = 0; axis < 3; ++axis) {
-      EXPECT_NEAR(judge->mesh.vertices().row(axis).minCoeff(), model.body.mesh.vertices().row(axis).minCoeff(), 1e-3);
-      EXPECT_NEAR(judge->mesh.vertices().row(axis).maxCoeff(), model.body.mesh.vertices().row(axis).maxCoeff(), 1e-3);
+      EXPECT_NEAR(evaluation->mesh.vertices().row(axis).minCoeff(), model.body.mesh.vertices().row(axis).minCoeff(),
+                  1e-3);
+      EXPECT_NEAR(evaluation->mesh.vertices().row(axis).maxCoeff(), model.body.mesh.vertices().row(axis).maxCoeff(),
+                  1e-3);
     }
-    EXPECT_TRUE(presses(model, judge->mesh));
+    EXPECT_TRUE(presses(model, evaluation->mesh));
   }
 }
 
@@ -68,9 +70,9 @@ TEST(MovingHand, SkinBeyondMovesWithTheHand) {
   const MotionState state = moving.state(0.5);
   const Model end = moving.at(state);
   EXPECT_EQ(end.beyond.areas, begin.beyond.areas);
-  // The judge has the whole hand, finer than the mesh that the patches lie on: chords of 5 mm on a radius of 8 are 0.4
+  // The evaluation has the whole hand, finer than the mesh that the patches lie on: chords of 5 mm on a radius of 8 are 0.4
   // mm off.
-  const FaceTree skin(moving.judge_mesh(end, state)->mesh);
+  const FaceTree skin(moving.evaluation_mesh(end, state)->mesh);
   const Points centres = end.beyond.centres();
   double farthest = 0;
   for (const auto& x : centres.colwise()) {
@@ -116,7 +118,7 @@ TEST(FrameBudget, ASettingIsPutIntoTheScene) {
   EXPECT_EQ(chosen.solve.methods.front().scheme, Scheme::kPaperCorrected);
   EXPECT_EQ(chosen.motion->iterations, 3);
   EXPECT_FALSE(chosen.motion->frame);
-  EXPECT_EQ(chosen.judge.scheme, scene.judge.scheme);
+  EXPECT_EQ(chosen.evaluation.scheme, scene.evaluation.scheme);
 }
 
 TEST(FrameBudget, TakesTheQuickestForNoTimeAndTheNearestForMuch) {

@@ -186,7 +186,7 @@ TEST(SolvedPattern, AmplitudeAloneModulatesTheTarget) {
 TEST(SolvedPattern, FullDepthHasASilentFrame) {
   const Model model = small_model({"target.pressure_pa=300", "pattern={amplitude: {hz: 100}, frames_per_second: 400}"});
   const Pattern pattern = solved(model);
-  EXPECT_TRUE(pattern.motion.methods.front().frames[2].quiet);
+  EXPECT_TRUE(pattern.motion.methods.front().frames[2].silent);
   EXPECT_TRUE(std::isnan(pattern.motion.methods.front().scores[2].metrics.relative_error));
 }
 
@@ -229,7 +229,7 @@ TEST(SolvedPattern, SlowTransducersCostError) {
 }
 
 TEST(SolvedPattern, NeedsTheSkinOutsideOfIt) {
-  EXPECT_NE(message_of<InputError>([] { solved(circling({"solve.quiet_weight=0"})); }).find("solve.quiet_weight"),
+  EXPECT_NE(message_of<InputError>([] { solved(circling({"solve.outside_weight=0"})); }).find("solve.outside_weight"),
             std::string::npos);
 }
 

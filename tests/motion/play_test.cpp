@@ -174,8 +174,8 @@ TEST(PlayMotion, AFingerDipsIntoABox) {
   const Motion motion = played({"motion.target=in_world", "solve.methods=[surface]", "motion.seconds=0.5",
                                 "motion.change=[{path: 'body.place.at_mm[2]', keys: [[0, 100], [0.5, 80]]}]"});
   const MotionMethod& surface = motion.methods.front();
-  EXPECT_TRUE(surface.frames.front().quiet);
-  EXPECT_FALSE(surface.frames.back().quiet);
+  EXPECT_TRUE(surface.frames.front().silent);
+  EXPECT_FALSE(surface.frames.back().silent);
   EXPECT_TRUE(std::isnan(surface.scores[8].metrics.relative_error));
   EXPECT_EQ(surface.scores[8].metrics.peak_pa, 0.0);
   EXPECT_LT(surface.scores.back().metrics.relative_error, 0.9);

@@ -113,14 +113,14 @@ TEST(SweepPicture, SeedsAreAveragedAndTheirSpreadIsShown) {
   const TemporaryDirectory directory;
   const std::string one = directory.file("one.png");
   const std::string spread = directory.file("spread.png");
-  ASSERT_TRUE(draw_sweep(one, crossed("array.spread.seed", {{"1", 0.5}}), "relative_error", PictureFormat::kPng));
-  ASSERT_TRUE(draw_sweep(spread, crossed("array.spread.seed", {{"1", 0.0}, {"2", 1.0}}), "relative_error",
+  ASSERT_TRUE(draw_sweep(one, crossed("array.tolerances.seed", {{"1", 0.5}}), "relative_error", PictureFormat::kPng));
+  ASSERT_TRUE(draw_sweep(spread, crossed("array.tolerances.seed", {{"1", 0.0}, {"2", 1.0}}), "relative_error",
                          PictureFormat::kPng));
   // One line through the same means, with a bar of some 400 x 3 pixels through each of its three points.
   EXPECT_GT(pixels_of(Picture(spread), marker_colour(0)), pixels_of(Picture(one), marker_colour(0)) + 600);
   EXPECT_LT(pixels_of(Picture(spread), marker_colour(1)), 5);
-  EXPECT_TRUE(
-      draw_sweep(one, crossed("array.spread.seed", {{"1", 0.1}, {"2", 0.1}}), "relative_error", PictureFormat::kPng));
+  EXPECT_TRUE(draw_sweep(one, crossed("array.tolerances.seed", {{"1", 0.1}, {"2", 0.1}}), "relative_error",
+                         PictureFormat::kPng));
 }
 
 TEST(SweepPicture, SeedsAloneAreAnAxis) {

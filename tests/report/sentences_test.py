@@ -22,7 +22,7 @@ def metric_rows():
     errors = {"surface": 0.45, "paper": 0.47, "paper_original": 0.48, "unscattered": 0.54, "unscattered_original": 0.55,
               "focus": 0.6}
     return [{"scene": name, "method": method, "relative_error": str(error), "width_mm": str(5 + error), "leakage": str(error / 3),
-             "optimality_gap": "0.0123", "judge_difference": "0.006"} for name in NAMES for method, error in errors.items()]
+             "optimality_gap": "0.0123", "evaluation_difference": "0.006"} for name in NAMES for method, error in errors.items()]
 
 
 def convergence_rows(values):
@@ -97,7 +97,7 @@ class Sentences(unittest.TestCase):
     def row(self, frames, cost, bound="3199", surface="3200"):
         return {"frames": str(frames), "cost_pa2m2": str(cost), "misfit": f"{(cost / 14400) ** 0.5:.6f}", "bound_pa2m2": bound,
                 "surface_cost_pa2m2": surface, "surface_misfit": f"{(float(surface) / 14400) ** 0.5:.6f}", "target_rows": "106",
-                "quiet_rows": "158", "channels": "1496"}
+                "outside_rows": "158", "channels": "1496"}
 
     def test_what_is_proved_of_sequences_follows_from_the_bound(self):
         said = " ".join(sequences.sentences([self.row(1, 3200), self.row(2, 3199.5), self.row(16, 3199.2)]))

@@ -1,4 +1,4 @@
-// Channels that are not as designed: what the solver knows of them, and what the judge hears.
+// Channels that are not as designed: what the solver knows of them, and what the evaluation hears.
 
 #include <cmath>
 #include <numbers>
@@ -35,18 +35,18 @@ std::string calibration(double gain, double phase, const std::string& in) {
 
 double apart(const Eigen::VectorXcd& a, const Eigen::VectorXcd& b) { return (a - b).norm() / b.norm(); }
 
-TEST(ArrayTruth, ThatTheSolverDoesNotKnowIsTheJudgesAlone) {
+TEST(ArrayTruth, ThatTheSolverDoesNotKnowIsTheEvaluationsAlone) {
   const RunData ideal = solved({});
   const RunData weak = solved({calibration(0.5, 0.4, "truth")});
-  EXPECT_EQ(ideal.judge, "same");
-  EXPECT_EQ(weak.judge, "truth");
+  EXPECT_EQ(ideal.evaluation, "same");
+  EXPECT_EQ(weak.evaluation, "truth");
   ASSERT_TRUE(weak.array_truth.has_value());
   EXPECT_TRUE(weak.array.response.as_designed());
   EXPECT_EQ(weak.array_truth->response.gain(7), 0.5);
   for (std::size_t s = 0; s < ideal.methods.size(); ++s) {
     EXPECT_EQ(weak.methods[s].solution.phases, ideal.methods[s].solution.phases);
     EXPECT_EQ(weak.methods[s].pressure, ideal.methods[s].pressure);
-    EXPECT_LT(apart(weak.methods[s].judge_pressure, std::polar(0.5, 0.4) * ideal.methods[s].pressure), 1e-4);
+    EXPECT_LT(apart(weak.methods[s].evaluation_pressure, std::polar(0.5, 0.4) * ideal.methods[s].pressure), 1e-4);
     EXPECT_NEAR(weak.methods[s].metrics.relative_error, ideal.methods[s].metrics.relative_error, 1e-4);
     EXPECT_NEAR(weak.methods[s].metrics.mean_inside_pa, 0.5 * ideal.methods[s].metrics.mean_inside_pa,
                 1e-4 * ideal.methods[s].metrics.mean_inside_pa);
@@ -56,7 +56,7 @@ TEST(ArrayTruth, ThatTheSolverDoesNotKnowIsTheJudgesAlone) {
 TEST(ArrayTruth, ThatTheSolverKnowsIsInItsPressures) {
   const RunData half = solved({"array.level=0.5"});
   const RunData known = solved({calibration(0.5, 0.0, "both")});
-  EXPECT_EQ(known.judge, "same");
+  EXPECT_EQ(known.evaluation, "same");
   EXPECT_FALSE(known.array_truth.has_value());
   for (std::size_t s = 0; s < half.methods.size(); ++s) {
     EXPECT_LT(apart(known.methods[s].pressure, half.methods[s].pressure), 1e-3) << half.methods[s].name;
@@ -80,8 +80,8 @@ TEST(ArrayTruth, AKnownPhaseIsMadeUpForAndAWrongOneIsHeard) {
   for (std::size_t s = 0; s < ideal.methods.size(); ++s) {
     const double error = ideal.methods[s].metrics.relative_error;
     EXPECT_NEAR(known.methods[s].metrics.relative_error, error, 1e-3);
-    EXPECT_GT(apart(unknown.methods[s].judge_pressure, ideal.methods[s].pressure), 0.3);
-    EXPECT_GT(apart(mistaken.methods[s].judge_pressure, ideal.methods[s].pressure), 0.3);
+    EXPECT_GT(apart(unknown.methods[s].evaluation_pressure, ideal.methods[s].pressure), 0.3);
+    EXPECT_GT(apart(mistaken.methods[s].evaluation_pressure, ideal.methods[s].pressure), 0.3);
     EXPECT_LT(apart(mistaken.methods[s].pressure, ideal.methods[s].pressure), 1e-3);  // as it believes
     const Eigen::ArrayXd turned =
         known.methods[s].solution.phases.array() + phase.array() - ideal.methods[s].solution.phases.array();
@@ -89,14 +89,14 @@ TEST(ArrayTruth, AKnownPhaseIsMadeUpForAndAWrongOneIsHeard) {
   }
 }
 
-TEST(ArrayTruth, AMistakenSolverIsJudgedByWhatItsPhasesReallyDo) {
+TEST(ArrayTruth, AMistakenSolverIsEvaluatedByWhatItsPhasesReallyDo) {
   const RunData mistaken =
       solved({"solve.methods=[focus]",
               calibration(Eigen::VectorXd::Ones(kChannels), Eigen::VectorXd::LinSpaced(kChannels, 0, 6), "solver")});
   const Eigen::VectorXd& phases = mistaken.methods.front().solution.phases;
   const RunData given = solved({fmt::format("solve.methods=[{{fixed: {{phases_rad: [{:.17g}]}}}}]",
                                             fmt::join(phases.begin(), phases.end(), ", "))});
-  EXPECT_LT(apart(mistaken.methods.front().judge_pressure, given.methods.front().pressure), 1e-4);
+  EXPECT_LT(apart(mistaken.methods.front().evaluation_pressure, given.methods.front().pressure), 1e-4);
 }
 
 // Every method does with dead channels what it does without them, and leaves them silent.
@@ -106,7 +106,7 @@ TEST(ArrayTruth, EveryMethodLeavesDeadChannelsOut) {
     gain(n) = 0.0;
   }
   const std::string pressure = "target.pressure_pa=600";
-  const RunData dead = solved({kEveryMethod, pressure, "solve.certificate=true", "solve.iterations=15",
+  const RunData dead = solved({kEveryMethod, pressure, "solve.optimality_bound=true", "solve.iterations=15",
                                calibration(gain, Eigen::VectorXd::Zero(kChannels), "both")});
   std::string positions;
   for (Eigen::Index n = 0; n < kChannels; ++n) {
@@ -115,7 +115,7 @@ TEST(ArrayTruth, EveryMethodLeavesDeadChannelsOut) {
       positions += fmt::format("{}[{:.17g}, {:.17g}, {:.17g}]", positions.empty() ? "" : ", ", mm.x(), mm.y(), mm.z());
     }
   }
-  const RunData fewer = solved({kEveryMethod, pressure, "solve.certificate=true", "solve.iterations=15",
+  const RunData fewer = solved({kEveryMethod, pressure, "solve.optimality_bound=true", "solve.iterations=15",
                                 fmt::format("array={{positions: {{points_mm: [{}]}}}}", positions)});
   ASSERT_EQ(dead.methods.size(), 14U);
   for (std::size_t s = 0; s < dead.methods.size(); ++s) {
@@ -156,11 +156,11 @@ TEST(ArrayTruth, RoundedPhasesAreThoseThatSound) {
     Eigen::VectorXd steps = (method.solution.phases.array() * 2 / std::numbers::pi).round() * std::numbers::pi / 2;
     const RunData given = solved({fmt::format("solve.methods=[{{fixed: {{phases_rad: [{:.17g}]}}}}]",
                                               fmt::join(steps.begin(), steps.end(), ", "))});
-    EXPECT_LT(apart(method.judge_pressure, given.methods.front().pressure), 1e-4);
-    EXPECT_GT(apart(method.judge_pressure, method.pressure), 0.05);
+    EXPECT_LT(apart(method.evaluation_pressure, given.methods.front().pressure), 1e-4);
+    EXPECT_GT(apart(method.evaluation_pressure, method.pressure), 0.05);
   }
   const RunData fine = solved({methods.front(), "array.phase_levels=4096"});
-  EXPECT_LT(apart(fine.methods.front().judge_pressure, fine.methods.front().pressure), 2e-3);
+  EXPECT_LT(apart(fine.methods.front().evaluation_pressure, fine.methods.front().pressure), 2e-3);
 }
 
 TEST(ArrayTruth, FieldsAreOfWhatSounds) {
@@ -172,23 +172,24 @@ TEST(ArrayTruth, FieldsAreOfWhatSounds) {
         apart(weak.fields.front().pressure[s].second, std::polar(0.5, 0.4) * ideal.fields.front().pressure[s].second),
         1e-4);
   }
-  EXPECT_EQ(&field_mesh(weak), &weak.judge_model->mesh);
+  EXPECT_EQ(&field_mesh(weak), &weak.evaluation_model->mesh);
   EXPECT_EQ(&field_mesh(ideal), &ideal.mesh);
 }
 
 TEST(ArrayTruth, SharesTheSystemThatWasSolved) {
-  const RunData run = solved({"array.spread={phase_deg: 10}", "solve.solver=lu"});
-  EXPECT_EQ(run.solves.back().stage, "judge");
-  EXPECT_EQ(run.solves.back().solver, "LU");  // a judge's own system would choose its solver by itself
+  const RunData run = solved({"array.tolerances={phase_deg: 10}", "solve.solver=lu"});
+  EXPECT_EQ(run.solves.back().stage, "evaluation");
+  EXPECT_EQ(run.solves.back().solver, "LU");  // an evaluation's own system would choose its solver by itself
   EXPECT_NE(run.provenance.seeds.find("spread=1"), std::string::npos);
 }
 
-TEST(ArrayTruth, AnotherMeshJudgesItToo) {
-  for (const char* judge : {"judge={edge_mm: 1.8}", "judge={split: 1}"}) {
-    const RunData ideal = solved({judge});
-    const RunData weak = solved({judge, calibration(0.5, 0.4, "truth")});
-    EXPECT_EQ(weak.judge, ideal.judge);
-    EXPECT_LT(apart(weak.methods.front().judge_pressure, std::polar(0.5, 0.4) * ideal.methods.front().judge_pressure),
+TEST(ArrayTruth, AnotherMeshEvaluatesItToo) {
+  for (const char* evaluation : {"evaluation={edge_mm: 1.8}", "evaluation={split: 1}"}) {
+    const RunData ideal = solved({evaluation});
+    const RunData weak = solved({evaluation, calibration(0.5, 0.4, "truth")});
+    EXPECT_EQ(weak.evaluation, ideal.evaluation);
+    EXPECT_LT(apart(weak.methods.front().evaluation_pressure,
+                    std::polar(0.5, 0.4) * ideal.methods.front().evaluation_pressure),
               1e-3);
   }
 }

@@ -13,18 +13,18 @@
 namespace touchfield::check_test {
 
 // Of the whole body; the part has less than half of its skin.
-TEST(Check, ForetellsTheFacesOfTheJudge) {
+TEST(Check, ForetellsTheFacesOfTheEvaluation) {
   for (const char* kept : {"null", "11"}) {
-    for (const char* judge : {"same", "{split: 1}", "{edge_mm: 1.5}"}) {
-      SCOPED_TRACE(std::string(judge) + ", " + kept);
-      const Model model = small_model(
-          {"body.capsule.length_mm=40", std::string("body.keep_within_mm=") + kept, std::string("judge=") + judge});
-      if (!judged_elsewhere(model)) {
-        EXPECT_EQ(check_model(model).judge_faces, 0);
+    for (const char* evaluation : {"same", "{split: 1}", "{edge_mm: 1.5}"}) {
+      SCOPED_TRACE(std::string(evaluation) + ", " + kept);
+      const Model model = small_model({"body.capsule.length_mm=40", std::string("body.keep_within_mm=") + kept,
+                                       std::string("evaluation=") + evaluation});
+      if (!evaluated_elsewhere(model)) {
+        EXPECT_EQ(check_model(model).evaluation_faces, 0);
         continue;
       }
-      const auto faces = static_cast<double>(build_judge_mesh(model).mesh.face_count());
-      EXPECT_NEAR(static_cast<double>(check_model(model).judge_faces) / faces, 1.0, 0.2);
+      const auto faces = static_cast<double>(build_evaluation_mesh(model).mesh.face_count());
+      EXPECT_NEAR(static_cast<double>(check_model(model).evaluation_faces) / faces, 1.0, 0.2);
     }
   }
 }

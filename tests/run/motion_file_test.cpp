@@ -29,7 +29,7 @@ TEST_F(MotionFile, AMotionThatHasOnlyBegun) {
   write_motion_file(path_, motion);
   expect_same(motion, read_motion_file(path_));
   const hdf5::Content content = hdf5::read_content(path_);
-  for (const char* absent : {"judge", "seconds", "warnings", "notes"}) {
+  for (const char* absent : {"evaluation", "seconds", "warnings", "notes"}) {
     EXPECT_FALSE(content.has(absent)) << absent;
   }
 }
@@ -97,7 +97,7 @@ struct Forged {
   hdf5::Shape phases = {2, 1};
   hdf5::Shape cost = {2, 1};
   std::array<std::int64_t, 2> frame = {0, 1};
-  std::array<std::int64_t, 2> quiet = {0, 1};
+  std::array<std::int64_t, 2> silent = {0, 1};
   std::vector<std::string> status = {"converged", "direct"};
   std::uint64_t displaced = 2;
   std::uint64_t stage = 2;
@@ -118,8 +118,8 @@ void forge(const std::string& path, const Forged& forged) {
     for (const char* name : {"sampled", "started", "late", "shown", "pose_time"}) {
       frames.write(name, numbers.data(), {2}, "s");
     }
-    frames.write("quiet", forged.quiet.data(), {2}, "1");
-    frames.write("steps", forged.quiet.data(), {2}, "1");
+    frames.write("silent", forged.silent.data(), {2}, "1");
+    frames.write("steps", forged.silent.data(), {2}, "1");
     frames.write_texts("status", forged.status);
     frames.write("phases", numbers.data(), forged.phases, "rad");
     frames.write("amplitudes", numbers.data(), {2, 1}, "1");
@@ -139,7 +139,7 @@ TEST_F(DamagedMotionFile, SizesThatContradictEachOtherAreErrors) {
   forge(path_, {});
   const Motion read = read_motion_file(path_);  // without any metric, as if they came later
   ASSERT_EQ(read.methods.size(), 1U);
-  EXPECT_TRUE(read.methods[0].frames[1].quiet);
+  EXPECT_TRUE(read.methods[0].frames[1].silent);
   EXPECT_FALSE(read.methods[0].frames[1].lost) << "the file is without it";
   EXPECT_TRUE(std::isnan(read.methods[0].frames[1].off.skin));
   EXPECT_TRUE(std::isnan(read.methods[0].frames[1].target_off));
@@ -155,7 +155,7 @@ TEST_F(DamagedMotionFile, SizesThatContradictEachOtherAreErrors) {
   EXPECT_THAT(message({.cost = {1, 2}}), HasSubstr("cost"));
   EXPECT_THAT(message({.frame = {0, 2}}), AllOf(HasSubstr("damaged"), HasSubstr("score 1"), HasSubstr("-1..1")));
   EXPECT_THAT(message({.frame = {0, 1LL << 40}}), HasSubstr("out of range"));
-  EXPECT_THAT(message({.quiet = {0, 2}}), HasSubstr("quiet[1] = 2 is out of range"));
+  EXPECT_THAT(message({.silent = {0, 2}}), HasSubstr("silent[1] = 2 is out of range"));
   EXPECT_THAT(message({.status = {"converged"}}), HasSubstr("status has 1 texts, must have 2"));
   EXPECT_THAT(message({.status = {"converged", "happy"}}), HasSubstr("unknown status 'happy'"));
   EXPECT_THAT(message({.displaced = 1}), HasSubstr("displacement"));

@@ -57,16 +57,16 @@ TEST(FramesCsv, HasALineAFrameAndMethod) {
   const auto rows = cells_of(directory.file("frames.csv"));
   ASSERT_EQ(rows.size(), 1 + 2 * 4U);
   EXPECT_THAT(rows[0], ElementsAre("method", "frame", "sampled_s", "started_s", "late_s", "shown_s", "pose_time_s",
-                                   "quiet", "lost", "skin_off_mm", "patch_off_mm", "target_off_mm", "cost", "steps",
+                                   "silent", "lost", "skin_off_mm", "patch_off_mm", "target_off_mm", "cost", "steps",
                                    "status", "seconds_pose", "seconds_factorisation"));
   EXPECT_THAT(rows[3], ElementsAre("surface", "2", testing::_, "0.101", "0.004", testing::_, testing::_, "0", "0",
                                    "0.3", "nan", "0.7", "0.2", "2", "iteration_limit", testing::_, "0.012"));
-  const auto& quiet = rows[6];
-  EXPECT_EQ(quiet[7], "1");
-  EXPECT_EQ(quiet[8], "1");
-  EXPECT_EQ(quiet[12], "nan");
-  EXPECT_EQ(quiet[14], "direct");
-  EXPECT_EQ(quiet[16], "nan");
+  const auto& silent = rows[6];
+  EXPECT_EQ(silent[7], "1");
+  EXPECT_EQ(silent[8], "1");
+  EXPECT_EQ(silent[12], "nan");
+  EXPECT_EQ(silent[14], "direct");
+  EXPECT_EQ(silent[16], "nan");
 }
 
 TEST(Percentile, IsLinearBetweenValues) {
@@ -89,7 +89,7 @@ TEST(Percentile, IsLinearBetweenValues) {
 TEST(MotionSummary, IsThatOfTheScoresAndFrames) {
   const MotionSummary over = summary(full_motion().methods[1]);
   EXPECT_EQ(over.frames, 4);
-  EXPECT_EQ(over.quiet, 1);
+  EXPECT_EQ(over.silent, 1);
   EXPECT_EQ(over.lost, 1);
   EXPECT_EQ(over.late, 1);
   EXPECT_EQ(over.dropped, 3);
@@ -141,7 +141,7 @@ TEST(DescribeMotion, SaysWhatThereIs) {
                     HasSubstr("pose 0.3 (0.3), factorisation 11.5 (12.8)"), HasSubstr("72.5 | 86.0"),
                     HasSubstr("warnings          coarse mesh"), HasSubstr("0123456789ab"), Not(HasSubstr("nan"))));
   motion.methods.clear();
-  motion.judge.reset();
+  motion.evaluation.reset();
   motion.complete = false;
   EXPECT_THAT(describe_motion(motion), AllOf(HasSubstr("complete          no\n"), HasSubstr("on the solving mesh"),
                                              HasSubstr("no method has started")));

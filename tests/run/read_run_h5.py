@@ -31,11 +31,11 @@ def check_same(found, expected):
 
 def check(run):
     assert run.attrs["format"] == "touchfield-run"
-    assert run.attrs["format_version"] == 5
+    assert run.attrs["format_version"] == 6
     assert run.attrs["solved_skin"] == "part"
     assert run.attrs["name"] == "width \u00fc 5mm"
     assert run.attrs["complete"] == 1
-    assert run.attrs["alarm"] == 0.0125
+    assert run.attrs["resonance_check"] == 0.0125
     assert run.attrs["frequency"] == 40e3
     assert run["scene"].asstr()[()] == "name: width\nfrequency_khz: 40\n# \u00e9\n"
 
@@ -84,14 +84,14 @@ def check(run):
     transfer = run["transfer/burton_miller"]
     assert transfer["face"] == run["target/face"] and transfer["wanted"] == run["target/amplitude"]
     np.testing.assert_allclose(transfer["weight"][:], area[run["target/face"][:]])
-    for name, (rows, seed, unit) in {"target": (3, 0.5, "Pa"), "quiet": (2, 1.5, "Pa m"), "incident": (3, 2.5, "Pa")}.items():
+    for name, (rows, seed, unit) in {"target": (3, 0.5, "Pa"), "outside": (2, 1.5, "Pa m"), "incident": (3, 2.5, "Pa")}.items():
         check_same(transfer[name][:], made_up(rows * 6, seed).reshape(6, rows).T)
         assert transfer[name].attrs["unit"] == unit
-    assert transfer.attrs["quiet_weight"] == 0.25 and transfer.attrs["channels_left_out"] == 1e-5 / 3
-    assert transfer.attrs["quiet_left_out"] == 1e-6 / 7
+    assert transfer.attrs["outside_weight"] == 0.25 and transfer.attrs["channels_left_out"] == 1e-5 / 3
+    assert transfer.attrs["outside_left_out"] == 1e-6 / 7
 
     solves = run["solves"]
-    assert list(solves["stage"].asstr()) == ["pressure", "judge"]
+    assert list(solves["stage"].asstr()) == ["pressure", "evaluation"]
     assert list(solves["scheme"].asstr()) == ["burton_miller_polished", "chief"]
     assert list(solves["solver"].asstr()) == ["GMRES, matrix-free", "LU"]
     assert list(solves["precision"].asstr()) == ["single refined", "double"]
@@ -111,38 +111,38 @@ def check(run):
     assert run["seconds"].attrs["mesh"] == 0.125
     assert list(run["warnings"].asstr()) == ["coarse mesh", 'two, with "quotes"']
     assert list(run["notes"].asstr()) == ["beyond: at 50 mm"]
-    assert list(run["alarms"].attrs["stages"]) == ["paper_corrected", "paper"]
-    assert run["alarms"].attrs["paper"] == 1 / 3
+    assert list(run["resonance_checks"].attrs["stages"]) == ["paper_corrected", "paper"]
+    assert run["resonance_checks"].attrs["paper"] == 1 / 3
     assert run["methods/surface"].attrs["shock_distance_share"] == 2 / 3
     provenance = run["provenance"].attrs
     assert provenance["version"] == "0.1.0" and provenance["threads"] == 2 and provenance["seeds"] == ""
     assert provenance["start"] == "2026-01-01T00:00:00Z" and provenance["scene_hash"] == "abc"
 
 
-def check_own_judge(run):
-    judge = run["judge"]
-    assert judge.attrs["judge"] == "edge" and judge.attrs["scheme"] == "burton_miller_polished"
-    assert judge["mesh/vertices"].shape == (54, 3) and judge["mesh/triangles"].shape == (80, 3)
-    np.testing.assert_allclose(judge["mesh/area"][:], 0.5 * 0.0075**2)
-    assert list(judge["target/face"]) == [5, 6, 17, 18]
-    assert list(judge["target/amplitude"]) == [1e-3, 7, 1000, 2000]
-    assert list(judge["target/box"]) == [0, 0, 0, 1]
-    check_same(judge["methods/surface/pressure"][:], made_up(80, 3.5))
-    other = judge["methods/paper-2/pressure"][:]
+def check_own_evaluation(run):
+    evaluation = run["evaluation"]
+    assert evaluation.attrs["evaluation"] == "edge" and evaluation.attrs["scheme"] == "burton_miller_polished"
+    assert evaluation["mesh/vertices"].shape == (54, 3) and evaluation["mesh/triangles"].shape == (80, 3)
+    np.testing.assert_allclose(evaluation["mesh/area"][:], 0.5 * 0.0075**2)
+    assert list(evaluation["target/face"]) == [5, 6, 17, 18]
+    assert list(evaluation["target/amplitude"]) == [1e-3, 7, 1000, 2000]
+    assert list(evaluation["target/box"]) == [0, 0, 0, 1]
+    check_same(evaluation["methods/surface/pressure"][:], made_up(80, 3.5))
+    other = evaluation["methods/paper-2/pressure"][:]
     assert np.isnan(other[7])
     check_same(np.delete(other, 7), np.delete(made_up(80, 4.5), 7))
 
 
-def check_same_judge(run):
-    judge = run["judge"]
-    assert judge.attrs["judge"] == "same" and "scheme" not in judge.attrs
-    assert judge["mesh"] == run["mesh"] and judge["target"] == run["target"]
-    assert judge["methods/surface/pressure"] == run["methods/surface/pressure"]
-    check_same(judge["methods/paper-2/pressure"][:], made_up(48, 4.5))
+def check_same_evaluation(run):
+    evaluation = run["evaluation"]
+    assert evaluation.attrs["evaluation"] == "same" and "scheme" not in evaluation.attrs
+    assert evaluation["mesh"] == run["mesh"] and evaluation["target"] == run["target"]
+    assert evaluation["methods/surface/pressure"] == run["methods/surface/pressure"]
+    check_same(evaluation["methods/paper-2/pressure"][:], made_up(48, 4.5))
 
 
 def check_motion(motion):
-    assert motion.attrs["format"] == "touchfield-motion" and motion.attrs["format_version"] == 4
+    assert motion.attrs["format"] == "touchfield-motion" and motion.attrs["format_version"] == 5
     assert motion.attrs["solved_skin"] == "whole"
     assert motion.attrs["complete"] == 1 and motion.attrs["seconds"] == 0.2
 
@@ -151,14 +151,14 @@ def check_motion(motion):
             assert isinstance(item.attrs["unit"], str), name
 
     motion.visititems(has_unit)
-    assert motion["mesh/triangles"].shape == (48, 3) and motion["judge/mesh/triangles"].shape == (80, 3)
+    assert motion["mesh/triangles"].shape == (48, 3) and motion["evaluation/mesh/triangles"].shape == (80, 3)
     assert list(motion["methods"]) == ["surface", "paper-2"]
     method = motion["methods/paper-2"]
     assert method.attrs["method"] == "surface" and method.attrs["scheme"] == "chief" and method.attrs["dropped"] == 3
     frames, scores = method["frames"], method["scores"]
     np.testing.assert_allclose(frames["sampled"][:], np.arange(4) / 30)
     np.testing.assert_allclose(frames["shown"][:], np.arange(4) / 20 + 0.022)
-    assert list(frames["quiet"]) == [0, 1, 0, 0] and list(frames["steps"]) == [2, 0, 2, 2]
+    assert list(frames["outside"]) == [0, 1, 0, 0] and list(frames["steps"]) == [2, 0, 2, 2]
     assert list(frames["status"].asstr()) == ["iteration_limit", "direct", "iteration_limit", "iteration_limit"]
     check_same(frames["phases"][3], np.abs(made_up(6, 10.5)) / 400)
     assert frames["phases"].shape == (4, 6) and not frames["amplitudes"][1].any()
@@ -175,15 +175,15 @@ def check_motion(motion):
 
 with tempfile.TemporaryDirectory() as directory:
     path = os.path.join(directory, "run.h5")
-    self_judged = os.path.join(directory, "self_judged.h5")
+    self_evaluated = os.path.join(directory, "self_evaluated.h5")
     moving = os.path.join(directory, "motion.h5")
-    subprocess.run([sys.argv[1], path, self_judged, moving], check=True)
+    subprocess.run([sys.argv[1], path, self_evaluated, moving], check=True)
     with h5py.File(path, "r") as file:
         check(file)
-        check_own_judge(file)
-    with h5py.File(self_judged, "r") as file:
+        check_own_evaluation(file)
+    with h5py.File(self_evaluated, "r") as file:
         check(file)
-        check_same_judge(file)
+        check_same_evaluation(file)
     with h5py.File(moving, "r") as file:
         check_motion(file)
     with open(path, "rb") as file:

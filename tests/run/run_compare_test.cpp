@@ -117,7 +117,7 @@ TEST(PhasesDifference, IsWrappedAndFreeOfTheCommonPhase) {
 }
 
 TEST(CompareRuns, ARunIsIdenticalToItself) {
-  for (const RunData& run : {full_run(), self_judged_run(), bare_run(sheet(1, 1, 0.01))}) {
+  for (const RunData& run : {full_run(), self_evaluated_run(), bare_run(sheet(1, 1, 0.01))}) {
     const RunDifference difference = compared(run, run);
     EXPECT_EQ(difference.verdict(), "identical");
     EXPECT_TRUE(difference.largest.what.empty());
@@ -156,7 +156,7 @@ TEST(CompareRuns, EveryPartIsLookedAt) {
       {[](RunData& run) { run.methods[0].solution.phases(2) += 0.3; }, "phases of surface"},
       {[](RunData& run) { run.methods[0].solution.amplitudes(2) *= 0.9; }, "amplitudes of surface"},
       {[](RunData& run) { run.methods[1].pressure(0) *= 2.0; }, "pressure of paper-2"},
-      {[](RunData& run) { run.methods[1].judge_pressure(0) *= 2.0; }, "judge's pressure of paper-2"},
+      {[](RunData& run) { run.methods[1].evaluation_pressure(0) *= 2.0; }, "evaluation's pressure of paper-2"},
       {[](RunData& run) { run.methods[0].metrics.leakage = 0.5; }, "leakage of surface"},
       {[](RunData& run) { run.methods[0].metrics.relative_error = kNan; }, "relative_error of surface"},
       {[](RunData& run) { run.fields[1].pressure[0].second(5) *= 3.0; }, "field cube of surface"},
@@ -172,8 +172,8 @@ TEST(CompareRuns, EveryPartIsLookedAt) {
       {[](RunData& run) { run.array.directivity = Directivity::omni(); }, "the array", false},
       {[](RunData& run) { run.target->amplitudes(1) = 1500.0; }, "the target", false},
       {[](RunData& run) { run.target->faces[0] = 2; }, "the target", false},
-      {[](RunData& run) { run.judge_model->scheme = "chief"; }, "the judge", false},
-      {[](RunData& run) { run.judge_model->target->amplitudes(1) = 8.0; }, "the judge", false},
+      {[](RunData& run) { run.evaluation_model->scheme = "chief"; }, "the evaluation", false},
+      {[](RunData& run) { run.evaluation_model->target->amplitudes(1) = 8.0; }, "the evaluation", false},
   };
   for (const Change& change : changes) {
     SCOPED_TRACE(change.named);
@@ -197,8 +197,8 @@ TEST(CompareRuns, SizesThatDifferAreReported) {
   const RunDifference difference = compared(full_run(), other);
   EXPECT_EQ(difference.methods.at(0).pressure.fault, "48 and 8 values");
   EXPECT_EQ(difference.methods.at(0).phases.fault, "6 and 4 values");
-  EXPECT_EQ(difference.methods.at(0).judge_pressure->fault, "80 and 0 values");
-  EXPECT_EQ(model(difference, "judge").fault, "edge by burton_miller_polished and none");
+  EXPECT_EQ(difference.methods.at(0).evaluation_pressure->fault, "80 and 0 values");
+  EXPECT_EQ(model(difference, "evaluation").fault, "edge by burton_miller_polished and none");
   EXPECT_THAT(describe_difference(difference),
               AllOf(ContainsRegex("mesh +48 and 8 faces\n"), ContainsRegex("array +6 and 4 channels\n"),
                     ContainsRegex("methods +in A alone: paper-2\n"), ContainsRegex("fields +in A alone: side, cube\n"),
@@ -225,16 +225,16 @@ TEST(CompareRuns, RoundingIsTold) {
   EXPECT_EQ(compared(single, other).verdict(), "different");
 }
 
-// Where the judge is the solving model, a method's own pressure is the judge's unless there is another.
-TEST(CompareRuns, TheJudgesPressureMayBeTheMethodsOwn) {
-  const RunData a = self_judged_run();
+// Where the evaluation is the solving model, a method's own pressure is the evaluation's unless there is another.
+TEST(CompareRuns, TheEvaluationsPressureMayBeTheMethodsOwn) {
+  const RunData a = self_evaluated_run();
   RunData b = a;
-  b.methods[1].judge_pressure = b.methods[1].pressure;
+  b.methods[1].evaluation_pressure = b.methods[1].pressure;
   RunData c = a;
-  c.methods[1].judge_pressure.resize(0);
+  c.methods[1].evaluation_pressure.resize(0);
   EXPECT_EQ(compared(b, c).verdict(), "identical");
-  EXPECT_FALSE(compared(a, c).methods[0].judge_pressure);
-  EXPECT_FALSE(compared(a, c).methods[1].judge_pressure->identical);
+  EXPECT_FALSE(compared(a, c).methods[0].evaluation_pressure);
+  EXPECT_FALSE(compared(a, c).methods[1].evaluation_pressure->identical);
 }
 
 TEST(DescribeDifference, MetricsHaveTheSignOfTheirChange) {

@@ -120,18 +120,18 @@ RunData read_forged(const std::string& path, const std::function<void(const hdf5
   return read_run_file(path);
 }
 
-TEST_F(DamagedRunFile, JudgesAndSolvesThatMakeNoSenseAreErrors) {
+TEST_F(DamagedRunFile, EvaluationsAndSolvesThatMakeNoSenseAreErrors) {
   const auto message = [&](const std::function<void(const hdf5::Group&)>& fill) {
     return message_of<InputError>([&] { read_forged(path_, fill); });
   };
-  EXPECT_THAT(message([](const hdf5::Group& root) { root.create("judge").set_attribute("judge", "nobody"); }),
-              HasSubstr("unknown judge 'nobody'"));
+  EXPECT_THAT(message([](const hdf5::Group& root) { root.create("evaluation").set_attribute("evaluation", "nobody"); }),
+              HasSubstr("unknown evaluation 'nobody'"));
   EXPECT_THAT(message([](const hdf5::Group& root) {
-                const hdf5::Group judge = root.create("judge");
-                judge.set_attribute("judge", "edge");
-                judge.set_attribute("scheme", "chief");
+                const hdf5::Group evaluation = root.create("evaluation");
+                evaluation.set_attribute("evaluation", "edge");
+                evaluation.set_attribute("scheme", "chief");
               }),
-              HasSubstr("/judge/mesh"));
+              HasSubstr("/evaluation/mesh"));
   const auto solves = [](std::int64_t steps, std::int64_t converged, std::size_t stages) {
     return [=](const hdf5::Group& root) {
       const hdf5::Group group = root.create("solves");
@@ -170,12 +170,12 @@ TEST_F(DamagedRunFile, ATransferMatrixThatMakesNoSenseIsAnError) {
           target.write("box", face.data(), {1}, "1");
         }
         const hdf5::Group transfer = root.create("transfer").create("paper");
-        for (const char* name : {"quiet_weight", "channels_left_out", "quiet_left_out"}) {
+        for (const char* name : {"outside_weight", "channels_left_out", "outside_left_out"}) {
           transfer.set_attribute(name, 0.0);
         }
         transfer.write("weight", numbers.data(), {1}, "m2");
         transfer.write("target", rows.data(), shape, "Pa");
-        transfer.write("quiet", rows.data(), {2, 1}, "Pa m");
+        transfer.write("outside", rows.data(), {2, 1}, "Pa m");
         transfer.write("incident", rows.data(), {1, 1}, "Pa");
       });
     });

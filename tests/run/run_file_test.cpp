@@ -25,8 +25,8 @@ class RunFile : public ResultFile {
 TEST_F(RunFile, ReadsBackWhatWasWrittenInPlaceOfAnOlderFile) {
   expect_kept(bare_run(sheet(1, 1, 0.01)));
   const hdf5::Content content = hdf5::read_content(path_);
-  for (const char* absent :
-       {"target", "methods", "judge", "transfer", "solves", "field", "seconds", "alarms", "warnings", "notes"}) {
+  for (const char* absent : {"target", "methods", "evaluation", "transfer", "solves", "field", "seconds",
+                             "resonance_checks", "warnings", "notes"}) {
     EXPECT_FALSE(content.has(absent)) << absent;
   }
   expect_kept(full_run());
@@ -35,10 +35,10 @@ TEST_F(RunFile, ReadsBackWhatWasWrittenInPlaceOfAnOlderFile) {
   EXPECT_EQ(read_bytes(path_), bytes);
 }
 
-TEST_F(RunFile, ATransferMatrixWithoutQuietRows) {
+TEST_F(RunFile, ATransferMatrixWithoutOutsideRows) {
   RunData run = full_run();
   run.transfers.push_back(run.transfers[0]);
-  run.transfers[0].problem.quiet.resize(0, run.array.size());
+  run.transfers[0].problem.outside.resize(0, run.array.size());
   run.transfers[1].scheme = "chief";
   expect_kept(run);
 }
@@ -48,17 +48,17 @@ TEST_F(RunFile, APlaneWaveAndAMethodWithoutPressure) {
   run.array = plane_wave(Vector3::UnitZ(), 1.5);
   run.methods.push_back(made_up_method("fixed", run, 0.5));
   run.methods[0].pressure.resize(0);
-  run.judge = "same";
+  run.evaluation = "same";
   expect_kept(run);
 }
 
-TEST_F(RunFile, AJudgeWithFacesInFourOfARunWithoutTarget) {
+TEST_F(RunFile, AnEvaluationWithFacesInFourOfARunWithoutTarget) {
   RunData run = bare_run(sheet(1, 1, 0.01));
-  run.judge = "split";
-  run.judge_model = JudgeModel{.scheme = "chief", .mesh = sheet(2, 2, 0.005), .target = std::nullopt};
-  run.methods.push_back(made_up_method("judged", run, 0.5));
+  run.evaluation = "split";
+  run.evaluation_model = EvaluationModel{.scheme = "chief", .mesh = sheet(2, 2, 0.005), .target = std::nullopt};
+  run.methods.push_back(made_up_method("evaluated", run, 0.5));
   run.methods.push_back(made_up_method("not_yet", run, 1.5));
-  run.methods[0].judge_pressure = made_up_pressure(8, 2.5);
+  run.methods[0].evaluation_pressure = made_up_pressure(8, 2.5);
   expect_kept(run);
 }
 
@@ -76,19 +76,19 @@ TEST_F(RunFile, APistonKeepsItsRadius) {
   }
 }
 
-TEST_F(RunFile, TheGroupsOfAJudgeThatIsTheSolvingModelLeadToIt) {
-  const RunData run = self_judged_run();
+TEST_F(RunFile, TheGroupsOfAnEvaluationThatIsTheSolvingModelLeadToIt) {
+  const RunData run = self_evaluated_run();
   expect_kept(run);
   const hdf5::Content content = hdf5::read_content(path_);
-  const hdf5::Content judge = content.open("judge");
-  EXPECT_EQ(judge.text_attribute("judge"), "same");
-  EXPECT_EQ(judge.open("mesh").shape("triangles"), (hdf5::Shape{48, 3}));
-  EXPECT_EQ(judge.open("target").shape("face"), (hdf5::Shape{3}));
+  const hdf5::Content evaluation = content.open("evaluation");
+  EXPECT_EQ(evaluation.text_attribute("evaluation"), "same");
+  EXPECT_EQ(evaluation.open("mesh").shape("triangles"), (hdf5::Shape{48, 3}));
+  EXPECT_EQ(evaluation.open("target").shape("face"), (hdf5::Shape{3}));
   Eigen::VectorXcd pressure(48);
-  judge.open("methods").open("surface").read("pressure", {48}, pressure.data());
+  evaluation.open("methods").open("surface").read("pressure", {48}, pressure.data());
   EXPECT_EQ(pressure, run.methods[0].pressure);
-  judge.open("methods").open("paper-2").read("pressure", {48}, pressure.data());
-  EXPECT_EQ(pressure, run.methods[1].judge_pressure);
+  evaluation.open("methods").open("paper-2").read("pressure", {48}, pressure.data());
+  EXPECT_EQ(pressure, run.methods[1].evaluation_pressure);
 }
 
 TEST_F(RunFile, PartsThatDoNotFitAreRefusedBeforeAnythingIsWritten) {
@@ -108,26 +108,26 @@ TEST_F(RunFile, PartsThatDoNotFitAreRefusedBeforeAnythingIsWritten) {
   EXPECT_THAT(refused([](RunData& run) { run.target->box.pop_back(); }), HasSubstr("box"));
   EXPECT_THAT(refused([](RunData& run) { run.fields[0].inside.pop_back(); }), HasSubstr("inside"));
   EXPECT_THAT(refused([](RunData& run) { run.fields[1].pressure[0].first = "other"; }), HasSubstr("other"));
-  EXPECT_THAT(refused([](RunData& run) { run.judge = "nobody"; }), HasSubstr("nobody"));
-  EXPECT_THAT(refused([](RunData& run) { run.judge = "same"; }), HasSubstr("must not have a model"));
-  EXPECT_THAT(refused([](RunData& run) { run.judge_model.reset(); }), HasSubstr("must have a model"));
-  EXPECT_THAT(refused([](RunData& run) { run.judge_model->target->faces[3] = 80; }),
-              AllOf(HasSubstr("judge's target"), HasSubstr("80")));
-  EXPECT_THAT(refused([](RunData& run) { run.methods[1].judge_pressure.conservativeResize(48); }),
-              AllOf(HasSubstr("paper-2"), HasSubstr("judge's pressure"), HasSubstr("80")));
+  EXPECT_THAT(refused([](RunData& run) { run.evaluation = "nobody"; }), HasSubstr("nobody"));
+  EXPECT_THAT(refused([](RunData& run) { run.evaluation = "same"; }), HasSubstr("must not have a model"));
+  EXPECT_THAT(refused([](RunData& run) { run.evaluation_model.reset(); }), HasSubstr("must have a model"));
+  EXPECT_THAT(refused([](RunData& run) { run.evaluation_model->target->faces[3] = 80; }),
+              AllOf(HasSubstr("evaluation's target"), HasSubstr("80")));
+  EXPECT_THAT(refused([](RunData& run) { run.methods[1].evaluation_pressure.conservativeResize(48); }),
+              AllOf(HasSubstr("paper-2"), HasSubstr("evaluation's pressure"), HasSubstr("80")));
   EXPECT_THAT(refused([](RunData& run) {
-                run.judge = "none";
-                run.judge_model.reset();
+                run.evaluation = "none";
+                run.evaluation_model.reset();
               }),
-              HasSubstr("judge's pressure"));
+              HasSubstr("evaluation's pressure"));
   EXPECT_THAT(refused([](RunData& run) { run.array.device.conservativeResize(2); }), HasSubstr("device"));
   EXPECT_THAT(refused([](RunData& run) { run.transfers.push_back(run.transfers[0]); }), HasSubstr("twice"));
   EXPECT_THAT(refused([](RunData& run) { run.transfers[0].problem.weights.conservativeResize(2); }),
               AllOf(HasSubstr("transfer burton_miller"), HasSubstr("weights")));
   EXPECT_THAT(refused([](RunData& run) { run.transfers[0].incident.conservativeResize(2, 6); }),
               AllOf(HasSubstr("a column of incident"), HasSubstr("must have 3")));
-  EXPECT_THAT(refused([](RunData& run) { run.transfers[0].problem.quiet.conservativeResize(2, 5); }),
-              AllOf(HasSubstr("a row of quiet"), HasSubstr("must have 6")));
+  EXPECT_THAT(refused([](RunData& run) { run.transfers[0].problem.outside.conservativeResize(2, 5); }),
+              AllOf(HasSubstr("a row of outside"), HasSubstr("must have 6")));
   EXPECT_THAT(refused([](RunData& run) { run.target.reset(); }), HasSubstr("transfer burton_miller"));
   EXPECT_EQ(directory_.entries(), 0U);
 }

@@ -30,7 +30,7 @@ double relative(const VectorXcd& found, const VectorXcd& expected) {
 /// docs/run-file.md shows this function.
 VectorXcd own_method(const SkinProblem& problem, int steps) {
   const MatrixXcd& h = problem.target;
-  const MatrixXcd& r = problem.quiet;
+  const MatrixXcd& r = problem.outside;
   const MatrixXcd gram = h.adjoint() * problem.weights.asDiagonal() * h + r.adjoint() * r;
   VectorXcd q = VectorXcd::Ones(problem.channel_count());
   for (int step = 0; step < steps; ++step) {
@@ -43,11 +43,12 @@ VectorXcd own_method(const SkinProblem& problem, int steps) {
 }
 
 TEST(RunTransfer, GivesBackTheRunsOwnCostsAndPressures) {
-  const RunData run = reread({"solve.methods=[surface, lbfgs, paper]", "solve.certificate=true", "write=[transfer]"});
+  const RunData run =
+      reread({"solve.methods=[surface, lbfgs, paper]", "solve.optimality_bound=true", "write=[transfer]"});
   ASSERT_EQ(run.transfers.size(), 1U);
   const RunTransfer& transfer = run.transfers.front();
   EXPECT_EQ(transfer.scheme, run.methods.front().scheme);
-  EXPECT_EQ(transfer.quiet_weight, 1.0);
+  EXPECT_EQ(transfer.outside_weight, 1.0);
   EXPECT_LT(transfer.channels_left_out, 1e-4);
   for (const MethodResult& method : run.methods) {
     const VectorXcd q = drive(method.solution);
@@ -94,17 +95,17 @@ TEST(RunTransfer, WritingItChangesNoMethod) {
   std::vector<std::string> asked = plain;
   asked.emplace_back("write=[transfer]");
   const RunData run = reread(asked);
-  EXPECT_GT(run.transfers.front().problem.quiet.rows(), 0);
+  EXPECT_GT(run.transfers.front().problem.outside.rows(), 0);
   EXPECT_EQ(run.methods.front().solution.phases, reread(plain).methods.front().solution.phases);
 }
 
 TEST(RunTransfer, IsOfTheScenesSchemeAndOfThoseOfMethodsOnTheSkin) {
   const RunData run = reread({"solve.methods=[paper, {gs: {scheme: paper_corrected}}, {focus: {scheme: paper}}]",
-                              "solve.quiet_weight=0", "write=[transfer]"});
+                              "solve.outside_weight=0", "write=[transfer]"});
   std::vector<std::string> schemes;
   for (const RunTransfer& transfer : run.transfers) {
     schemes.push_back(transfer.scheme);
-    EXPECT_EQ(transfer.problem.quiet.rows(), 0);
+    EXPECT_EQ(transfer.problem.outside.rows(), 0);
     EXPECT_EQ(transfer.problem.target_count(), run.target->size());
   }
   EXPECT_THAT(schemes, UnorderedElementsAre(run.methods.front().scheme, "paper_corrected"));

@@ -103,7 +103,7 @@ TEST(ScanComparison, TheOtherTimeFactorIsNoticed) {
 }
 
 TEST(ScanComparison, IsOfWhatSoundsWhereTheSolverDoesNotKnow) {
-  const Solved weak({"array.spread={phase_deg: 60}"});
+  const Solved weak({"array.tolerances={phase_deg: 60}"});
   const MeasuredPoints measured = weak.scan(0, 3.0, 0.0, true);
   EXPECT_NEAR(compare_scan(weak.run, weak.model.fixed->wave, "paper", measured).fit.scale, 3.0, 1e-10);
   RunData believed = weak.run;

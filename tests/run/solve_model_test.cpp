@@ -80,20 +80,21 @@ TEST(SolveModel, BestPressureIsFoundForTheFirstMethod) {
   EXPECT_NE(best.target->amplitudes.maxCoeff(), 1.0);
 }
 
-TEST(SolveModel, AnotherMeshOfTheBodyJudges) {
-  const touchfield::Run run = solved(small_model({"judge={edge_mm: 1.8}"}));
-  EXPECT_EQ(run.judge, "edge");
-  ASSERT_TRUE(run.judge_model.has_value());
-  EXPECT_GT(run.judge_model->mesh.face_count(), run.mesh.face_count());
+TEST(SolveModel, AnotherMeshOfTheBodyEvaluates) {
+  const touchfield::Run run = solved(small_model({"evaluation={edge_mm: 1.8}"}));
+  EXPECT_EQ(run.evaluation, "edge");
+  ASSERT_TRUE(run.evaluation_model.has_value());
+  EXPECT_GT(run.evaluation_model->mesh.face_count(), run.mesh.face_count());
   for (const MethodResult& method : run.methods) {
-    EXPECT_EQ(method.judge_pressure.size(), run.judge_model->mesh.face_count());
-    EXPECT_GT(method.metrics.judge_difference, 0.0);
-    EXPECT_LT(method.metrics.judge_difference, 0.5);
+    EXPECT_EQ(method.evaluation_pressure.size(), run.evaluation_model->mesh.face_count());
+    EXPECT_GT(method.metrics.evaluation_difference, 0.0);
+    EXPECT_LT(method.metrics.evaluation_difference, 0.5);
   }
 }
 
-TEST(SolveModel, TheCertificateIsBelowWhatAnyMethodReaches) {
-  const touchfield::Run run = solved(small_model({"solve.certificate=true", "solve.methods=[surface, paper, focus]"}));
+TEST(SolveModel, TheBoundIsBelowWhatAnyMethodReaches) {
+  const touchfield::Run run =
+      solved(small_model({"solve.optimality_bound=true", "solve.methods=[surface, paper, focus]"}));
   for (const MethodResult& method : run.methods) {
     EXPECT_GT(method.metrics.cost_bound, 0.0);
     EXPECT_LE(method.metrics.error_bound, method.metrics.relative_error_raw * (1 + 1e-9)) << method.name;

@@ -145,8 +145,8 @@ TEST(LargestBlock, MethodsThatNeedEveryChannelCountInTheirOwnScheme) {
   EXPECT_EQ(largest_block(surface, surface.solve.scheme, 64), 64);
   EXPECT_EQ(largest_block(surface, surface.solve.scheme, 1496), 400);
   EXPECT_EQ(largest_block(surface, Scheme::kPaper, 1496), 1);
-  const Scene certified = small_scene({"solve.certificate=true"});
-  EXPECT_EQ(largest_block(certified, certified.solve.scheme, 64), 64);
+  const Scene bounded = small_scene({"solve.optimality_bound=true"});
+  EXPECT_EQ(largest_block(bounded, bounded.solve.scheme, 64), 64);
   const Scene written = small_scene({"write=[transfer]"});
   EXPECT_EQ(largest_block(written, written.solve.scheme, 64), 64);
 }

@@ -21,7 +21,7 @@ Model one_transducer(const std::string& directivity, const std::string& sphere, 
       read_scene_text("name: one\n"
                       "array: {grid: {count: [1, 1]}, directivity: " +
                           directivity + "}\nbody: " + sphere +
-                          "\nsolve: {methods: [{fixed: {phases_rad: 0}}]}\njudge: none\nfield: " + field,
+                          "\nsolve: {methods: [{fixed: {phases_rad: 0}}]}\nevaluation: none\nfield: " + field,
                       "one.yaml", "", changes));
 }
 
@@ -91,14 +91,14 @@ TEST(SoundLevels, PointsThatHearNothingAreRefused) {
 
 // Some faces lie below the round skin that they stand for: a finer mesh has a point there inside.
 TEST(SoundLevels, APointInsideTheEvaluationMeshAloneHasNoneAndAWarning) {
-  const std::vector<std::string> judged = {"judge={scheme: burton_miller, edge_mm: 1}", "array.phase_levels=16",
-                                           "solve.methods=[focus]", "body.edge_mm=4"};
-  const Model plain = small_model(judged);
+  const std::vector<std::string> evaluated = {"evaluation={scheme: burton_miller, edge_mm: 1}", "array.phase_levels=16",
+                                              "solve.methods=[focus]", "body.edge_mm=4"};
+  const Model plain = small_model(evaluated);
   const TriangleMesh& mesh = plain.body.mesh;
-  const FaceTree judge(build_judge_mesh(plain).mesh);
+  const FaceTree evaluation(build_evaluation_mesh(plain).mesh);
   const auto depth = [&](Eigen::Index face) {
     const Vector3 x = mesh.centroids().col(face);
-    return judge.winding_number(x) > 0.5 ? judge.nearest(x).distance : 0.0;
+    return evaluation.winding_number(x) > 0.5 ? evaluation.nearest(x).distance : 0.0;
   };
   Eigen::Index deepest = 0;
   for (Eigen::Index face = 0; face < mesh.face_count(); ++face) {
@@ -106,7 +106,7 @@ TEST(SoundLevels, APointInsideTheEvaluationMeshAloneHasNoneAndAWarning) {
   }
   ASSERT_GT(depth(deepest), 0.02e-3);
   const Vector3 at = 1e3 * (mesh.centroids().col(deepest) + 0.3 * depth(deepest) * mesh.normals().col(deepest));
-  std::vector<std::string> changes = judged;
+  std::vector<std::string> changes = evaluated;
   changes.push_back("field=[{name: ear, at_mm: [" + std::to_string(at.x()) + ", " + std::to_string(at.y()) + ", " +
                     std::to_string(at.z()) + "]}]");
   const auto run = solve_model(small_model(changes));

@@ -85,7 +85,7 @@ TEST(KeptModels, AMovedBodyIsRecognisedAndAnotherIsNot) {
   Points nudged = mesh.vertices();
   nudged(0, 0) += 0.5e-9;
   EXPECT_EQ(kept.get("solve", TriangleMesh(nudged, mesh.triangles()), wave, Scheme::kPaper, spec, 1), first);
-  EXPECT_NE(kept.get("judge", mesh, wave, Scheme::kPaper, spec, 1), first);
+  EXPECT_NE(kept.get("evaluation", mesh, wave, Scheme::kPaper, spec, 1), first);
   EXPECT_NE(kept.get("solve", mesh, wave, Scheme::kPaperCorrected, spec, 1), first);
   const auto second = kept.get("solve", mesh, wave, Scheme::kPaper, spec, 1);
   EXPECT_NE(second, first);  // only the last one of a role is kept

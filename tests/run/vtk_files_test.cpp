@@ -143,31 +143,31 @@ TEST(SurfaceVtp, WithoutTargetAndMethodsIsTheMeshAlone) {
   expect_provenance(reader->GetOutput(), bare_run(sheet(1, 1, 0.01)));  // empty texts are texts too
 }
 
-TEST(JudgeVtp, HoldsTheJudgesMeshTargetAndPressures) {
+TEST(EvaluationVtp, HoldsTheEvaluationsMeshTargetAndPressures) {
   const TemporaryDirectory directory;
-  const std::string path = directory.file("judge.vtp");
+  const std::string path = directory.file("evaluation.vtp");
   RunData run = full_run();
-  run.methods.push_back(made_up_method("not_judged", run, 1.5));
-  write_judge_vtp(path, run);
+  run.methods.push_back(made_up_method("not_evaluated", run, 1.5));
+  write_evaluation_vtp(path, run);
   expect_inline_binary(path);
   const auto reader = read_vtk<vtkXMLPolyDataReader>(path);
   vtkPolyData* surface = reader->GetOutput();
-  expect_points(surface, run.judge_model->mesh.vertices());
+  expect_points(surface, run.evaluation_model->mesh.vertices());
   ASSERT_EQ(surface->GetNumberOfCells(), 80);
   vtkCellData* data = surface->GetCellData();
   expect_values(data, "target_pa", 80, [](Eigen::Index f) {
     return f == 5 ? 1e-3 : f == 6 ? 7.0 : f == 17 ? 1000.0 : f == 18 ? 2000.0 : 0.0;
   });
   for (const std::size_t method : {0U, 1U}) {
-    expect_pressure(data, run.methods[method].name, run.methods[method].judge_pressure);
+    expect_pressure(data, run.methods[method].name, run.methods[method].evaluation_pressure);
   }
   EXPECT_EQ(data->GetNumberOfArrays(), 1 + 2 * 4);
   expect_provenance(surface, run);
 }
 
-TEST(JudgeVtp, IsRefusedWhereTheJudgeHasNoModelOfItsOwn) {
+TEST(EvaluationVtp, IsRefusedWhereTheEvaluationHasNoModelOfItsOwn) {
   const TemporaryDirectory directory;
-  EXPECT_THROW(write_judge_vtp(directory.file("judge.vtp"), self_judged_run()), InputError);
+  EXPECT_THROW(write_evaluation_vtp(directory.file("evaluation.vtp"), self_evaluated_run()), InputError);
   EXPECT_EQ(directory.entries(), 0U);
 }
 
@@ -204,10 +204,10 @@ TEST(ArrayVtp, IsAVertexAChannel) {
 TEST(RunVtm, VtkOpensTheFilesItNamesColouredByTheFirstMethod) {
   const TemporaryDirectory directory;
   const RunData run = full_run();
-  write_judge_vtp(directory.file("judge.vtp"), run);
+  write_evaluation_vtp(directory.file("evaluation.vtp"), run);
   write_array_vtp(directory.file("array.vtp"), run);
   write_field_vti(directory.file("side.vti"), run, run.fields[0]);
-  write_blocks(directory.file("run.vtm"), {"judge.vtp", "array.vtp", "side.vti"});
+  write_blocks(directory.file("run.vtm"), {"evaluation.vtp", "array.vtp", "side.vti"});
   const auto reader = read_vtk<vtkXMLMultiBlockDataReader>(directory.file("run.vtm"));
   auto* blocks = vtkMultiBlockDataSet::SafeDownCast(reader->GetOutput());
   ASSERT_NE(blocks, nullptr);
@@ -215,7 +215,7 @@ TEST(RunVtm, VtkOpensTheFilesItNamesColouredByTheFirstMethod) {
   EXPECT_STREQ(blocks->GetMetaData(1U)->Get(vtkCompositeDataSet::NAME()), "array");
   auto* skin = vtkPolyData::SafeDownCast(blocks->GetBlock(0));
   ASSERT_NE(skin, nullptr);
-  EXPECT_EQ(skin->GetNumberOfCells(), run.judge_model->mesh.face_count());
+  EXPECT_EQ(skin->GetNumberOfCells(), run.evaluation_model->mesh.face_count());
   ASSERT_NE(skin->GetCellData()->GetScalars(), nullptr);
   EXPECT_EQ(skin->GetCellData()->GetScalars()->GetName(), run.methods[0].name + "_abs_pa");
 }
@@ -251,7 +251,7 @@ TEST(VtkFiles, AFailureIsAnIoErrorThatNamesThePath) {
   const RunData run = full_run();
   const std::string path = directory.file("missing/x.vtp");
   for (const auto& write : std::initializer_list<std::function<void()>>{
-           [&] { write_surface_vtp(path, run); }, [&] { write_judge_vtp(path, run); },
+           [&] { write_surface_vtp(path, run); }, [&] { write_evaluation_vtp(path, run); },
            [&] { write_array_vtp(path, run); }, [&] { write_field_vti(path, run, run.fields[0]); }}) {
     try {
       write();
@@ -297,7 +297,7 @@ TEST(MotionSeries, ListsItsStepsAndTheirTimes) {
   ASSERT_EQ(steps.size(), 3U);
   EXPECT_EQ(directory.entries(), 4U);
   vtkNew<vtkXMLDataParser> parser;
-  parser->SetFileName(directory.file("judge.pvd").c_str());
+  parser->SetFileName(directory.file("evaluation.pvd").c_str());
   ASSERT_NE(parser->Parse(), 0);
   vtkXMLDataElement* collection = parser->GetRootElement()->GetNestedElement(0);
   EXPECT_STREQ(parser->GetRootElement()->GetAttribute("type"), "Collection");

@@ -65,10 +65,10 @@ TEST(Calibration, IsOfBothArraysUnlessTheSceneSays) {
 
 TEST(Calibration, AndSpreadMultiply) {
   const ArraySpec array =
-      array_of("calibration: {file: cal.csv}, spread: {gain_percent: 10, phase_deg: 5, seed: 4}", kTable);
-  const ChannelResponse drawn = random_response(4, *array.spread);
+      array_of("calibration: {file: cal.csv}, tolerances: {gain_percent: 10, phase_deg: 5, seed: 4}", kTable);
+  const ChannelResponse drawn = random_response(4, *array.tolerances, array.tolerances->seed);
   const ChannelResponses responses = channel_responses(array);
-  EXPECT_NEAR(responses.solver.gain(2), 0.9, 1e-15);  // spread is of the truth alone unless the scene says
+  EXPECT_NEAR(responses.solver.gain(2), 0.9, 1e-15);  // tolerances are of the truth alone unless the scene says
   EXPECT_NEAR(responses.truth.gain(2), 0.9 * drawn.gain(2), 1e-15);
   EXPECT_NEAR(responses.truth.phase(0), std::numbers::pi + drawn.phase(0), 1e-15);
   EXPECT_EQ(responses.truth.gain(1), 0.0);
@@ -79,17 +79,17 @@ TEST(Calibration, TheResolvedSceneHoldsItsNumbers) {
   folder.write("cal.csv", kTable);
   const Scene scene = read_scene(folder.write(
       "s.yaml", scene_with("calibration: {file: cal.csv, in: truth}, phase_levels: 16, "
-                           "spread: {gain_percent: 5, phase_deg: 10, dead_percent: 1, seed: 7, in: both}")));
+                           "tolerances: {gain_percent: 5, phase_deg: 10, dead_percent: 1, seed: 7, in: both}")));
   const std::string resolved = resolved_yaml(scene);
   EXPECT_THAT(resolved, HasSubstr("gain: [1.1, 0, 0.9, 1]"));
   const Scene again = read_scene_text(resolved, "resolved", "/nowhere");
   EXPECT_EQ(again.array.calibration->gain, scene.array.calibration->gain);
   EXPECT_EQ(again.array.calibration->phase, scene.array.calibration->phase);
   EXPECT_EQ(again.array.calibration->in, ResponseOf::kTruth);
-  EXPECT_EQ(again.array.spread->gain, 0.05);
-  EXPECT_EQ(again.array.spread->dead, 0.01);
-  EXPECT_EQ(again.array.spread->seed, 7U);
-  EXPECT_EQ(again.array.spread->in, ResponseOf::kBoth);
+  EXPECT_EQ(again.array.tolerances->gain, 0.05);
+  EXPECT_EQ(again.array.tolerances->dead, 0.01);
+  EXPECT_EQ(again.array.tolerances->seed, 7U);
+  EXPECT_EQ(again.array.tolerances->in, ResponseOf::kBoth);
   EXPECT_EQ(again.array.phase_levels, 16);
   EXPECT_EQ(resolved_yaml(again), resolved);
 }
@@ -137,14 +137,15 @@ TEST(Calibration, WhatTheSceneListsItselfFitsTheChannels) {
   EXPECT_THAT(said("calibration: {file: none.csv}"), ElementsAre(HasSubstr("none.csv")));
 }
 
-TEST(Calibration, ATruthTheSolverDoesNotKnowNeedsAJudge) {
+TEST(Calibration, ATruthTheSolverDoesNotKnowNeedsAnEvaluation) {
   const TempFolder folder;
-  for (const char* keys : {"spread: {gain_percent: 5}", "phase_levels: 16"}) {
-    EXPECT_THAT(problems_of(folder.write("s.yaml", scene_with(keys) + "judge: none\n")),
-                ElementsAre(HasSubstr("judge: none, but the solver does not know")));
+  for (const char* keys : {"tolerances: {gain_percent: 5}", "phase_levels: 16"}) {
+    EXPECT_THAT(problems_of(folder.write("s.yaml", scene_with(keys) + "evaluation: none\n")),
+                ElementsAre(HasSubstr("evaluation: none, but the solver does not know")));
   }
-  EXPECT_THAT(problems_of(folder.write("s.yaml", scene_with("spread: {gain_percent: 5, in: both}") + "judge: none\n")),
-              ElementsAre());
+  EXPECT_THAT(
+      problems_of(folder.write("s.yaml", scene_with("tolerances: {gain_percent: 5, in: both}") + "evaluation: none\n")),
+      ElementsAre());
 }
 
 TEST(MeasuredPoints, AreMagnitudesOrComplex) {

@@ -31,7 +31,7 @@ const std::string kScene =
     "solve:\n"
     "  methods: [paper, {paper: {as: b, start: {random: 7}}}, {fixed: {phases_rad: [0, 1]}}]\n"
     "  tolerance: 1e-6\n"
-    "judge: {scheme: chief, split: 1}\n"
+    "evaluation: {scheme: chief, split: 1}\n"
     "field: [{name: side, plane: xz, through_mm: [0, 0, 0], size_mm: [10, 20]}]\n"
     "write: [h5, png]\n";
 

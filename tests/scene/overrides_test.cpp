@@ -58,9 +58,9 @@ TEST(SceneOverrides, NameItemsByNumber) {
 }
 
 TEST(SceneOverrides, NullTakesAKeyAway) {
-  const Scene scene = scene_from(kSmallScene, {"array.grid=null", "array.plane_wave={}", "judge=~"});
+  const Scene scene = scene_from(kSmallScene, {"array.grid=null", "array.plane_wave={}", "evaluation=~"});
   EXPECT_TRUE(std::holds_alternative<PlaneWaveArray>(scene.array.layout));
-  EXPECT_EQ(scene.judge.kind, JudgeSpec::Kind::kAuto);
+  EXPECT_EQ(scene.evaluation.kind, EvaluationSpec::Kind::kAuto);
   // What was taken away can be given anew.
   const Scene again = scene_from(kSmallScene, {"array.grid=null", "array.grid.count=[2, 3]"});
   EXPECT_THAT(std::get<GridArray>(again.array.layout).count, ElementsAre(2, 3));
@@ -105,9 +105,9 @@ TEST(SceneOverrides, AListWithoutBracketsIsShownWithThem) {
 }
 
 TEST(SceneOverrides, ProblemsOfTheFileComeFirst) {
-  const auto problems = problems_with({"frequency_khz=0"}, kSmallScene + "judge: nobody\n");
+  const auto problems = problems_with({"frequency_khz=0"}, kSmallScene + "evaluation: nobody\n");
   ASSERT_EQ(problems.size(), 2U);
-  EXPECT_THAT(problems[0], HasSubstr("scene.yaml:5:8: judge = nobody must be one of auto, same, none or a map"));
+  EXPECT_THAT(problems[0], HasSubstr("scene.yaml:5:8: evaluation = nobody must be one of auto, same, none or a map"));
   EXPECT_EQ(problems[1], "--set frequency_khz=0: frequency_khz = 0 must be 1 to 200");
 }
 

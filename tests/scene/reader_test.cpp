@@ -175,7 +175,7 @@ TEST(SceneReader, FillsInTheDefaults) {
   EXPECT_EQ(scene.solve.solver.precision, PrecisionChoice::kAuto);
   EXPECT_EQ(scene.solve.solver.tolerance, 1e-4);
   EXPECT_TRUE(scene.solve.solver.refine);
-  EXPECT_EQ(scene.judge.kind, JudgeSpec::Kind::kAuto);
+  EXPECT_EQ(scene.evaluation.kind, EvaluationSpec::Kind::kAuto);
   EXPECT_THAT(scene.fields, IsEmpty());
   EXPECT_TRUE(scene.write.h5 && scene.write.vtp && scene.write.vti && scene.write.png);
 }
@@ -267,13 +267,13 @@ TEST(SceneReader, MethodsTakeTheDefaultsOfSolveWhereverTheyStand) {
 TEST(SceneReader, ReadsHowTheEquationsAreSolved) {
   const Scene scene = scene_from(
       kSmallScene, {"solve.solver=matrix_free", "solve.precision=single", "solve.tolerance=1e-7", "solve.refine=false",
-                    "solve.max_steps=60", "solve.alarm=never", "solve.coupling=0.5", "solve.split_ratio=2"});
+                    "solve.max_steps=60", "solve.resonance_check=never", "solve.coupling=0.5", "solve.split_ratio=2"});
   EXPECT_EQ(scene.solve.solver.solver, SolverChoice::kMatrixFree);
   EXPECT_EQ(scene.solve.solver.precision, PrecisionChoice::kSingle);
   EXPECT_EQ(scene.solve.solver.tolerance, 1e-7);
   EXPECT_FALSE(scene.solve.solver.refine);
   EXPECT_EQ(scene.solve.solver.max_steps, 60);
-  EXPECT_EQ(scene.solve.solver.alarm, AlarmChoice::kNever);
+  EXPECT_EQ(scene.solve.solver.resonance_check, ResonanceCheck::kNever);
   EXPECT_EQ(scene.solve.solver.coupling, 0.5);
   EXPECT_EQ(scene.solve.solver.split_ratio, 2.0);
 }
@@ -286,21 +286,21 @@ TEST(SceneReader, EverySchemeIsKnownByItsName) {
   }
 }
 
-TEST(SceneReader, AJudgeIsChosenUnlessTheSceneDoes) {
-  EXPECT_EQ(scene_from(kSmallScene, {"judge=auto"}).judge.kind, JudgeSpec::Kind::kAuto);
-  EXPECT_EQ(scene_from(kSmallScene, {"judge=same"}).judge.kind, JudgeSpec::Kind::kSame);
-  const Scene none = scene_from(kSmallScene, {"judge=none"});
-  EXPECT_EQ(none.judge.kind, JudgeSpec::Kind::kNone);
-  const Scene edge = scene_from(kSmallScene, {"judge={edge_mm: 0.7}"});
-  EXPECT_EQ(edge.judge.kind, JudgeSpec::Kind::kEdge);
-  EXPECT_EQ(edge.judge.edge.far, 0.7e-3);
-  EXPECT_EQ(edge.judge.scheme, Scheme::kBurtonMillerPolished);
-  const Scene split = scene_from(kSmallScene, {"judge={scheme: chief, split: 2}"});
-  EXPECT_EQ(split.judge.kind, JudgeSpec::Kind::kSplit);
-  EXPECT_EQ(split.judge.splits, 2);
-  EXPECT_EQ(split.judge.scheme, Scheme::kChief);
-  const Scene of_file = scene_from(kSmallScene, {"body={mesh: {file: hand.stl}}", "judge={split: 1}"});
-  EXPECT_EQ(of_file.judge.kind, JudgeSpec::Kind::kSplit);
+TEST(SceneReader, AnEvaluationIsChosenUnlessTheSceneDoes) {
+  EXPECT_EQ(scene_from(kSmallScene, {"evaluation=auto"}).evaluation.kind, EvaluationSpec::Kind::kAuto);
+  EXPECT_EQ(scene_from(kSmallScene, {"evaluation=same"}).evaluation.kind, EvaluationSpec::Kind::kSame);
+  const Scene none = scene_from(kSmallScene, {"evaluation=none"});
+  EXPECT_EQ(none.evaluation.kind, EvaluationSpec::Kind::kNone);
+  const Scene edge = scene_from(kSmallScene, {"evaluation={edge_mm: 0.7}"});
+  EXPECT_EQ(edge.evaluation.kind, EvaluationSpec::Kind::kEdge);
+  EXPECT_EQ(edge.evaluation.edge.far, 0.7e-3);
+  EXPECT_EQ(edge.evaluation.scheme, Scheme::kBurtonMillerPolished);
+  const Scene split = scene_from(kSmallScene, {"evaluation={scheme: chief, split: 2}"});
+  EXPECT_EQ(split.evaluation.kind, EvaluationSpec::Kind::kSplit);
+  EXPECT_EQ(split.evaluation.splits, 2);
+  EXPECT_EQ(split.evaluation.scheme, Scheme::kChief);
+  const Scene of_file = scene_from(kSmallScene, {"body={mesh: {file: hand.stl}}", "evaluation={split: 1}"});
+  EXPECT_EQ(of_file.evaluation.kind, EvaluationSpec::Kind::kSplit);
 }
 
 TEST(SceneReader, PutsAPlanesSizeOnItsAxes) {

@@ -85,7 +85,7 @@ bool operator==(const BodySpec& a, const BodySpec& b) {
 bool operator==(const SensingNoise& a, const SensingNoise& b) {
   return a.rms == b.rms && a.correlation == b.correlation && a.offset == b.offset && a.seed == b.seed;
 }
-bool operator==(const JudgeSpec& a, const JudgeSpec& b) {
+bool operator==(const EvaluationSpec& a, const EvaluationSpec& b) {
   return a.kind == b.kind && a.scheme == b.scheme && a.edge == b.edge && a.splits == b.splits;
 }
 bool operator==(const FieldSpec& a, const FieldSpec& b) {
@@ -154,10 +154,10 @@ void expect_same(const Scene& a, const Scene& b) {
   EXPECT_EQ(a.solve.scheme, b.solve.scheme);
   EXPECT_EQ(a.solve.iterations, b.solve.iterations);
   EXPECT_TRUE(a.solve.start == b.solve.start);
-  EXPECT_EQ(a.solve.quiet_weight, b.solve.quiet_weight);
-  EXPECT_EQ(a.solve.certificate, b.solve.certificate);
+  EXPECT_EQ(a.solve.outside_weight, b.solve.outside_weight);
+  EXPECT_EQ(a.solve.optimality_bound, b.solve.optimality_bound);
   EXPECT_TRUE(a.solve.solver == b.solve.solver);
-  EXPECT_TRUE(a.judge == b.judge);
+  EXPECT_TRUE(a.evaluation == b.evaluation);
   EXPECT_TRUE(a.fields == b.fields);
   EXPECT_EQ(a.write.h5, b.write.h5);
   EXPECT_EQ(a.write.vtp, b.write.vtp);
@@ -208,7 +208,7 @@ const std::vector<Variant> kVariants = {
     {"skin_methods",
      {"solve.methods=[{surface: {free_amplitudes: true, start: {random: 3, restarts: 4}}}, gs, wgs, gs_pat, eigen, "
       "{lbfgs: {iterations: 17, start: spectral}}, {surface: {as: third, start: adjoint}}]",
-      "target={box: {at: top, size_mm: [4, 4, 4]}}", "solve.quiet_weight=0.35", "solve.certificate=true"}},
+      "target={box: {at: top, size_mm: [4, 4, 4]}}", "solve.outside_weight=0.35", "solve.optimality_bound=true"}},
     {"capsule", {"body={capsule: {radius_mm: 8.3, length_mm: 60.1}, edge_mm: 1.1}"}},
     {"box", {"body={box: {size_mm: [10.1, 20.2, 30.3]}, edge_mm: 1.1}"}},
     {"mesh", {"body={mesh: {file: 'a folder/it''s: #1 hand.stl', unit: cm, landmarks: {tip: [0.1, 0.7, -3.3]}}}"}},
@@ -238,19 +238,19 @@ const std::vector<Variant> kVariants = {
     {"schemes", {"solve={methods: [{fixed: {phases_rad: 0, scheme: chief}}], scheme: burton_miller}"}},
     {"solver",
      {"solve={methods: [{fixed: {phases_rad: 0}}], solver: lu, precision: double, tolerance: 1e-13, refine: false, "
-      "max_steps: 7, alarm: always, coupling: 0.3, split_ratio: 1.1}"}},
-    {"gmres", {"solve.solver=gmres", "solve.precision=single", "solve.alarm=never"}},
+      "max_steps: 7, resonance_check: always, coupling: 0.3, split_ratio: 1.1}"}},
+    {"gmres", {"solve.solver=gmres", "solve.precision=single", "solve.resonance_check=never"}},
     {"matrix_free", {"solve.solver=matrix_free"}},
     {"fft", {"solve.solver=fft"}},
-    {"no_judge", {"judge=none"}},
-    {"judge_with_its_own_edge", {"judge={scheme: paper_corrected, edge_mm: 0.7}"}},
-    {"judge_of_one_edge", {"judge={scheme: chief, edge_mm: 0.7}"}},
-    {"judge_graded", {"judge={scheme: chief, edge_mm: {far: 2.1, near_target: 0.7, within_mm: 11.3}}"}},
+    {"no_evaluation", {"evaluation=none"}},
+    {"evaluation_with_its_own_edge", {"evaluation={scheme: paper_corrected, edge_mm: 0.7}"}},
+    {"evaluation_of_one_edge", {"evaluation={scheme: chief, edge_mm: 0.7}"}},
+    {"evaluation_graded", {"evaluation={scheme: chief, edge_mm: {far: 2.1, near_target: 0.7, within_mm: 11.3}}"}},
     {"graded", {"body.edge_mm={far: 3.3, near_target: 1.1, near: {top: 1.3, y_plus: 0.9}, growth: 0.31}"}},
     {"kept", {"body.keep_within_mm=33.3"}},
-    {"judge_of_the_scene", {"judge=same"}},
+    {"evaluation_of_the_scene", {"evaluation=same"}},
     {"sensing", {"sensing={noise_mm_rms: 0.55, correlation_mm: 7.7, offset_mm: [0.1, -0.2, 0.3], seed: 77}"}},
-    {"judge_with_split_faces", {"judge={split: 2}"}},
+    {"evaluation_with_split_faces", {"evaluation={split: 2}"}},
     {"write", {"write=[png, h5]"}},
     {"write_transfer", {"write=[transfer]", "target={box: {at: top, size_mm: [4, 4, 4]}}"}},
     {"motion", {"motion={seconds: 0.7}"}},

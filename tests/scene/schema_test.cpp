@@ -108,7 +108,7 @@ std::vector<std::string> needed_by(const std::string& path) {
   if (path.starts_with("array.calibration")) {
     return {"array.grid=null", "array.positions={points_mm: [[-5, 0, 0], [5, 0, 0]]}"};
   }
-  for (const std::string edge : {"body.edge_mm", "bodies.edge_mm", "judge.edge_mm"}) {
+  for (const std::string edge : {"body.edge_mm", "bodies.edge_mm", "evaluation.edge_mm"}) {
     if (path.starts_with(edge + ".")) return {(edge[3] == 'i' ? "bodies.0.edge_mm" : edge) + ".near_target=1.2"};
   }
   return {};
@@ -162,7 +162,7 @@ TEST(Schema, DefaultsAreTheReaders) {
             nlohmann::json::parse("[44, 34]"));
   EXPECT_EQ(schema["properties"]["solve"]["properties"]["iterations"]["maximum"], 100000);
   EXPECT_EQ(schema["properties"]["solve"]["properties"]["tolerance"]["default"], 1e-4);
-  EXPECT_EQ(schema["properties"]["judge"]["default"], "auto");
+  EXPECT_EQ(schema["properties"]["evaluation"]["default"], "auto");
   EXPECT_EQ(schema["properties"]["array"]["properties"]["level"]["exclusiveMinimum"], 0);
 }
 

@@ -16,10 +16,10 @@ namespace touchfield {
 /// seam, and cards against.
 class FakeSkinDevice final : public SkinDevice {
  public:
-  FakeSkinDevice(const Complex* target, int faces, const Complex* quiet, int rank, int channels)
+  FakeSkinDevice(const Complex* target, int faces, const Complex* outside, int rank, int channels)
       : faces_(faces), rows_(faces + rank, channels) {
     rows_.topRows(faces) = Eigen::Map<const Eigen::MatrixXcd>(target, faces, channels);
-    rows_.bottomRows(rank) = Eigen::Map<const Eigen::MatrixXcd>(quiet, rank, channels);
+    rows_.bottomRows(rank) = Eigen::Map<const Eigen::MatrixXcd>(outside, rank, channels);
     reach_ = rows_.cwiseAbs().rowwise().sum();
     strengths_ = rows_.rowwise().squaredNorm();
   }
@@ -40,7 +40,7 @@ class FakeSkinDevice final : public SkinDevice {
 
   double largest_row(const SkinMoves& moves) override {
     SkinMoves all = moves;
-    all.quiet_rows = static_cast<int>(rows_.rows()) - faces_;
+    all.outside_rows = static_cast<int>(rows_.rows()) - faces_;
     return jacobian(all).rowwise().squaredNorm().maxCoeff();
   }
 
@@ -81,7 +81,7 @@ class FakeSkinDevice final : public SkinDevice {
   /// J as SkinJacobian says.
   Eigen::MatrixXd jacobian(const SkinMoves& moves) const {
     const Eigen::Index channels = rows_.cols();
-    Eigen::MatrixXd j(faces_ + 2 * moves.quiet_rows, channels + moves.radial_count);
+    Eigen::MatrixXd j(faces_ + 2 * moves.outside_rows, channels + moves.radial_count);
     for (Eigen::Index c = 0; c < j.cols(); ++c) {
       const bool turns = c < channels;
       const Eigen::Index n = turns ? c : moves.radial[c - channels];
@@ -89,7 +89,7 @@ class FakeSkinDevice final : public SkinDevice {
       for (int i = 0; i < faces_; ++i) {
         j(i, c) = (std::conj(moves.directions[i]) * moved(i)).real();
       }
-      for (int i = 0; i < moves.quiet_rows; ++i) {
+      for (int i = 0; i < moves.outside_rows; ++i) {
         j(faces_ + 2 * i, c) = moved(faces_ + i).real();
         j(faces_ + 2 * i + 1, c) = moved(faces_ + i).imag();
       }
@@ -157,9 +157,9 @@ class FakeGramDevice final : public GramDevice {
 
 class FakePhaseDevice final : public PhaseDevice {
  public:
-  std::unique_ptr<SkinDevice> skin(const std::complex<double>* target, int faces, const std::complex<double>* quiet,
+  std::unique_ptr<SkinDevice> skin(const std::complex<double>* target, int faces, const std::complex<double>* outside,
                                    int rank, int channels) override {
-    return std::make_unique<FakeSkinDevice>(target, faces, quiet, rank, channels);
+    return std::make_unique<FakeSkinDevice>(target, faces, outside, rank, channels);
   }
 };
 

@@ -15,7 +15,7 @@ inline const std::string kMovingCapsule =
     "  edge_mm: 2.5\n"
     "target: {box: {at: bottom, size_mm: [5, 6, 6]}, pressure_pa: 2500}\n"
     "solve: {methods: [surface, {paper: {faces: area}}, {unscattered: {faces: area}}], scheme: chief}\n"
-    "judge: same\n"
+    "evaluation: same\n"
     "motion: {seconds: 0.3, solve_ms: 20, change: [{path: 'body.place.at_mm[0]', rate: 50}]}\n";
 
 }  // namespace testing

@@ -79,7 +79,7 @@ inline Run bare_run(const TriangleMesh& mesh) {
           .array = make_array(grid_layout(3, 2, 0.01), Directivity::t4010a1(), 0.5, 4.0)};
 }
 
-/// A run with something in every place: a target, a judge with its own mesh, two methods, a plane and a cube.
+/// A run with something in every place: a target, an evaluation with its own mesh, two methods, a plane and a cube.
 inline Run full_run() {
   Run run = bare_run(sheet(6, 4, 0.01));
   run.name = "width \xc3\xbc 5mm";
@@ -90,20 +90,20 @@ inline Run full_run() {
       {Vector3(0.01, 0, 0.2), Vector3(0.01, 0.01, 0.01), extrinsic_rotation(Vector3(0, 0.3, 0.1)),
        TargetShape::kCylinder, 0.25},
       {Vector3(0, 0.01, 0.2), Vector3(0.02, 0.01, 0.01), Eigen::Matrix3d::Identity(), TargetShape::kMask}};
-  run.judge = "edge";
-  run.judge_model =
-      JudgeModel{.scheme = "burton_miller_polished",
-                 .mesh = sheet(8, 5, 0.0075),
-                 .target = Target{
-                     .faces = {5, 6, 17, 18}, .amplitudes = Eigen::Vector4d(1e-3, 7, 1000, 2000), .box = {0, 0, 0, 1}}};
+  run.evaluation = "edge";
+  run.evaluation_model = EvaluationModel{
+      .scheme = "burton_miller_polished",
+      .mesh = sheet(8, 5, 0.0075),
+      .target =
+          Target{.faces = {5, 6, 17, 18}, .amplitudes = Eigen::Vector4d(1e-3, 7, 1000, 2000), .box = {0, 0, 0, 1}}};
   run.methods.push_back(made_up_method("surface", run, 0.25));
   run.methods.push_back(made_up_method("paper-2", run, 7.5));  // not in alphabetical order: the run's order must stay
   run.methods[1].pressure(2) = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()};
   run.methods[1].solution.cost_history.clear();
   run.methods[1].solution.status = PhaseStatus::kDirect;
-  run.methods[0].judge_pressure = made_up_pressure(run.judge_model->mesh.face_count(), 3.5);
-  run.methods[1].judge_pressure = made_up_pressure(run.judge_model->mesh.face_count(), 4.5);
-  run.methods[1].judge_pressure(7) = std::numeric_limits<double>::quiet_NaN();
+  run.methods[0].evaluation_pressure = made_up_pressure(run.evaluation_model->mesh.face_count(), 3.5);
+  run.methods[1].evaluation_pressure = made_up_pressure(run.evaluation_model->mesh.face_count(), 4.5);
+  run.methods[1].evaluation_pressure(7) = std::numeric_limits<double>::quiet_NaN();
   run.solves = {{.stage = "pressure",
                  .scheme = "burton_miller_polished",
                  .solver = "GMRES, matrix-free",
@@ -115,7 +115,7 @@ inline Run full_run() {
                  .residual = 3.1e-6,
                  .converged = true,
                  .seconds = 1.25},
-                {.stage = "judge",
+                {.stage = "evaluation",
                  .scheme = "chief",
                  .solver = "LU",
                  .precision = "double",
@@ -131,12 +131,12 @@ inline Run full_run() {
                     .problem = {.target = made_up_matrix(3, channels, 0.5),
                                 .amplitudes = run.target->amplitudes,
                                 .weights = run.mesh.areas()(run.target->faces),
-                                .quiet = made_up_matrix(2, channels, 1.5)},
+                                .outside = made_up_matrix(2, channels, 1.5)},
                     .incident = made_up_matrix(3, channels, 2.5),
-                    .quiet_weight = 0.25,
+                    .outside_weight = 0.25,
                     .channels_left_out = 1e-5 / 3,
-                    .quiet_left_out = 1e-6 / 7}};
-  run.alarm = 0.0125;
+                    .outside_left_out = 1e-6 / 7}};
+  run.resonance_check = 0.0125;
   run.frequency = 40e3;
   for (const auto& [name, count] : {std::pair{"side", std::array{5, 1, 4}}, std::pair{"cube", std::array{3, 4, 2}}}) {
     FieldResult field;
@@ -149,7 +149,7 @@ inline Run full_run() {
     run.fields.push_back(field);
   }
   run.seconds = {{"mesh", 0.125}, {"assemble", 1.0 / 7.0}};
-  run.alarms = {{"paper_corrected", 0.5}, {"paper", 1.0 / 3.0}};
+  run.resonance_checks = {{"paper_corrected", 0.5}, {"paper", 1.0 / 3.0}};
   run.methods[0].shock_distance_share = 2.0 / 3.0;
   run.warnings = {"coarse mesh", "two, with \"quotes\""};
   run.notes = {"beyond: at 50 mm"};
@@ -172,13 +172,13 @@ inline Run full_run() {
   return run;
 }
 
-/// The same judged by the solving model, its second method by another scheme than its own.
-inline Run self_judged_run() {
+/// The same evaluated by the solving model, its second method by another scheme than its own.
+inline Run self_evaluated_run() {
   Run run = full_run();
-  run.judge = "same";
-  run.judge_model.reset();
-  run.methods[0].judge_pressure.resize(0);
-  run.methods[1].judge_pressure = made_up_pressure(run.mesh.face_count(), 4.5);
+  run.evaluation = "same";
+  run.evaluation_model.reset();
+  run.methods[0].evaluation_pressure.resize(0);
+  run.methods[1].evaluation_pressure = made_up_pressure(run.mesh.face_count(), 4.5);
   return run;
 }
 

@@ -83,7 +83,7 @@ inline void expect_same(const MethodResult& a, const MethodResult& b) {
   using M = MethodResult;
   expect_equal_parts(a, b, &M::name, &M::method, &M::scheme, &M::seconds);
   expect_same(a.solution, b.solution);
-  expect_same_values(a, b, &M::pressure, &M::judge_pressure, &M::shock_distance_share);
+  expect_same_values(a, b, &M::pressure, &M::evaluation_pressure, &M::shock_distance_share);
   expect_same(a.metrics, b.metrics);
 }
 
@@ -110,14 +110,14 @@ inline void expect_same(const SolveRecord& a, const SolveRecord& b) {
 inline void expect_same(const RunTransfer& a, const RunTransfer& b) {
   using R = RunTransfer;
   using P = SkinProblem;
-  expect_equal_parts(a.problem, b.problem, &P::target, &P::amplitudes, &P::weights, &P::quiet);
+  expect_equal_parts(a.problem, b.problem, &P::target, &P::amplitudes, &P::weights, &P::outside);
   expect_equal_parts(a, b, &R::scheme, &R::incident);
-  expect_same_values(a, b, &R::quiet_weight, &R::channels_left_out, &R::quiet_left_out);
+  expect_same_values(a, b, &R::outside_weight, &R::channels_left_out, &R::outside_left_out);
 }
 
 inline void expect_same(const MotionFrame& a, const MotionFrame& b) {
   using F = MotionFrame;
-  expect_equal_parts(a, b, &F::quiet, &F::lost, &F::seconds);
+  expect_equal_parts(a, b, &F::outside, &F::lost, &F::seconds);
   expect_same_values(a, b, &F::sampled, &F::started, &F::late, &F::shown, &F::pose_time, &F::target_off);
   expect_same_bits(a.off.skin, b.off.skin);
   expect_same_bits(a.off.patch, b.off.patch);
@@ -147,7 +147,7 @@ void expect_same(const std::optional<T>& a, const std::optional<T>& b) {
   }
 }
 
-inline void expect_same(const JudgeModel& a, const JudgeModel& b) {
+inline void expect_same(const EvaluationModel& a, const EvaluationModel& b) {
   EXPECT_EQ(a.scheme, b.scheme);
   expect_same(a.mesh, b.mesh);
   expect_same(a.target, b.target);
@@ -162,14 +162,14 @@ inline void expect_same(const MotionMethod& a, const MotionMethod& b) {
 }
 
 inline void expect_same(const Run& a, const Run& b) {
-  expect_equal_parts(a, b, &Run::name, &Run::scene, &Run::judge, &Run::complete, &Run::seconds, &Run::alarms,
-                     &Run::warnings, &Run::notes, &Run::solved_skin);
+  expect_equal_parts(a, b, &Run::name, &Run::scene, &Run::evaluation, &Run::complete, &Run::seconds,
+                     &Run::resonance_checks, &Run::warnings, &Run::notes, &Run::solved_skin);
   expect_same(a.provenance, b.provenance);
   expect_same(a.mesh, b.mesh);
   expect_same(a.array, b.array);
   expect_same(a.target, b.target);
-  expect_same(a.judge_model, b.judge_model);
-  expect_same_bits(a.alarm, b.alarm);
+  expect_same(a.evaluation_model, b.evaluation_model);
+  expect_same_bits(a.resonance_check, b.resonance_check);
   expect_same_bits(a.frequency, b.frequency);
   expect_same(a.solves, b.solves);
   expect_same(a.transfers, b.transfers);
@@ -184,7 +184,7 @@ inline void expect_same(const Motion& a, const Motion& b) {
   expect_same(a.provenance, b.provenance);
   expect_same(a.array, b.array);
   expect_same(a.mesh, b.mesh);
-  expect_same(a.judge, b.judge);
+  expect_same(a.evaluation, b.evaluation);
   expect_same(a.methods, b.methods);
 }
 

@@ -40,7 +40,7 @@ inline SkinProblem random_problem(Eigen::Index faces, Eigen::Index rank, Eigen::
   Uniform uniform(seed);
   SkinProblem problem;
   problem.target = random_matrix(faces, channels, uniform);
-  problem.quiet = 0.5 * random_matrix(rank, channels, uniform);
+  problem.outside = 0.5 * random_matrix(rank, channels, uniform);
   problem.amplitudes.resize(faces);
   problem.weights.resize(faces);
   for (Eigen::Index j = 0; j < faces; ++j) {
@@ -59,25 +59,25 @@ inline std::vector<std::pair<std::string, SkinProblem>> extreme_problems(Eigen::
     return problem;
   };
   return {{"more faces than channels", random_problem(40, 0, 6, 0.3, 311)},
-          {"more quiet rows than channels", random_problem(2, 30, 6, 0.3, 312)},
+          {"more outside rows than channels", random_problem(2, 30, 6, 0.3, 312)},
           {"one face", random_problem(1, 3, 12, 0.3, 313)},
           {"one channel", random_problem(5, 3, 1, 0.3, 314)},
           {"one of each", random_problem(1, 0, 1, 0.3, 315)},
           {"many channels", random_problem(3, 2, most, 0.3, 316)},
-          {"no quiet rows", random_problem(6, 0, 20, 0.3, 317)},
+          {"no outside rows", random_problem(6, 0, 20, 0.3, 317)},
           {"one face in deep shadow", changed([](SkinProblem& p) { p.target.row(2) *= 1e-6; })},
           {"all faces in deep shadow", changed([](SkinProblem& p) { p.target *= 1e-6; })},
           {"nothing wanted on a face", changed([](SkinProblem& p) { p.amplitudes(1) = 0.0; })},
           {"a million pascals", changed([](SkinProblem& p) { p.amplitudes.setConstant(1e6); })},
           {"coincident transducers", changed([](SkinProblem& p) {
              p.target.rightCols(10) = p.target.leftCols(10).eval();
-             p.quiet.rightCols(10) = p.quiet.leftCols(10).eval();
+             p.outside.rightCols(10) = p.outside.leftCols(10).eval();
            })},
           {"rank one", changed([](SkinProblem& p) {
              for (Eigen::Index j = 1; j < 6; ++j) {
                p.target.row(j) = std::complex<double>(0.1 * static_cast<double>(j), 0.3) * p.target.row(0);
              }
-             p.quiet.setZero();
+             p.outside.setZero();
            })}};
 }
 

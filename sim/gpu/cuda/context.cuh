@@ -32,7 +32,7 @@ class Context final : public Gpu {
   std::size_t allowed() const override { return allowed_; }
   std::unique_ptr<GpuBody> body(const GpuBodySpec& spec) override;
   void field(const GpuBodySpec& body, const GpuSources& sources, const GpuField& field) override;
-  std::unique_ptr<SkinDevice> skin(const GpuComplex* target, int faces, const GpuComplex* quiet, int rank,
+  std::unique_ptr<SkinDevice> skin(const GpuComplex* target, int faces, const GpuComplex* outside, int rank,
                                    int channels) override;
 
   /// Makes the card the thread's: at the head of whatever is called from outside.

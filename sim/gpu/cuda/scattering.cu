@@ -447,7 +447,7 @@ GpuBody::Reduction Scattering::reduce(const double* weights, double tolerance) {
   Array<double> there(context_);
   there.upload(values);
   reduced_.resize(std::size_t{1} * reduction.rank * columns_);
-  launch(context_, "quiet rows", turn_vectors, blocks_for(reduced_.size(), kThreads), kThreads, there.data(),
+  launch(context_, "outside rows", turn_vectors, blocks_for(reduced_.size(), kThreads), kThreads, there.data(),
          gram.data(), columns_, reduction.rank, reduced_.data());
   return reduction;
 }
@@ -458,8 +458,7 @@ void Scattering::reduced(GpuComplex* rows) {
 }
 
 std::unique_ptr<GramDevice> Scattering::incident_gram(const int* faces, int count, const double* amplitudes,
-                                                      const double* weights, const GpuComplex* beyond,
-                                                      bool scattered) {
+                                                      const double* weights, const GpuComplex* beyond, bool scattered) {
   context_.use();
   make_field();
   Array<cuComplex> columns(context_, std::size_t{1} * spec_.faces * count);

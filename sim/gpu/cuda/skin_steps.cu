@@ -65,14 +65,14 @@ __global__ void scale_rows(const double2* a, int rows, int columns, const double
 
 class CardSkin final : public SkinDevice {
  public:
-  CardSkin(Context& context, const double2* target, int faces, const double2* quiet, int rank, int channels)
+  CardSkin(Context& context, const double2* target, int faces, const double2* outside, int rank, int channels)
       : context_(context),
         faces_(faces),
         rows_(faces + rank),
         channels_(channels),
         matrix_(context, std::size_t{1} * rows_ * channels) {
     stack(target, faces, 0);
-    stack(quiet, rank, faces);
+    stack(outside, rank, faces);
     sums_ = sums_of_rows(matrix_.data(), rows_, channels_);
   }
 
@@ -93,9 +93,9 @@ class CardSkin final : public SkinDevice {
   double largest_row(const SkinMoves& moves) override {
     context_.use();
     SkinMoves all = moves;
-    all.quiet_rows = rows_ - faces_;
+    all.outside_rows = rows_ - faces_;
     fill(all, nullptr, false);
-    const int rows = faces_ + 2 * all.quiet_rows;
+    const int rows = faces_ + 2 * all.outside_rows;
     const std::vector<double> sums = sums_of_rows(factor_.exact(), rows, channels_ + moves.radial_count);
     return *std::max_element(sums.begin() + rows, sums.end());
   }
@@ -171,7 +171,7 @@ class CardSkin final : public SkinDevice {
     }
     moves_.upload(host, bytes);
     const auto* there = reinterpret_cast<const double2*>(moves_.data());
-    const int kept = moves.quiet_rows;
+    const int kept = moves.outside_rows;
     factor_.resize(faces_ + 2 * kept, columns, in_double);
     const dim3 blocks(columns, blocks_for(faces_ + kept, kBlock));
     launch(context_, "Jacobian", fill_jacobian, blocks, kBlock, matrix_.data(), rows_, faces_, kept, there,
@@ -191,11 +191,11 @@ class CardSkin final : public SkinDevice {
 
 }  // namespace
 
-std::unique_ptr<SkinDevice> Context::skin(const Complex* target, int faces, const Complex* quiet, int rank,
+std::unique_ptr<SkinDevice> Context::skin(const Complex* target, int faces, const Complex* outside, int rank,
                                           int channels) {
   use();
   return std::make_unique<CardSkin>(*this, reinterpret_cast<const double2*>(target), faces,
-                                    reinterpret_cast<const double2*>(quiet), rank, channels);
+                                    reinterpret_cast<const double2*>(outside), rank, channels);
 }
 
 }  // namespace touchfield::cuda

@@ -123,7 +123,7 @@ class NotingLink final : public ArrayLink {
     pace_.wait_until(pace_.now() + busy);
     sent.push_back({pace_.now() - kBegin, frame.phase[0], frame.intensity[0] > 0});
   }
-  void quiet() override { sent.push_back({pace_.now() - kBegin, -1, false}); }
+  void silence() override { sent.push_back({pace_.now() - kBegin, -1, false}); }
   void close() noexcept override {}
 
   /// What it holds at a time.
@@ -332,13 +332,13 @@ TEST_F(Live, CountsRecordedImagesThatAreOvertaken) {
   EXPECT_NEAR(static_cast<double>(report.overtaken), 7, 1);  // a sample in 50 ms, an image in 33
 }
 
-TEST_F(Live, IsQuietAtTheEnd) {
+TEST_F(Live, IsSilentAtTheEnd) {
   play_it();
   EXPECT_EQ(link_.sent.back().number, -1);
   EXPECT_NEAR(link_.sent.back().at, 1, 1e-9);
 }
 
-TEST_F(Live, IsQuietWhenASignalStopsIt) {
+TEST_F(Live, IsSilentWhenASignalStopsIt) {
   pace_.stop_at = kBegin + 0.42;
   EXPECT_TRUE(play_it().stopped);
   EXPECT_TRUE(link_.on_at(0.4199));
@@ -346,7 +346,7 @@ TEST_F(Live, IsQuietWhenASignalStopsIt) {
   EXPECT_NEAR(link_.sent.back().at, 0.42, kLook);
 }
 
-TEST_F(Live, IsQuietWhileSamplesComeTooLate) {
+TEST_F(Live, IsSilentWhileSamplesComeTooLate) {
   motion_.sensor.latency = 0.2;
   const PlayReport played = play_it();
   ASSERT_TRUE(ended(*loop_, time_));
@@ -356,7 +356,7 @@ TEST_F(Live, IsQuietWhileSamplesComeTooLate) {
 }
 
 // The solver goes on with what was seen last, for as long as that may be felt.
-TEST_F(Live, IsQuietWhenTheSensorHangs) {
+TEST_F(Live, IsSilentWhenTheSensorHangs) {
   sensing_ = [this](double seconds) {
     if (seconds > 0.39) pass(kForEver);
   };
@@ -372,7 +372,7 @@ TEST_F(Live, IsQuietWhenTheSensorHangs) {
   EXPECT_TRUE(ended(*loop_, time_));
 }
 
-TEST_F(Live, IsQuietWhenTheSolverHangs) {
+TEST_F(Live, IsSilentWhenTheSolverHangs) {
   solving_ = [this](std::size_t k, LiveSolution&) { pass(k < 5 ? 0.02 : kForEver); };
   const PlayReport played = play_it();
   const double seen = asked_[4].sample.now.state.numbers(0);  // of the last frame that came
@@ -399,11 +399,11 @@ TEST_F(Live, ComesBackAfterASlowFrame) {
   EXPECT_TRUE(link_.on_at(0.99));
 }
 
-TEST_F(Live, IsQuietWhereTheTargetHoldsNoSkin) {
+TEST_F(Live, IsSilentWhereTheTargetHoldsNoSkin) {
   solving_ = [this](std::size_t k, LiveSolution& solution) {
     pass(0.02);
-    solution.frame.quiet = k >= 4 && k < 8;
-    if (solution.frame.quiet) solution.frame.solution.amplitudes.setZero();
+    solution.frame.silent = k >= 4 && k < 8;
+    if (solution.frame.silent) solution.frame.solution.amplitudes.setZero();
   };
   play_it();
   EXPECT_TRUE(link_.on_at(0.265));
@@ -411,7 +411,7 @@ TEST_F(Live, IsQuietWhereTheTargetHoldsNoSkin) {
   EXPECT_TRUE(link_.on_at(0.475));
 }
 
-TEST_F(Live, IsQuietWhenTheSolverThrows) {
+TEST_F(Live, IsSilentWhenTheSolverThrows) {
   solving_ = [this](std::size_t k, LiveSolution&) {
     pass(0.02);
     if (k == 6) throw NumericalError("singular");
@@ -426,7 +426,7 @@ TEST_F(Live, IsQuietWhenTheSolverThrows) {
   EXPECT_EQ(loop_->report().frames.size(), 6U);
 }
 
-TEST_F(Live, IsQuietWhenTheSensorThrows) {
+TEST_F(Live, IsSilentWhenTheSensorThrows) {
   sensing_ = [](double seconds) {
     if (seconds > 0.5) throw IoError("no camera");
   };

@@ -361,7 +361,7 @@ TEST(Baselines, EigensolverRefusesAWishLostInRounding) {
 double greatest_curvature(const SkinProblem& problem) {
   const Eigen::ArrayXd reach = problem.target.cwiseAbs().rowwise().sum();
   return 4.0 * ((problem.weights.array() * reach * (2.0 * reach + problem.amplitudes.array())).sum() +
-                2.0 * problem.quiet.cwiseAbs().rowwise().sum().squaredNorm());
+                2.0 * problem.outside.cwiseAbs().rowwise().sum().squaredNorm());
 }
 
 TEST(Baselines, LbfgsNeverRaisesTheCostAndEndsWhereItIsFlat) {
@@ -417,7 +417,7 @@ TEST(Baselines, LbfgsReturnsAStationaryStart) {
   problem.target = Eigen::MatrixXcd::Ones(1, 3);
   problem.amplitudes = Eigen::VectorXd::Constant(1, 3.0);
   problem.weights = Eigen::VectorXd::Ones(1);
-  problem.quiet.resize(0, 3);
+  problem.outside.resize(0, 3);
   const Eigen::Vector3cd start(1.0, 1.0, -1.0);
   const PhaseSolution solution = sound(problem, {"lbfgs", lbfgs, true}, start, 50);
   EXPECT_EQ(solution.status, PhaseStatus::kConverged);
@@ -436,7 +436,7 @@ TEST(Baselines, TheOrderOfChannelsDoesNotMatter) {
   std::shuffle(turn.indices().begin(), turn.indices().end(), std::mt19937(1));
   SkinProblem shuffled = problem;
   shuffled.target = problem.target * turn.transpose();
-  shuffled.quiet = problem.quiet * turn.transpose();
+  shuffled.outside = problem.outside * turn.transpose();
   for (const Method& method : all_methods()) {
     const Eigen::VectorXcd expected = turn * drive(method.solve(problem, start, 20));
     const Eigen::VectorXcd q = drive(method.solve(shuffled, turn * start, 20));
@@ -453,7 +453,7 @@ TEST(Baselines, TheOrderOfFacesDoesNotMatter) {
   turned.target = problem.target.colwise().reverse().eval();
   turned.amplitudes = problem.amplitudes.reverse().eval();
   turned.weights = problem.weights.reverse().eval();
-  turned.quiet = problem.quiet.colwise().reverse().eval();
+  turned.outside = problem.outside.colwise().reverse().eval();
   const Eigen::VectorXcd start = random_start(30, 6);
   for (const Method& method : all_methods()) {
     const Eigen::VectorXcd expected = drive(method.solve(problem, start, 20));
@@ -483,7 +483,7 @@ TEST(Baselines, TheUnitOfPressureDoesNotMatter) {
     SkinProblem scaled = problem;
     scaled.target *= pressure;
     scaled.amplitudes *= pressure;
-    scaled.quiet *= pressure;
+    scaled.outside *= pressure;
     for (const Method& method : all_methods()) {
       const Eigen::VectorXcd expected = drive(method.solve(problem, start, 20));
       EXPECT_LT(distance_but_for_a_turn(drive(method.solve(scaled, start, 20)), expected), 1e-7) << method.name;
@@ -491,12 +491,12 @@ TEST(Baselines, TheUnitOfPressureDoesNotMatter) {
   }
 }
 
-TEST(Baselines, OnlyLbfgsKnowsOfWeightsAndQuietSkin) {
+TEST(Baselines, OnlyLbfgsKnowsOfWeightsAndOutsideSkin) {
   const SkinProblem problem = random_problem(5, 4, 30, 0.3, 250);
   SkinProblem bare = problem;
   bare.weights *= 3.0;
   bare.weights(2) = 9.0;
-  bare.quiet.resize(0, 30);
+  bare.outside.resize(0, 30);
   const Eigen::VectorXcd start = random_start(30, 9);
   for (const Method& method : point_methods()) {
     EXPECT_LT((drive(method.solve(problem, start, 20)) - drive(method.solve(bare, start, 20))).cwiseAbs().maxCoeff(),
@@ -540,10 +540,10 @@ TEST(Baselines, ChannelsWithoutReachKeepTheirPhase) {
   SkinProblem problem = random_problem(4, 3, 20, 0.3, 280);
   problem.amplitudes(3) = 0.0;
   problem.target.col(5).setZero();
-  problem.quiet.col(5).setZero();
-  problem.target.col(9).head(3).setZero();  // hears of the unwanted face and of the quiet skin only
+  problem.outside.col(5).setZero();
+  problem.target.col(9).head(3).setZero();  // hears of the unwanted face and of the skin outside the target only
   problem.target.col(11).setZero();
-  problem.quiet.col(11).setZero();
+  problem.outside.col(11).setZero();
   Eigen::VectorXcd start = random_start(20, 12);
   start(11) = 0.0;
   for (const Method& method : all_methods()) {
@@ -564,7 +564,7 @@ TEST(Baselines, NothingWantedChangesNothing) {
   for (const bool deaf : {false, true}) {
     if (deaf) {
       problem.target.setZero();
-      problem.quiet.setZero();
+      problem.outside.setZero();
     }
     for (const Method& method : all_methods()) {
       SCOPED_TRACE(method.name);
@@ -583,7 +583,7 @@ TEST(Baselines, NothingWantedChangesNothing) {
 TEST(Baselines, CoincidentChannelsThatStartAlikeStayAlike) {
   SkinProblem problem = random_problem(6, 4, 20, 0.3, 300);
   problem.target.col(13) = problem.target.col(4);
-  problem.quiet.col(13) = problem.quiet.col(4);
+  problem.outside.col(13) = problem.outside.col(4);
   Eigen::VectorXcd start = random_start(20, 14);
   start(13) = start(4);
   for (const Method& method : all_methods()) {

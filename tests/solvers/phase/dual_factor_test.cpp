@@ -40,7 +40,7 @@ struct Example {
   /// S, as the class documents it.
   MatrixXcd matrix() const {
     const VectorXd weights = level_weights(relaxation.wanted, g);
-    const MatrixXcd inner = relaxation.levels * weights.asDiagonal() * relaxation.levels.adjoint() + relaxation.quiet;
+    const MatrixXcd inner = relaxation.levels * weights.asDiagonal() * relaxation.levels.adjoint() + relaxation.outside;
     MatrixXcd s = relaxation.basis * inner * relaxation.basis.adjoint();
     s.diagonal() -= d.cast<std::complex<double>>();
     return s;
@@ -69,7 +69,7 @@ TEST(Relaxed, HoldsTheColumns) {
   const MatrixXcd& v = relaxation.basis;
   EXPECT_LT((v.adjoint() * v - MatrixXcd::Identity(v.cols(), v.cols())).norm(), 1e-12);
   EXPECT_LT((v * relaxation.levels - columns.leftCols(6)).norm(), 1e-12 * columns.norm());
-  EXPECT_LT((v * relaxation.quiet * v.adjoint() - columns.rightCols(7) * columns.rightCols(7).adjoint()).norm(),
+  EXPECT_LT((v * relaxation.outside * v.adjoint() - columns.rightCols(7) * columns.rightCols(7).adjoint()).norm(),
             1e-12 * columns.squaredNorm());
 }
 

@@ -10,11 +10,11 @@
 
 namespace touchfield::phase_descent_test {
 
-/// The same problem, known by products: the quiet rows are faces of weight 1 where nothing is wanted.
+/// The same problem, known by products: the outside rows are faces of weight 1 where nothing is wanted.
 MappedSkin mapped(const SkinProblem& problem) {
-  const Eigen::Index rank = problem.quiet.rows();
+  const Eigen::Index rank = problem.outside.rows();
   Eigen::MatrixXcf h(problem.target_count() + rank, problem.channel_count());
-  h << problem.target.cast<std::complex<float>>(), problem.quiet.cast<std::complex<float>>();
+  h << problem.target.cast<std::complex<float>>(), problem.outside.cast<std::complex<float>>();
   MappedSkin skin{[h](const Eigen::VectorXcf& q) -> Eigen::VectorXcf { return h * q; },
                   [h](const Eigen::VectorXcf& v) -> Eigen::VectorXcf { return h.adjoint() * v; },
                   Eigen::VectorXd::Zero(h.rows()), Eigen::VectorXd::Ones(h.rows())};
@@ -52,7 +52,7 @@ TEST(PhaseDescent, ItsMemoryServesTheNextProblems) {
   for (int i = 1; i <= 20; ++i) {
     SkinProblem problem = from;
     problem.target += 0.01 * i * (to.target - from.target);
-    problem.quiet += 0.01 * i * (to.quiet - from.quiet);
+    problem.outside += 0.01 * i * (to.outside - from.outside);
     const PhaseSolution a = remembering.descend(mapped(problem), with, 3, false);
     const PhaseSolution b = PhaseDescent().descend(mapped(problem), without, 3, false);
     with = a.phases;

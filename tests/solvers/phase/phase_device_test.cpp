@@ -9,8 +9,8 @@
 
 #include "solvers/phase/annealed_start.h"
 #include "solvers/phase/baselines.h"
-#include "solvers/phase/certificate.h"
 #include "solvers/phase/incident_problem.h"
+#include "solvers/phase/optimality_bound.h"
 #include "solvers/phase/skin_field.h"
 #include "solvers/phase/surface_search.h"
 #include "tests/support/fake_phase_device.h"
@@ -29,7 +29,7 @@ const FakeSkinDevice& device_of(const SkinProblem& problem) {
   return dynamic_cast<const FakeSkinDevice&>(*problem.device);
 }
 
-/// More rows than columns and fewer, with and without quiet rows.
+/// More rows than columns and fewer, with and without outside rows.
 std::vector<SkinProblem> problems() {
   return {random_problem(6, 0, 30, 0.3, 1), random_problem(20, 15, 90, 0.3, 2), random_problem(30, 40, 24, 0.3, 3),
           random_problem(1, 0, 1, 0.3, 4)};
@@ -81,18 +81,18 @@ TEST(PhaseDevice, TakesAnnealedStartsAndTheSearch) {
   EXPECT_NEAR(found.cost_history.back(), there.cost_history.back(), 0.05 * found.cost_history.back());
 }
 
-TEST(PhaseDevice, TakesBaselinesAndTheCertificateWithoutSilentChannels) {
+TEST(PhaseDevice, TakesBaselinesAndTheBoundWithoutSilentChannels) {
   SkinProblem problem = random_problem(8, 5, 20, 0.3, 7);
   problem.target.col(3).setZero();
-  problem.quiet.col(3).setZero();
+  problem.outside.col(3).setZero();
   const SkinProblem on_device = moved(problem);
   BaselineOptions options;
   options.iterations = 10;
   const Eigen::VectorXcd start = random_start(20, 3);
   EXPECT_NEAR(solve_lbfgs(problem, start, options).cost_history.back(),
               solve_lbfgs(on_device, start, options).cost_history.back(), 1e-6 * silent_cost(problem));
-  const double bound = certify(problem, {}).bound;
-  EXPECT_NEAR(certify(on_device, {}).bound, bound, 1e-3 * bound);
+  const double bound = prove_bound(problem, {}).bound;
+  EXPECT_NEAR(prove_bound(on_device, {}).bound, bound, 1e-3 * bound);
 }
 
 TEST(PhaseDevice, AsksForDoubleWhereSinglePrecisionFails) {
@@ -103,7 +103,7 @@ TEST(PhaseDevice, AsksForDoubleWhereSinglePrecisionFails) {
 
 TEST(PhaseDevice, ValuesThatAreNotFiniteAreRefused) {
   SkinProblem problem = random_problem(4, 2, 6, 0.3, 9);
-  problem.quiet(1, 2) = std::numeric_limits<double>::quiet_NaN();
+  problem.outside(1, 2) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(solve_surface(moved(problem), random_start(6, 1), {}), std::invalid_argument);
 }
 

@@ -30,14 +30,14 @@ PhaseSequence ring(int frames) {
   };
   PhaseSequence sequence;
   sequence.rows.resize(kFaces, 256);
-  sequence.quiet.resize(24, 256);
+  sequence.outside.resize(24, 256);
   for (int j = 0; j < kFaces; ++j) {
     const double angle = 2.0 * std::numbers::pi * j / kFaces;
     sequence.rows.row(j) = row({8e-3 * std::cos(angle), 8e-3 * std::sin(angle), 0.1});
   }
   for (int i = 0; i < 24; ++i) {
     const double angle = 2.0 * std::numbers::pi * i / 24;
-    sequence.quiet.row(i) = row({0.02 * std::cos(angle), 0.02 * std::sin(angle), 0.1});
+    sequence.outside.row(i) = row({0.02 * std::cos(angle), 0.02 * std::sin(angle), 0.1});
   }
   sequence.amplitudes = Eigen::MatrixXd::Zero(kFaces, frames);
   sequence.weights = Eigen::MatrixXd::Ones(kFaces, frames);

@@ -30,22 +30,22 @@ TEST(SkinProblem, CostIsTheSumOverItsRows) {
   for (Eigen::Index i = 0; i < 3; ++i) {
     std::complex<double> t = 0.0;
     for (Eigen::Index n = 0; n < 7; ++n) {
-      t += problem.quiet(i, n) * q(n);
+      t += problem.outside(i, n) * q(n);
     }
     expected += std::norm(t);
   }
   EXPECT_NEAR(skin_cost(problem, q), expected, kRounding * expected);
 }
 
-TEST(SkinProblem, WithoutQuietRowsOnlyTheTargetCounts) {
+TEST(SkinProblem, WithoutOutsideRowsOnlyTheTargetCounts) {
   SkinProblem problem = random_problem(4, 2, 6, 0.5, 3);
   const Eigen::VectorXcd q = random_drives(6, 4);
   const double both = skin_cost(problem, q);
-  const double quiet = (problem.quiet * q).squaredNorm();
-  problem.quiet.resize(0, 6);
-  EXPECT_NEAR(skin_cost(problem, q), both - quiet, kRounding * both);
-  problem.quiet.resize(0, 0);  // a matrix that nobody filled
-  EXPECT_NEAR(skin_cost(problem, q), both - quiet, kRounding * both);
+  const double outside = (problem.outside * q).squaredNorm();
+  problem.outside.resize(0, 6);
+  EXPECT_NEAR(skin_cost(problem, q), both - outside, kRounding * both);
+  problem.outside.resize(0, 0);  // a matrix that nobody filled
+  EXPECT_NEAR(skin_cost(problem, q), both - outside, kRounding * both);
 }
 
 TEST(SkinProblem, GradientEqualsCentralDifferences) {
@@ -71,7 +71,7 @@ TEST(SkinProblem, ASilentFaceHasASubgradientThatLeadsOutOfSilence) {
   problem.target << 1.0, -1.0;
   problem.amplitudes = Eigen::VectorXd::Constant(1, 0.5);
   problem.weights = Eigen::VectorXd::Ones(1);
-  problem.quiet.resize(0, 2);
+  problem.outside.resize(0, 2);
   const Eigen::VectorXcd q = Eigen::VectorXcd::Ones(2);
   const Eigen::VectorXd slope = skin_half_gradient(problem, q);
   // |u| grows by |t_1 - t_2| for turns t: both subgradients of that kind have entries of +-p' and opposite signs.
@@ -107,7 +107,7 @@ TEST(SkinProblem, BestLevelIsTheBestOfAScan) {
     EXPECT_LE(reached, best * (1.0 + kRounding));
     // The scan misses its minimum by at most half a step: cost'' / 2 (limit / 2000)^2 with cost'' / 2 = energy of q.
     const double energy =
-        (problem.weights.array() * (problem.target * q).array().abs2()).sum() + (problem.quiet * q).squaredNorm();
+        (problem.weights.array() * (problem.target * q).array().abs2()).sum() + (problem.outside * q).squaredNorm();
     EXPECT_GE(reached, best - energy * std::pow(limit / 2000.0, 2) * (1.0 + 1e-9) - kRounding * best);
   }
   EXPECT_GT(at_the_limit, 2);
@@ -118,7 +118,7 @@ TEST(SkinProblem, BestLevelOfWhatMakesNoField) {
   SkinProblem problem = random_problem(3, 2, 4, 0.5, 50);
   EXPECT_EQ(best_level(problem, Eigen::VectorXcd::Zero(4)), 1.0);
   problem.target.setZero();
-  problem.quiet.setZero();
+  problem.outside.setZero();
   EXPECT_EQ(best_level(problem, Eigen::VectorXcd::Constant(4, 0.5)), 1.0);
   EXPECT_EQ(best_level(problem, Eigen::VectorXcd::Constant(4, 4.0)), 0.25);
 }
@@ -140,7 +140,7 @@ TEST(SkinProblem, RefusesWhatIsNoProblem) {
        [&](SkinProblem& p) {
          p.target(0, 0) = {0.0, infinity};
        }},
-      {"NaN in quiet", [&](SkinProblem& p) { p.quiet(1, 3) = nan; }},
+      {"NaN in outside", [&](SkinProblem& p) { p.outside(1, 3) = nan; }},
       {"NaN amplitude", [&](SkinProblem& p) { p.amplitudes(0) = nan; }},
       {"negative amplitude", [&](SkinProblem& p) { p.amplitudes(2) = -1e-9; }},
       {"NaN weight", [&](SkinProblem& p) { p.weights(0) = nan; }},
@@ -148,8 +148,8 @@ TEST(SkinProblem, RefusesWhatIsNoProblem) {
       {"weight 0", [&](SkinProblem& p) { p.weights(1) = 0.0; }},
       {"too few amplitudes", [&](SkinProblem& p) { p.amplitudes.conservativeResize(2); }},
       {"too many weights", [&](SkinProblem& p) { p.weights = Eigen::VectorXd::Ones(4); }},
-      {"quiet of other channels", [&](SkinProblem& p) { p.quiet = Eigen::MatrixXcd::Ones(2, 3); }},
-      {"no channels", [&](SkinProblem& p) { p.target.resize(3, 0), p.quiet.resize(0, 0); }},
+      {"outside of other channels", [&](SkinProblem& p) { p.outside = Eigen::MatrixXcd::Ones(2, 3); }},
+      {"no channels", [&](SkinProblem& p) { p.target.resize(3, 0), p.outside.resize(0, 0); }},
       {"no faces", [&](SkinProblem& p) { p.target.resize(0, 4), p.amplitudes.resize(0), p.weights.resize(0); }}};
   for (const auto& [name, damage] : damages) {
     SkinProblem bad = good;

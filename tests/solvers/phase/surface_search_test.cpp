@@ -39,7 +39,7 @@ TEST(AnnealedStart, UnitsAndTheNumberOfThreadsChangeNothing) {
   const Eigen::VectorXcd q = annealed_start(problem);
   SkinProblem other = problem;
   other.target *= 1024.0;  // powers of two, which round alike
-  other.quiet *= 1024.0;
+  other.outside *= 1024.0;
   other.amplitudes *= 1024.0;
   EXPECT_EQ(annealed_start(other), q);
   for (const int threads : {1, 3}) {
@@ -50,10 +50,10 @@ TEST(AnnealedStart, UnitsAndTheNumberOfThreadsChangeNothing) {
 TEST(AnnealedStart, ChannelsThatReachNothingAndSilentProblemsAreNoHarm) {
   SkinProblem problem = trapped(4);
   problem.target.col(7).setZero();
-  problem.quiet.col(7).setZero();
+  problem.outside.col(7).setZero();
   EXPECT_TRUE(annealed_start(problem).allFinite());
   problem.target.setZero();
-  problem.quiet.setZero();
+  problem.outside.setZero();
   EXPECT_TRUE(annealed_starts(problem, true).drives.allFinite());
   EXPECT_DOUBLE_EQ(annealed_starts(problem, true).level, 1.0);
 }

@@ -62,28 +62,28 @@ Eigen::MatrixXcd cylinder_rows(double radius, double length, double arc, int row
   return h;
 }
 
-/// A square target of the given size on a finger of 8 mm radius, the whole finger quiet, r by eigen-decomposition.
+/// A square target of the given size on a finger of 8 mm radius, the whole finger outside, r by eigen-decomposition.
 SkinProblem finger_problem(double size) {
   constexpr int kSide = 8;
   SkinProblem problem;
   problem.target = cylinder_rows(8e-3, size, size, kSide, kSide);
   problem.weights = Eigen::VectorXd::Constant(kSide * kSide, size * size / (kSide * kSide));
   problem.amplitudes = Eigen::VectorXd::Constant(kSide * kSide, 0.4 * problem.target.cwiseAbs().rowwise().sum().mean());
-  const Eigen::MatrixXcd quiet = std::sqrt(60e-3 * 24e-3 / 336) * cylinder_rows(8e-3, 60e-3, 24e-3, 28, 12);
-  const HermitianEigen eigen = hermitian_eigen(quiet * quiet.adjoint());
+  const Eigen::MatrixXcd outside = std::sqrt(60e-3 * 24e-3 / 336) * cylinder_rows(8e-3, 60e-3, 24e-3, 28, 12);
+  const HermitianEigen eigen = hermitian_eigen(outside * outside.adjoint());
   const Eigen::Index rank = (eigen.values.array() > 1e-6 * eigen.values.maxCoeff()).count();
-  problem.quiet = eigen.vectors.rightCols(rank).adjoint() * quiet;
+  problem.outside = eigen.vectors.rightCols(rank).adjoint() * outside;
   return problem;
 }
 
 // ---- The linear model
 
-/// f as written in surface.h, the quiet rows' parts in turn.
+/// f as written in surface.h, the outside rows' parts in turn.
 Eigen::VectorXd direct_residual(const SkinProblem& problem, const Eigen::VectorXcd& q) {
-  Eigen::VectorXd f(problem.target_count() + 2 * problem.quiet.rows());
+  Eigen::VectorXd f(problem.target_count() + 2 * problem.outside.rows());
   f.head(problem.target_count()) =
       problem.weights.array().sqrt() * ((problem.target * q).array().abs() - problem.amplitudes.array());
-  const Eigen::VectorXcd t = problem.quiet * q;
+  const Eigen::VectorXcd t = problem.outside * q;
   for (Eigen::Index i = 0; i < t.size(); ++i) {
     f(problem.target_count() + 2 * i) = t(i).real();
     f(problem.target_count() + 2 * i + 1) = t(i).imag();
@@ -192,9 +192,9 @@ TEST(SkinJacobian, TransposeGradientAndFilledMatrixAgree) {
 
 TEST(SkinJacobian, RowsLeftOutAreMissingFromItButNotFromTheGradient) {
   SkinProblem problem = random_problem(5, 6, 37, 0.4, 140);
-  problem.quiet.rowwise().normalize();
-  problem.quiet.row(2) *= 0.1;  // weak, but not at the end
-  problem.quiet.bottomRows(2) *= 0.1;
+  problem.outside.rowwise().normalize();
+  problem.outside.row(2) *= 0.1;  // weak, but not at the end
+  problem.outside.bottomRows(2) *= 0.1;
   Linearised at(problem, {0, 3, 17, 36}, 140);
   SkinJacobian& jacobian = at.jacobian;
   Eigen::VectorXd left_out;
@@ -235,25 +235,25 @@ TEST(SkinJacobian, RowsLeftOutAreMissingFromItButNotFromTheGradient) {
 
 TEST(SkinJacobian, LeavesOutRowByRowOnlyWhereRowsAreOrthogonal) {
   SkinProblem problem = random_problem(3, 6, 20, 0.4, 145);
-  problem.quiet.rowwise().normalize();
-  const Eigen::HouseholderQR<Eigen::MatrixXcd> qr(problem.quiet.adjoint());
+  problem.outside.rowwise().normalize();
+  const Eigen::HouseholderQR<Eigen::MatrixXcd> qr(problem.outside.adjoint());
   const Eigen::MatrixXcd basis = qr.householderQ() * Eigen::MatrixXcd::Identity(20, 6);
   SkinJacobian together(problem);
   together.leave_out_up_to(2.5);
   EXPECT_EQ(together.rows(), 3 + 2 * 4);  // two of six rows of norm 1
-  problem.quiet = basis.adjoint();
-  problem.quiet.row(0) *= 2.0;
+  problem.outside = basis.adjoint();
+  problem.outside.row(0) *= 2.0;
   SkinJacobian apart(problem);
   apart.leave_out_up_to(2.5);
   EXPECT_EQ(apart.rows(), 3 + 2 * 1);
   apart.leave_out_up_to(0.5);
   EXPECT_EQ(apart.rows(), 3 + 2 * 6);
   // Two strongest rows alike, the weak ones still orthogonal to them and to each other: the sum counts again.
-  problem.quiet.row(1) = 0.5 * problem.quiet.row(0);
+  problem.outside.row(1) = 0.5 * problem.outside.row(0);
   SkinJacobian alike(problem);
   alike.leave_out_up_to(2.5);
   EXPECT_EQ(alike.rows(), 3 + 2 * 4);
-  problem.quiet.row(5).setZero();
+  problem.outside.row(5).setZero();
   EXPECT_EQ(SkinJacobian(problem).rows(), 3 + 2 * 6);
 }
 
@@ -286,11 +286,11 @@ TEST(DampedStep, SolvesTheNormalEquationsOnEitherSide) {
 TEST(DampedStep, RowsLeftOutStayInTheGradient) {
   for (const Eigen::Index channels : {20, 7}) {  // and a radial move: on either side of 5 + 2 x 2 rows
     SkinProblem problem = random_problem(5, 4, channels, 0.4, 150);
-    problem.quiet.bottomRows(2) *= 0.01;
+    problem.outside.bottomRows(2) *= 0.01;
     Linearised at(problem, {1}, 150);
     Eigen::VectorXd gradient;
     at.jacobian.gradient(gradient);
-    at.jacobian.leave_out_up_to(0.5 * at.problem.quiet.row(1).squaredNorm());
+    at.jacobian.leave_out_up_to(0.5 * at.problem.outside.row(1).squaredNorm());
     ASSERT_EQ(at.jacobian.rows(), 9);
     ASSERT_EQ(at.jacobian.rows() <= at.jacobian.columns(), channels == 20);
     const Eigen::MatrixXd j = at.dense();
@@ -362,16 +362,16 @@ TEST(Surface, TheCostNeverRisesAndIsThatOfTheDrives) {
   }
 }
 
-TEST(Surface, WeakQuietRowsChangeTheStepsAndNotWhatIsReached) {
+TEST(Surface, WeakOutsideRowsChangeTheStepsAndNotWhatIsReached) {
   // Forty rows that fall by four orders of magnitude, against the same in rising order, which leaves none out.
   SkinProblem falling = random_problem(12, 40, 60, 0.4, 160);
-  const Eigen::HouseholderQR<Eigen::MatrixXcd> qr(falling.quiet.adjoint());
+  const Eigen::HouseholderQR<Eigen::MatrixXcd> qr(falling.outside.adjoint());
   const Eigen::MatrixXcd basis = qr.householderQ() * Eigen::MatrixXcd::Identity(60, 40);
   const Eigen::VectorXd strengths =
       Eigen::VectorXd::LinSpaced(40, 1.0, -3.0).unaryExpr([](double x) { return std::pow(10.0, x); });
-  falling.quiet = strengths.asDiagonal() * basis.adjoint();
+  falling.outside = strengths.asDiagonal() * basis.adjoint();
   SkinProblem rising = falling;
-  rising.quiet = falling.quiet.colwise().reverse().eval();
+  rising.outside = falling.outside.colwise().reverse().eval();
   const Eigen::VectorXcd start = random_start(60, 160);
   const PhaseSolution with_all = solve_surface(rising, start, options_of(2000, false));
   const PhaseSolution with_less = solve_surface(falling, start, options_of(2000, false));
@@ -384,9 +384,9 @@ TEST(Surface, WeakQuietRowsChangeTheStepsAndNotWhatIsReached) {
 TEST(Surface, ManyWeakRowsThatAddUpAreNotLeftOut) {
   // 400 times one row, each far below the damping, together far above it: the same problem as with their sum.
   SkinProblem sum = random_problem(6, 1, 40, 0.5, 170);
-  sum.quiet *= 6.0 / sum.quiet.norm();
+  sum.outside *= 6.0 / sum.outside.norm();
   SkinProblem copies = sum;
-  copies.quiet = (sum.quiet / 20.0).replicate(400, 1).eval();
+  copies.outside = (sum.outside / 20.0).replicate(400, 1).eval();
   const Eigen::VectorXcd start = random_start(40, 170);
   const double expected = solve_surface(sum, start, options_of(30, false)).cost_history.back();
   const double reached = solve_surface(copies, start, options_of(30, false)).cost_history.back();
@@ -399,7 +399,7 @@ Eigen::VectorXcd plane_gradient(const SkinProblem& problem, const Eigen::VectorX
   const Eigen::VectorXcd u = problem.target * q;
   const Eigen::VectorXcd misfit =
       problem.weights.array() * (u.array().abs() - problem.amplitudes.array()) * u.array() / u.array().abs();
-  return problem.target.adjoint() * misfit + problem.quiet.adjoint() * (problem.quiet * q);
+  return problem.target.adjoint() * misfit + problem.outside.adjoint() * (problem.outside * q);
 }
 
 TEST(Surface, EndsWhereNoAllowedMoveLowersTheCost) {
@@ -469,7 +469,7 @@ TEST(Surface, SmallProblemsReachTheBestOfAnExhaustiveSearch) {
     const Eigen::ArrayXd reach = problem.target.cwiseAbs().rowwise().sum();
     const double curvature =
         4.0 * ((problem.weights.array() * reach * (2.0 * reach + problem.amplitudes.array())).sum() +
-               2.0 * problem.quiet.cwiseAbs().rowwise().sum().squaredNorm());
+               2.0 * problem.outside.cwiseAbs().rowwise().sum().squaredNorm());
     EXPECT_GE(best, grid - 0.5 * curvature * std::pow(kPi / steps, 2)) << "seed " << seed;
   }
 }
@@ -496,7 +496,7 @@ TEST(Surface, PermutedChannelsGiveThePermutedAnswer) {
   }
   SkinProblem permuted = problem;
   permuted.target = problem.target(Eigen::all, order);
-  permuted.quiet = problem.quiet(Eigen::all, order);
+  permuted.outside = problem.outside(Eigen::all, order);
   for (const bool free_amplitudes : {false, true}) {
     const PhaseSolution a = solve_surface(problem, start, options_of(8, free_amplitudes));
     const PhaseSolution b = solve_surface(permuted, start(order), options_of(8, free_amplitudes));
@@ -528,7 +528,7 @@ TEST(Surface, UnitsChangeNothing) {
       scaled.target *= pressure;
       scaled.amplitudes *= pressure;
       scaled.weights *= area;
-      scaled.quiet *= pressure * std::sqrt(area);
+      scaled.outside *= pressure * std::sqrt(area);
       const PhaseSolution solution = solve_surface(scaled, start, options_of(8));
       EXPECT_LT((drive(solution) - drive(expected)).norm(), 1e-4 * drive(expected).norm()) << pressure << ' ' << area;
     }
@@ -559,7 +559,7 @@ TEST(Surface, LeavesSilence) {
   problem.target << 1.0, -1.0, 2.0, -2.0, Complex(0, 1), Complex(0, -1), 1.0, -1.0;
   problem.amplitudes = Eigen::VectorXd::Ones(2);
   problem.weights = Eigen::VectorXd::Ones(2);
-  problem.quiet.resize(0, 4);
+  problem.outside.resize(0, 4);
   for (const bool free_amplitudes : {false, true}) {
     const PhaseSolution solution = solve_surface(problem, Eigen::VectorXcd::Ones(4), options_of(100, free_amplitudes));
     expect_sound(problem, solution);
@@ -577,7 +577,7 @@ TEST(Surface, AStationaryStartIsReturnedAsConverged) {
   problem.target = Eigen::MatrixXcd::Ones(1, 3);
   problem.amplitudes = Eigen::VectorXd::Constant(1, 3.0);
   problem.weights = Eigen::VectorXd::Ones(1);
-  problem.quiet.resize(0, 3);
+  problem.outside.resize(0, 3);
   const Eigen::Vector3cd start(1.0, 1.0, -1.0);
   const PhaseSolution solution = solve_surface(problem, start, options_of(50));
   EXPECT_EQ(solution.status, PhaseStatus::kConverged);
@@ -594,7 +594,7 @@ TEST(Surface, OneFaceAndOneChannel) {
   problem.target = Eigen::MatrixXcd::Constant(1, 1, Complex(0.0, 2.0));
   problem.amplitudes = Eigen::VectorXd::Constant(1, 1.0);
   problem.weights = Eigen::VectorXd::Constant(1, 3.0);
-  problem.quiet.resize(0, 1);
+  problem.outside.resize(0, 1);
   const PhaseSolution fixed = solve_surface(problem, Eigen::VectorXcd::Ones(1), options_of(20));
   EXPECT_DOUBLE_EQ(fixed.cost_history.back(), 3.0);  // no phase changes |u|
   EXPECT_EQ(fixed.status, PhaseStatus::kConverged);
@@ -621,7 +621,7 @@ TEST(Surface, ExtremeProblemsAreSolvedOrReported) {
 TEST(Surface, NothingToDoIsConverged) {
   SkinProblem problem = random_problem(3, 2, 5, 0.0, 720);
   problem.target.setZero();
-  problem.quiet.setZero();
+  problem.outside.setZero();
   const PhaseSolution solution = solve_surface(problem, Eigen::VectorXcd::Ones(5), options_of(10, true));
   EXPECT_EQ(solution.status, PhaseStatus::kConverged);
   EXPECT_EQ(solution.iterations, 0);
@@ -630,7 +630,7 @@ TEST(Surface, NothingToDoIsConverged) {
 TEST(Surface, CoincidentTransducersThatStartAlikeStayAlike) {
   SkinProblem problem = random_problem(6, 4, 20, 0.3, 730);
   problem.target.col(13) = problem.target.col(4);
-  problem.quiet.col(13) = problem.quiet.col(4);
+  problem.outside.col(13) = problem.outside.col(4);
   Eigen::VectorXcd start = random_start(20, 6);
   start(13) = start(4);
   const PhaseSolution solution = solve_surface(problem, start, options_of(10));
@@ -733,7 +733,7 @@ struct Relaxed {
 Relaxed relaxed_answer(const SkinProblem& problem, double epsilon) {
   const Eigen::MatrixXcd h = problem.weights.cwiseSqrt().asDiagonal() * problem.target;
   const Eigen::VectorXcd b = (problem.weights.cwiseSqrt().array() * problem.amplitudes.array()).cast<Complex>();
-  Eigen::MatrixXcd normal = h.adjoint() * h + problem.quiet.adjoint() * problem.quiet;
+  Eigen::MatrixXcd normal = h.adjoint() * h + problem.outside.adjoint() * problem.outside;
   normal.diagonal().array() += epsilon;
   const Eigen::MatrixXcd back = normal.inverse() * h.adjoint() * b.asDiagonal();  // q = back y
   const Eigen::MatrixXcd left = Eigen::MatrixXcd(b.cwiseAbs2().asDiagonal()) - b.asDiagonal() * (h * back);
@@ -799,8 +799,8 @@ TEST(SurfaceStarts, FittedSolvesTheLinearProblemOfItsOwnPhases) {
     problem.amplitudes *= seed % 2 == 0 ? 1e-3 : 1.0;  // what few channels at full drive make, and far less
     const Eigen::MatrixXcd h = problem.weights.cwiseSqrt().asDiagonal() * problem.target;
     const Eigen::VectorXcd b = (problem.weights.cwiseSqrt().array() * problem.amplitudes.array()).cast<Complex>();
-    Eigen::MatrixXcd all(h.rows() + problem.quiet.rows(), 30);
-    all << h, problem.quiet;
+    Eigen::MatrixXcd all(h.rows() + problem.outside.rows(), 30);
+    all << h, problem.outside;
     const Eigen::MatrixXcd normal = all.adjoint() * all;
     const double largest = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXcd>(normal).eigenvalues().maxCoeff();
     Eigen::VectorXcd expected;

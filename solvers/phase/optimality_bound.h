@@ -4,7 +4,7 @@
 
 namespace touchfield {
 
-struct CertificateOptions {
+struct OptimalityBoundOptions {
   int width = 12;           // columns l of the low-rank relaxation, 2..64
   int max_iterations = 60;  // of the relaxation, >= 0
   double tolerance = 1e-4;  // share of the relaxation's cost that the bound may lack, > 0
@@ -12,7 +12,7 @@ struct CertificateOptions {
 };
 
 /// A proved lower bound of skin_cost over all drives |q_n| <= 1, those of full amplitude among them.
-struct Certificate {
+struct OptimalityBound {
   double bound = 0.0;      // >= 0 [Pa2 m2]
   double relaxed = 0.0;    // cost of the relaxation where it stopped: no bound, but what the bound grows towards
   int iterations = 0;      // of the relaxation
@@ -44,10 +44,10 @@ struct Certificate {
 ///          if the arithmetic overflows on the way
 /// source   Burer and Monteiro, Math. Program. B 95 (2003) 329 (the factorisation); Higham, Accuracy and Stability of
 ///          Numerical Algorithms, 2nd ed., theorem 10.3 (rounding of Cholesky); weak duality
-Certificate certify(const SkinProblem& problem, const CertificateOptions& options = {});
+OptimalityBound prove_bound(const SkinProblem& problem, const OptimalityBoundOptions& options = {});
 
 /// (reached - bound) / bound. NaN where the bound is not above 1e-9 of the cost of silence, sum w p'^2: a share of
 /// nothing says nothing. There the difference itself tells.
-double optimality_gap(const SkinProblem& problem, const Certificate& certificate, double reached);
+double optimality_gap(const SkinProblem& problem, const OptimalityBound& optimality_bound, double reached);
 
 }  // namespace touchfield

@@ -1,4 +1,4 @@
-#include "solvers/phase/certificate.h"
+#include "solvers/phase/optimality_bound.h"
 
 #include <algorithm>
 #include <cmath>
@@ -50,11 +50,11 @@ ScaledProblem scaled(const SkinProblem& problem) {
   std::vector<Index> unwanted;
   ScaledProblem result;
   const double silence = levels.stableNorm();
-  const double loudest = std::hypot((root.asDiagonal() * problem.target).stableNorm(), problem.quiet.stableNorm());
+  const double loudest = std::hypot((root.asDiagonal() * problem.target).stableNorm(), problem.outside.stableNorm());
   const double scale = silence > 0 ? silence : loudest;
   result.unit = scale * scale;
   if (!std::isfinite(result.unit) || !std::isfinite(loudest * loudest)) {
-    throw std::invalid_argument("certify: the cost overflows");
+    throw std::invalid_argument("prove_bound: the cost overflows");
   }
   if (!(result.unit > 0)) {
     result.unit = 0.0;
@@ -69,14 +69,14 @@ ScaledProblem scaled(const SkinProblem& problem) {
   }
   const auto count = static_cast<Index>(wanted.size());
   result.wanted = levels(wanted) / scale;
-  result.columns.resize(problem.channel_count(), count + static_cast<Index>(unwanted.size()) + problem.quiet.rows());
+  result.columns.resize(problem.channel_count(), count + static_cast<Index>(unwanted.size()) + problem.outside.rows());
   Index column = 0;
   for (const std::vector<Index>* faces : {&wanted, &unwanted}) {
     for (const Index j : *faces) {
       result.columns.col(column++) = (root(j) / scale) * problem.target.row(j).transpose();
     }
   }
-  result.columns.rightCols(problem.quiet.rows()) = problem.quiet.transpose() / scale;
+  result.columns.rightCols(problem.outside.rows()) = problem.outside.transpose() / scale;
   result.energies = result.columns.colwise().squaredNorm();
   return result;
 }
@@ -179,7 +179,7 @@ double bound_with(const ScaledProblem& problem, const DualPoint& dual, double de
 
 void require_finite(double shift) {
   if (!std::isfinite(shift)) {
-    throw std::domain_error("certify: the relaxation holds a value that is not finite");
+    throw std::domain_error("prove_bound: the relaxation holds a value that is not finite");
   }
 }
 
@@ -217,7 +217,7 @@ class StepDamping {
       shift_ = least_shift(factor, d, shift_);
     }
     if (times_ > 1.0 && !factor.factorise(d, sigma())) {
-      throw std::domain_error("certify: a larger shift made the dual matrix indefinite");
+      throw std::domain_error("prove_bound: a larger shift made the dual matrix indefinite");
     }
   }
 
@@ -238,9 +238,9 @@ class StepDamping {
   int patience_ = 0;
 };
 
-void require_valid(const CertificateOptions& options) {
+void require_valid(const OptimalityBoundOptions& options) {
   if (options.width < 2 || options.width > 64 || options.max_iterations < 0 || !(options.tolerance > 0)) {
-    throw std::invalid_argument("certify: an option is out of range");
+    throw std::invalid_argument("prove_bound: an option is out of range");
   }
 }
 
@@ -248,7 +248,7 @@ void require_valid(const CertificateOptions& options) {
 std::vector<Index> heard_channels(const SkinProblem& problem) {
   std::vector<Index> heard;
   for (Index n = 0; n < problem.channel_count(); ++n) {
-    if (!problem.target.col(n).isZero(0.0) || !problem.quiet.col(n).isZero(0.0)) {
+    if (!problem.target.col(n).isZero(0.0) || !problem.outside.col(n).isZero(0.0)) {
       heard.push_back(n);
     }
   }
@@ -317,8 +317,8 @@ void prove(const ScaledProblem& problem, Candidate& candidate) {
 
 }  // namespace
 
-Certificate certify(const SkinProblem& problem, const CertificateOptions& options) {
-  require_valid(problem, "certify");
+OptimalityBound prove_bound(const SkinProblem& problem, const OptimalityBoundOptions& options) {
+  require_valid(problem, "prove_bound");
   require_valid(options);
   const std::vector<Index> heard = heard_channels(problem);
   if (heard.empty()) {
@@ -327,17 +327,17 @@ Certificate certify(const SkinProblem& problem, const CertificateOptions& option
   if (static_cast<Index>(heard.size()) < problem.channel_count()) {
     SkinProblem fewer = problem;
     fewer.target = problem.target(Eigen::all, heard);
-    fewer.quiet = problem.quiet(Eigen::all, heard);
+    fewer.outside = problem.outside(Eigen::all, heard);
     fewer.device.reset();  // it holds all channels
-    return certify(fewer, options);
+    return prove_bound(fewer, options);
   }
   const ScaledProblem whole = scaled(problem);
-  Certificate certificate;
+  OptimalityBound optimality_bound;
   if (whole.columns.cols() == 0) {
-    certificate.relaxed = whole.constant * whole.unit;
-    certificate.bound = certificate.relaxed;
-    certificate.converged = true;
-    return certificate;
+    optimality_bound.relaxed = whole.constant * whole.unit;
+    optimality_bound.bound = optimality_bound.relaxed;
+    optimality_bound.converged = true;
+    return optimality_bound;
   }
   const PhaseSolution reached =
       solve_surface(problem, random_start(problem.channel_count(), options.seed), {.free_amplitudes = true});
@@ -357,10 +357,11 @@ Certificate certify(const SkinProblem& problem, const CertificateOptions& option
     improve(whole, dual, missing, factor, best);
     factor.weigh(positive_loudness(relaxation, point));
     damping.settle(factor, point.d, 0.25 * missing / n);
-    if (cost - best.bound <= missing || certificate.iterations >= options.max_iterations || damping.is_exhausted()) {
+    if (cost - best.bound <= missing || optimality_bound.iterations >= options.max_iterations ||
+        damping.is_exhausted()) {
       break;
     }
-    ++certificate.iterations;
+    ++optimality_bound.iterations;
     double gain = 0.0;
     RelaxedPoint next = newton_step(relaxation, point, factor, damping.sigma(), gain);
     if (next.cost < point.cost) {
@@ -374,15 +375,16 @@ Certificate certify(const SkinProblem& problem, const CertificateOptions& option
     }
   }
   prove(whole, best);
-  certificate.converged = cost - best.bound <= missing;
-  certificate.relaxed = (cost + whole.constant) * whole.unit;
-  certificate.bound = std::max(0.0, best.bound + whole.constant) * whole.unit;
-  return certificate;
+  optimality_bound.converged = cost - best.bound <= missing;
+  optimality_bound.relaxed = (cost + whole.constant) * whole.unit;
+  optimality_bound.bound = std::max(0.0, best.bound + whole.constant) * whole.unit;
+  return optimality_bound;
 }
 
-double optimality_gap(const SkinProblem& problem, const Certificate& certificate, double reached) {
-  return certificate.bound > 1e-9 * silent_cost(problem) ? (reached - certificate.bound) / certificate.bound
-                                                         : std::numeric_limits<double>::quiet_NaN();
+double optimality_gap(const SkinProblem& problem, const OptimalityBound& optimality_bound, double reached) {
+  return optimality_bound.bound > 1e-9 * silent_cost(problem)
+             ? (reached - optimality_bound.bound) / optimality_bound.bound
+             : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace touchfield

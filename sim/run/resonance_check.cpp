@@ -1,4 +1,4 @@
-#include "sim/run/alarm.h"
+#include "sim/run/resonance_check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/model/judge_comparison.h"
+#include "sim/model/evaluation_comparison.h"
 #include "sim/run/speed.h"
 
 namespace touchfield {
@@ -15,23 +15,23 @@ namespace {
 
 constexpr double kTolerance = 1e-3;
 constexpr int kMaxSteps = 60;
-constexpr double kFreeSeconds = 0.25;  // spent on the alarm whatever the run takes
+constexpr double kFreeSeconds = 0.25;  // spent on the resonance check whatever the run takes
 constexpr double kShare = 0.5;         // of the run's own solving
 
 }  // namespace
 
-double alarm_seconds(bool plain, double product) { return (plain ? 15.0 : kMaxSteps) * product; }
+double resonance_check_seconds(bool plain, double product) { return (plain ? 15.0 : kMaxSteps) * product; }
 
 bool has_cure(Scheme scheme) { return traits(scheme).burton_miller || traits(scheme).interior_points; }
 
-bool wants_alarm(AlarmChoice choice, double seconds, double spent) {
-  return choice == AlarmChoice::kAlways ||
-         (choice == AlarmChoice::kAuto && seconds <= std::max(kFreeSeconds, kShare * spent));
+bool wants_resonance_check(ResonanceCheck choice, double seconds, double spent) {
+  return choice == ResonanceCheck::kAlways ||
+         (choice == ResonanceCheck::kAuto && seconds <= std::max(kFreeSeconds, kShare * spent));
 }
 
-double fictitious_alarm(const SkinScattering& scattering, SkinScattering* cured, const SolverSpec& spec,
-                        const Eigen::VectorXcd& drive, const Eigen::VectorXcd& own, double spent,
-                        std::vector<SolveRecord>& records, Progress& progress) {
+double resonance_difference(const SkinScattering& scattering, SkinScattering* cured, const SolverSpec& spec,
+                            const Eigen::VectorXcd& drive, const Eigen::VectorXcd& own, double spent,
+                            std::vector<SolveRecord>& records, Progress& progress) {
   const double nothing = std::numeric_limits<double>::quiet_NaN();
   const TriangleMesh& mesh = scattering.system().mesh();
   const Wave& wave = scattering.system().wave();
@@ -39,7 +39,7 @@ double fictitious_alarm(const SkinScattering& scattering, SkinScattering* cured,
   SkinScattering* ready = plain ? cured : nullptr;
   const Scheme other =
       ready != nullptr ? ready->system().scheme() : (plain ? Scheme::kBurtonMiller : Scheme::kPaperCorrected);
-  if (spec.alarm == AlarmChoice::kNever) {
+  if (spec.resonance_check == ResonanceCheck::kNever) {
     return nothing;
   }
   const SolverKind kind = scattering.decision().options.kind;
@@ -51,23 +51,24 @@ double fictitious_alarm(const SkinScattering& scattering, SkinScattering* cured,
   quick.tolerance = kTolerance;
   quick.max_steps = kMaxSteps;
   const double share = product_share(kind, mesh.face_count(), solver_grid(grid_body(mesh), wave, quick).seconds);
-  const double expected = alarm_seconds(plain, share * product_seconds(mesh, wave));
-  if (!wants_alarm(spec.alarm, expected, spent)) {
-    progress.detail(
-        fmt::format("  resonance check: skipped, {} would take about {:.1f} s more (solve.alarm: always requests it)",
-                    to_string(other), expected));
+  const double expected = resonance_check_seconds(plain, share * product_seconds(mesh, wave));
+  if (!wants_resonance_check(spec.resonance_check, expected, spent)) {
+    progress.detail(fmt::format(
+        "  resonance check: skipped, {} would take about {:.1f} s more (solve.resonance_check: always requests it)",
+        to_string(other), expected));
     return nothing;
   }
   const auto solved = [&] { return SkinScattering(mesh, wave, other, quick, scattering.array(), records, progress); };
-  const Eigen::VectorXcd p = ready != nullptr ? ready->pressure(drive, "alarm") : solved().pressure(drive, "alarm");
+  const Eigen::VectorXcd p =
+      ready != nullptr ? ready->pressure(drive, "resonance_check") : solved().pressure(drive, "resonance_check");
   const Eigen::VectorXcd& reference = plain ? p : own;
-  const double alarm = relative_difference(mesh.areas(), plain ? own : p, reference);
+  const double resonance_check = relative_difference(mesh.areas(), plain ? own : p, reference);
   const bool settled = records.back().residual <= 2.0 * kTolerance;
   progress.detail(fmt::format(
       "  resonance check: pressures of {} and {} differ by {:.2f} %{}", to_string(scattering.system().scheme()),
-      to_string(other), 100.0 * alarm,
+      to_string(other), 100.0 * resonance_check,
       settled ? "" : fmt::format(" ({} stopped at a residual of {:.1e})", to_string(other), records.back().residual)));
-  return alarm;
+  return resonance_check;
 }
 
 }  // namespace touchfield

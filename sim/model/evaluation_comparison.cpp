@@ -1,4 +1,4 @@
-#include "sim/model/judge_comparison.h"
+#include "sim/model/evaluation_comparison.h"
 
 #include <cmath>
 
@@ -7,9 +7,9 @@
 
 namespace touchfield {
 
-JudgeComparison::JudgeComparison(const TriangleMesh& mesh, const TriangleMesh& judge, std::optional<int> splits,
-                                 std::vector<unsigned char> skin)
-    : mesh_(mesh), judge_(judge), splits_(splits) {
+EvaluationComparison::EvaluationComparison(const TriangleMesh& mesh, const TriangleMesh& evaluation,
+                                           std::optional<int> splits, std::vector<unsigned char> skin)
+    : mesh_(mesh), evaluation_(evaluation), splits_(splits) {
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
     if (skin.empty() || skin[static_cast<std::size_t>(f)] != 0) {
       counted_.push_back(f);
@@ -17,11 +17,12 @@ JudgeComparison::JudgeComparison(const TriangleMesh& mesh, const TriangleMesh& j
   }
 }
 
-Eigen::MatrixXcd JudgeComparison::at_centroids(const Eigen::MatrixXcd& judged) const {
-  Eigen::MatrixXcd p = Eigen::MatrixXcd::Zero(mesh_.face_count(), judged.cols());
+Eigen::MatrixXcd EvaluationComparison::at_centroids(const Eigen::MatrixXcd& evaluated) const {
+  Eigen::MatrixXcd p = Eigen::MatrixXcd::Zero(mesh_.face_count(), evaluated.cols());
   if (!splits_) {
     p(counted_, Eigen::all) =
-        SurfaceFit(judge_).at(mesh_.centroids()(Eigen::all, counted_), mesh_.normals()(Eigen::all, counted_), judged);
+        SurfaceFit(evaluation_)
+            .at(mesh_.centroids()(Eigen::all, counted_), mesh_.normals()(Eigen::all, counted_), evaluated);
     return p;
   }
   for (const Eigen::Index f : counted_) {
@@ -29,13 +30,14 @@ Eigen::MatrixXcd JudgeComparison::at_centroids(const Eigen::MatrixXcd& judged) c
     for (int i = 0; i < *splits_; ++i) {
       middle = 4 * middle + 3;  // split_faces: the middle of a face's four
     }
-    p.row(f) = judged.row(middle);
+    p.row(f) = evaluated.row(middle);
   }
   return p;
 }
 
-Eigen::VectorXd JudgeComparison::differences(const Eigen::MatrixXcd& own, const Eigen::MatrixXcd& judged) const {
-  const Eigen::MatrixXcd p = at_centroids(judged);
+Eigen::VectorXd EvaluationComparison::differences(const Eigen::MatrixXcd& own,
+                                                  const Eigen::MatrixXcd& evaluated) const {
+  const Eigen::MatrixXcd p = at_centroids(evaluated);
   const Eigen::VectorXd areas = mesh_.areas()(counted_);
   Eigen::VectorXd result(own.cols());
   for (Eigen::Index s = 0; s < own.cols(); ++s) {

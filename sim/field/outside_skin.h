@@ -6,24 +6,24 @@
 
 namespace touchfield {
 
-/// The skin that is to stay quiet. A rigid wall in the way of sound has twice its incident pressure at most. Skin that
+/// The skin outside the target, which is to stay silent. A rigid wall in the way of sound has twice its incident pressure at most. Skin that
 /// is not solved thus counts by 2 |p_inc|^2, between that of skin in the shade and that of lit skin.
-struct QuietSkin {
+struct OutsideSkin {
   Eigen::VectorXd faces{};  // M: 1 on faces of the solving mesh that are skin, else 0; empty: all are
   SkinPatches beyond{};     // skin that is not solved, by its incident pressure
   TransducerArray array{};  // in the frame of `beyond`
 
-  /// w_Z A of the quiet faces, 0 of the target's and of those that are no skin, M.
-  Eigen::VectorXd face_weights(const Eigen::VectorXd& areas, const Target& target, double quiet_weight) const;
+  /// w_Z A of the faces outside, 0 of the target's and of those that are no skin, M.
+  Eigen::VectorXd face_weights(const Eigen::VectorXd& areas, const Target& target, double outside_weight) const;
 
   /// 2 w_Z A of the patches, J.
-  Eigen::VectorXd beyond_weights(double quiet_weight) const;
+  Eigen::VectorXd beyond_weights(double outside_weight) const;
 
   /// p_inc of every channel at unit drive on the patches, J x N [Pa].
   Eigen::MatrixXcf beyond_pressure_single(const Wave& wave) const;
 
   /// sqrt(2 w_Z A_j) p_inc(x_j), J x N [Pa m]: rows of R of a SkinProblem.
-  Eigen::MatrixXcd beyond_rows(const Wave& wave, double quiet_weight) const;
+  Eigen::MatrixXcd beyond_rows(const Wave& wave, double outside_weight) const;
 
   /// w of the rows of B and G in the paper's misfit: row_weights, 0 of faces that are no skin.
   Eigen::VectorXd misfit_weights(FaceWeights faces, const Eigen::VectorXd& areas, Eigen::Index rows) const;
