@@ -16,7 +16,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/progress.h"
-#include "sim/field/pressure_metrics.h"
+#include "sim/field/metrics.h"
 #include "sim/model/beyond_skin.h"
 #include "sim/model/kept_bodies.h"
 #include "sim/model/model.h"

@@ -11,7 +11,7 @@
 #include <omp.h>
 
 #include "sim/core/version.h"
-#include "sim/field/gram.h"
+#include "sim/field/skin_problems.h"
 #include "sim/gpu/body_on_card.h"
 #include "sim/gpu/gpu_library.h"
 #include "sim/hand/hand.h"

@@ -8,7 +8,7 @@
 #include <Eigen/Cholesky>
 
 #include <touchfield/sim/core/program_start.h>
-#include <touchfield/sim/field/pressure_metrics.h>
+#include <touchfield/sim/field/metrics.h>
 #include <touchfield/sim/run/run_file.h>
 #include <touchfield/sim/run/solve_model.h>
 #include <touchfield/sim/run/transfer.h>

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/text_number.h"
+#include "sim/core/text.h"
 
 namespace touchfield {
 

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/phase_step.h"
+#include "sim/core/sincos.h"
 
 namespace touchfield {
 

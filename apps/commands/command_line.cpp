@@ -11,12 +11,11 @@
 #include <omp.h>
 
 #include "apps/commands/standard_streams.h"
-#include "sim/core/atomic_file.h"
-#include "sim/core/counted.h"
 #include "sim/core/errors.h"
+#include "sim/core/files.h"
 #include "sim/core/program_start.h"
 #include "sim/core/require.h"
-#include "sim/core/utf8.h"
+#include "sim/core/text.h"
 #include "sim/core/version.h"
 #include "sim/gpu/compute_device.h"
 #include "sim/run/text_table.h"

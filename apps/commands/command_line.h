@@ -11,7 +11,6 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/core/json.h"
-#include "sim/core/json_text.h"
 #include "sim/core/program_start.h"
 #include "sim/pictures/picture_format.h"
 #include "sim/scene/quantity.h"
@@ -124,7 +123,7 @@ std::string first_log_line(const std::string& scene, int threads);
 void require_free_output(const std::string& path, bool force, const std::vector<std::string>& read = {});
 
 /// The command as it was typed, quoted for a shell.
-/// throws   InputError on a word that is not UTF-8 text (sim/core/utf8.h)
+/// throws   InputError on a word that is not UTF-8 text (sim/core/text.h)
 std::string joined_command_line(int argc, char** argv);
 
 }  // namespace touchfield

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "apps/commands/command_line.h"
-#include "sim/core/log_file.h"
+#include "sim/core/files.h"
 #include "sim/core/progress.h"
 
 namespace touchfield {

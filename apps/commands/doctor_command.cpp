@@ -4,7 +4,7 @@
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/standard_streams.h"
-#include "sim/core/json_text.h"
+#include "sim/core/json.h"
 #include "sim/jobs/doctor.h"
 
 namespace touchfield {

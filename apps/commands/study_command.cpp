@@ -10,7 +10,7 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
 #include "apps/commands/standard_streams.h"
-#include "sim/core/json_text.h"
+#include "sim/core/json.h"
 #include "sim/core/units.h"
 #include "sim/jobs/run_model.h"
 #include "sim/pictures/sweep_picture.h"

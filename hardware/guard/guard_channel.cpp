@@ -4,7 +4,7 @@
 #include <sys/socket.h>
 
 #include "hardware/guard/guard_message.h"
-#include "sim/core/steady_now.h"
+#include "sim/core/version.h"
 
 namespace touchfield {
 

@@ -16,7 +16,7 @@
 #include "hardware/guard/guard_message.h"
 #include "hardware/stop_signals.h"
 #include "sim/core/errors.h"
-#include "sim/core/steady_now.h"
+#include "sim/core/version.h"
 
 namespace touchfield {
 

@@ -19,7 +19,7 @@
 #include <fmt/ranges.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/steady_now.h"
+#include "sim/core/version.h"
 
 namespace touchfield {
 

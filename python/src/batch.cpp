@@ -8,7 +8,7 @@
 #include "python/src/job.h"
 #include "python/src/parts.h"
 #include "sim/core/errors.h"
-#include "sim/core/json_text.h"
+#include "sim/core/json.h"
 #include "sim/jobs/check_scene.h"
 #include "sim/jobs/sweep_list.h"
 #include "sim/scene/scene_reader.h"

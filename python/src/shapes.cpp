@@ -11,7 +11,7 @@
 #include "python/src/job.h"
 #include "python/src/parts.h"
 #include "sim/core/errors.h"
-#include "sim/core/rotation.h"
+#include "sim/core/rigid_motion.h"
 #include "sim/core/units.h"
 #include "sim/mesh/io/mesh_io.h"
 #include "sim/mesh/io/unit_guess.h"

@@ -10,8 +10,8 @@
 #include <fmt/ranges.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/place_text.h"
 #include "sim/core/require.h"
+#include "sim/core/text.h"
 #include "sim/core/units.h"
 
 namespace touchfield {

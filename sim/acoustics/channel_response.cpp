@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <complex>
 
-#include "sim/core/normal_pairs.h"
+#include "sim/core/random.h"
 
 namespace touchfield {
 

@@ -14,10 +14,9 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/files.h"
 #include "sim/core/png_file.h"
-#include "sim/core/whole_file.h"
 
 namespace touchfield {
 

@@ -11,9 +11,9 @@
 
 #include "sim/cameras/landmark_table.h"
 #include "sim/cameras/seen_distance.h"
-#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
-#include "sim/core/place_text.h"
+#include "sim/core/files.h"
+#include "sim/core/text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/io/mesh_files.h"
 #include "sim/model/meshed_body.h"

@@ -7,7 +7,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
-#include "sim/core/text_number.h"
+#include "sim/core/text.h"
 #include "sim/scene/number_table.h"
 
 namespace touchfield {

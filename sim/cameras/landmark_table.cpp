@@ -7,7 +7,7 @@
 
 #include "sim/core/require.h"
 #include "sim/core/units.h"
-#include "sim/hand/hand_landmarks.h"
+#include "sim/hand/hand_flesh.h"
 #include "sim/scene/number_table.h"
 #include "sim/scene/quantity.h"
 

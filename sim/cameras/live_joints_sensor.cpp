@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/steady_now.h"
+#include "sim/core/version.h"
 
 namespace touchfield {
 

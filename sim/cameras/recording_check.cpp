@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/place_text.h"
+#include "sim/core/text.h"
 #include "sim/core/units.h"
 
 namespace touchfield {

@@ -8,10 +8,10 @@
 
 #include "sim/cameras/camera_folder.h"
 #include "sim/cameras/landmark_table.h"
-#include "sim/core/atomic_file.h"
+#include "sim/core/files.h"
 #include "sim/core/require.h"
 #include "sim/core/units.h"
-#include "sim/hand/hand_landmarks.h"
+#include "sim/hand/hand_flesh.h"
 #include "sim/model/stages.h"
 #include "sim/motion/loop_clock.h"
 #include "sim/pictures/sight_picture.h"

@@ -6,7 +6,7 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include "sim/core/normal_pairs.h"
+#include "sim/core/random.h"
 #include "sim/scene/camera_models.h"
 
 namespace touchfield {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "sim/core/mixed_bits.h"
+#include "sim/core/random.h"
 
 namespace touchfield {
 

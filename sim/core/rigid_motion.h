@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Geometry>
+
 #include "sim/core/types.h"
 
 namespace touchfield {
@@ -12,5 +14,14 @@ struct RigidMotion {
   Vector3 operator()(const Vector3& x) const { return rotation * x + shift; }
   Points operator()(const Points& points) const { return (rotation * points).colwise() + shift; }
 };
+
+/// Rotation matrix R = Rz Ry Rx: extrinsic rotations about the fixed x, then y, then z axis.
+///
+/// angles   about x, y, z [rad]
+inline Eigen::Matrix3d extrinsic_rotation(const Vector3& angles) {
+  return (Eigen::AngleAxisd(angles.z(), Vector3::UnitZ()) * Eigen::AngleAxisd(angles.y(), Vector3::UnitY()) *
+          Eigen::AngleAxisd(angles.x(), Vector3::UnitX()))
+      .toRotationMatrix();
+}
 
 }  // namespace touchfield

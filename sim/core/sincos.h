@@ -1,7 +1,9 @@
 #pragma once
 
 #include <bit>
+#include <cmath>
 #include <cstdint>
+#include <numbers>
 
 namespace touchfield {
 
@@ -76,6 +78,14 @@ inline SinCosOf<float> sincos(float x) {
   const std::uint32_t cosine_sign = ((quadrant + 1U) & 2U) << 30U;
   return {std::bit_cast<float>(std::bit_cast<std::uint32_t>(sine) ^ sine_sign),
           std::bit_cast<float>(std::bit_cast<std::uint32_t>(cosine) ^ cosine_sign)};
+}
+
+/// The step nearest to a phase [rad] of a device that has `levels` of them a turn, round(phase levels / 2 pi) mod
+/// levels: the last half step is step 0.
+inline int phase_step(double phase, int levels) {
+  const double turns = phase / (2.0 * std::numbers::pi);
+  const auto step = static_cast<int>(std::floor((turns - std::floor(turns)) * levels + 0.5));
+  return step % levels;
 }
 
 }  // namespace touchfield

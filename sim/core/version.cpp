@@ -2,7 +2,9 @@
 
 #include <array>
 #include <chrono>
+#include <dlfcn.h>
 #include <fstream>
+#include <link.h>
 #include <thread>
 #include <unistd.h>
 
@@ -43,6 +45,19 @@ std::string machine_description() {
 std::string utc_now() {
   const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
   return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(now));
+}
+
+std::filesystem::path own_binary() {
+  Dl_info about{};
+  link_map* map = nullptr;
+  if (dladdr1(reinterpret_cast<const void*>(&own_binary), &about, reinterpret_cast<void**>(&map), RTLD_DL_LINKMAP) !=
+          0 &&
+      *map->l_name != '\0') {
+    return map->l_name;
+  }
+  // A program itself has no path there but what its caller calls it, which may be anything.
+  std::error_code error;
+  return std::filesystem::read_symlink("/proc/self/exe", error);
 }
 
 }  // namespace touchfield

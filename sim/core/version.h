@@ -1,5 +1,7 @@
 #pragma once
 
+#include <ctime>
+#include <filesystem>
 #include <string>
 
 namespace touchfield {
@@ -23,5 +25,16 @@ std::string machine_description();
 
 /// The present time in UTC, ISO 8601 to the second.
 std::string utc_now();
+
+/// The file that this very code is in: libtouchfield.so in a program of another's, otherwise the program. What is
+/// installed with it is found from there.
+std::filesystem::path own_binary();
+
+/// [s] of a clock that never jumps and continues while the machine sleeps, which std::chrono::steady_clock does not.
+inline double steady_now() {
+  timespec now{};
+  ::clock_gettime(CLOCK_BOOTTIME, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
 
 }  // namespace touchfield

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <array>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "sim/acoustics/transducer_array.h"
 #include "sim/bem/grid_spec.h"
+#include "sim/core/types.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
@@ -67,5 +70,20 @@ FieldValues evaluate_field(const TriangleMesh& mesh, const TransducerArray& arra
 FieldValues with_near_faces(const TriangleMesh& mesh, const Wave& wave, const Points& points,
                             const Eigen::MatrixXcd& surface, Eigen::MatrixXcd far, const Eigen::VectorXd& winding,
                             const std::vector<int>& near);
+
+/// A regular grid of points, x fastest. A plane has one count of 1.
+struct FieldGrid {
+  std::string name;
+  Vector3 origin;            // the first point [m]
+  Vector3 spacing;           // [m]
+  std::array<int, 3> count;  // points along x, y, z
+
+  Eigen::Index size() const { return static_cast<Eigen::Index>(count[0]) * count[1] * count[2]; }
+  /// 3 x size() [m]
+  Points points() const;
+};
+
+/// Points centre - size/2 ... centre + size/2 at most `spacing` apart on each axis; an axis of size 0 has one point.
+FieldGrid centred_grid(const std::string& name, const Vector3& centre, const Vector3& size, double spacing);
 
 }  // namespace touchfield

@@ -1,6 +1,95 @@
 #include "sim/field/metrics.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "sim/core/units.h"
+
 namespace touchfield {
+
+namespace {
+
+constexpr double kBin = 0.25 * kMillimetre;
+constexpr double kHalfStrip = 2.0 * kMillimetre;
+
+Eigen::VectorXd wanted_amplitudes(const TriangleMesh& mesh, const Target& target) {
+  Eigen::VectorXd wanted = Eigen::VectorXd::Zero(mesh.face_count());
+  for (Eigen::Index i = 0; i < target.size(); ++i) {
+    wanted(target.faces[static_cast<std::size_t>(i)]) = target.amplitudes(i);
+  }
+  return wanted;
+}
+
+/// |p|^2 and area gathered along the width axis of a box.
+class WidthProfile {
+ public:
+  WidthProfile(double from, double to) : from_(from), area_(bins(from, to), 0.0), energy_(bins(from, to), 0.0) {}
+
+  void add(double position, double area, double energy_density) {
+    const auto bin = static_cast<std::size_t>(
+        std::clamp<double>(std::floor((position - from_) / kBin), 0.0, static_cast<double>(area_.size() - 1)));
+    area_[bin] += area;
+    energy_[bin] += area * energy_density;
+  }
+
+  int size() const { return static_cast<int>(area_.size()); }
+  double centre(int bin) const { return from_ + (bin + 0.5) * kBin; }
+  /// Mean |p|^2 of a bin; NaN where no skin fell into it.
+  double mean(int bin) const {
+    const auto at = static_cast<std::size_t>(bin);
+    return area_[at] > 0 ? energy_[at] / area_[at] : kNotComputed;
+  }
+
+ private:
+  static std::size_t bins(double from, double to) {
+    return static_cast<std::size_t>(std::max(1.0, std::ceil((to - from) / kBin)));
+  }
+
+  double from_;
+  std::vector<double> area_;
+  std::vector<double> energy_;
+};
+
+/// Where the profile falls to `level` going from `peak` in steps of `step`; NaN if it never does.
+double crossing(const WidthProfile& profile, int peak, int step, double level) {
+  for (int bin = peak + step; bin >= 0 && bin < profile.size(); bin += step) {
+    const double here = profile.mean(bin);
+    if (std::isnan(here)) {
+      return kNotComputed;
+    }
+    if (here < level) {
+      const double before = profile.mean(bin - step);
+      const double share = (before - level) / (before - here);
+      return profile.centre(bin - step) + share * step * kBin;
+    }
+  }
+  return kNotComputed;
+}
+
+/// A limit in some bands, numbered by 10 log10 of their middle in Hz: 43 is 20 kHz, 46 is 40 kHz, 50 is 100 kHz.
+struct LimitRow {
+  ExposureLimit limit;
+  int first;
+  int last;
+};
+
+constexpr const char* kCommittee = "INIRC-IRPA 1984";
+constexpr const char* kCanada = "Health Canada 1991";
+constexpr const char* kHygienists = "ACGIH 2004";
+constexpr const char* kCeiling = "workers, never above";
+constexpr const char* kTrade = "industry and commerce";
+
+constexpr LimitRow kLimits[] = {
+    {{kCommittee, "public", 70}, 43, 43},   {{kCommittee, "public", 100}, 44, 50},
+    {{kCommittee, "workers", 75}, 43, 43},  {{kCommittee, "workers", 110}, 44, 50},
+    {{kCanada, kTrade, 75}, 43, 43},        {{kCanada, kTrade, 110}, 44, 47},
+    {{kHygienists, kCeiling, 105}, 43, 43}, {{kHygienists, kCeiling, 110}, 44, 44},
+    {{kHygienists, kCeiling, 115}, 45, 50},
+};
+
+}  // namespace
 
 const std::vector<MetricField>& metric_fields() {
   static const std::vector<MetricField> fields = {
@@ -30,6 +119,162 @@ const std::vector<MetricField>& metric_fields() {
       {"evaluation_difference_target", "1", &Metrics::evaluation_difference_target, true},
   };
   return fields;
+}
+
+Eigen::VectorXd radiation_pressure(const SurfaceGradient& gradient, const Wave& wave,
+                                   const Eigen::VectorXcd& pressure) {
+  const Medium& medium = wave.medium();
+  const double potential = 1.0 / (4.0 * medium.density * medium.sound_speed * medium.sound_speed);
+  // rho |v_t|^2 / 4 with |v_t| = |grad p| / (omega rho)
+  const double kinetic = 1.0 / (4.0 * medium.density * wave.omega() * wave.omega());
+  return potential * pressure.cwiseAbs2() - kinetic * gradient.of(pressure).colwise().squaredNorm().transpose();
+}
+
+double wanted_width(const TriangleMesh& mesh, const TargetBox& box, const Target& target) {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (std::size_t i = 0; i < target.faces.size(); ++i) {
+    for (int c = 0; c < 3 && target.box[i] == 0; ++c) {
+      const double x = box.rotation.col(0).dot(mesh.corner(target.faces[i], c) - box.centre);
+      low = std::min(low, x);
+      high = std::max(high, x);
+    }
+  }
+  return high > low ? high - low : kNotComputed;
+}
+
+double half_maximum_width(const TriangleMesh& mesh, const TargetBox& box, const Target& target,
+                          const Eigen::VectorXcd& pressure) {
+  Vector3 facing = Vector3::Zero();
+  for (std::size_t i = 0; i < target.faces.size(); ++i) {
+    if (target.box[i] == 0) {
+      facing += mesh.areas()(target.faces[i]) * mesh.normals().col(target.faces[i]);
+    }
+  }
+  const auto width_axis = box.rotation.col(0);
+  const Eigen::VectorXd along = width_axis.transpose() * (mesh.vertices().colwise() - box.centre);
+  // The first bin edge is a multiple of the bin's width from the box's middle.
+  WidthProfile profile(std::floor(along.minCoeff() / kBin) * kBin, along.maxCoeff());
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    const double across = box.rotation.col(1).dot(mesh.centroids().col(f) - box.centre);
+    const double reach =
+        (mesh.corner(f, 0) - mesh.centroids().col(f)).norm() + (mesh.corner(f, 1) - mesh.corner(f, 2)).norm();
+    if (facing.dot(mesh.normals().col(f)) <= 0 || std::abs(across) > kHalfStrip + reach) {
+      continue;
+    }
+    // A face is wider than a bin: it is shared out in pieces of about half a bin.
+    const Vector3 ab = mesh.corner(f, 1) - mesh.corner(f, 0);
+    const Vector3 ac = mesh.corner(f, 2) - mesh.corner(f, 0);
+    const double longest = std::max({ab.norm(), ac.norm(), (ac - ab).norm()});
+    const int pieces = std::clamp(static_cast<int>(std::ceil(2.0 * longest / kBin)), 1, 400);
+    const double piece_area = mesh.areas()(f) / (static_cast<double>(pieces) * pieces);
+    const auto add_piece = [&](double u, double v) {
+      const Vector3 x = mesh.corner(f, 0) + u / pieces * ab + v / pieces * ac - box.centre;
+      if (std::abs(box.rotation.col(1).dot(x)) <= kHalfStrip) {
+        profile.add(width_axis.dot(x), piece_area, std::norm(pressure(f)));
+      }
+    };
+    for (int i = 0; i < pieces; ++i) {
+      for (int j = 0; i + j < pieces; ++j) {
+        add_piece(i + 1.0 / 3.0, j + 1.0 / 3.0);
+        if (i + j + 1 < pieces) {
+          add_piece(i + 2.0 / 3.0, j + 2.0 / 3.0);
+        }
+      }
+    }
+  }
+  int peak = -1;
+  for (int bin = 0; bin < profile.size(); ++bin) {
+    if (std::abs(profile.centre(bin)) <= 0.5 * box.size.x() && !std::isnan(profile.mean(bin)) &&
+        (peak < 0 || profile.mean(bin) > profile.mean(peak))) {
+      peak = bin;
+    }
+  }
+  if (peak < 0) {
+    return kNotComputed;
+  }
+  const double level = 0.5 * profile.mean(peak);
+  return crossing(profile, peak, 1, level) - crossing(profile, peak, -1, level);
+}
+
+double wanted_mean(const TriangleMesh& mesh, const Target& target) {
+  const Eigen::VectorXd areas = mesh.areas()(target.faces);
+  return areas.dot(target.amplitudes) / areas.sum();
+}
+
+Metrics pattern_metrics(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, const Target& target,
+                        const Eigen::VectorXcd& pressure) {
+  const Eigen::VectorXd& area = mesh.areas();
+  const Eigen::VectorXd reached = pressure.cwiseAbs();
+  const Eigen::VectorXd wanted = wanted_amplitudes(mesh, target);
+  const double energy = area.dot(reached.cwiseAbs2());
+  const double wanted_energy = area.dot(wanted.cwiseAbs2());
+  const double product = area.dot(reached.cwiseProduct(wanted));
+
+  Metrics metrics;
+  metrics.peak_pa = reached.maxCoeff();
+  metrics.scale = product / energy;
+  metrics.correlation = product / std::sqrt(energy * wanted_energy);
+  const auto error_at = [&](double scale) {
+    return std::sqrt(area.dot((scale * reached - wanted).cwiseAbs2()) / wanted_energy);
+  };
+  metrics.relative_error = error_at(metrics.scale);
+  metrics.relative_error_raw = error_at(1.0);
+
+  double inside_area = 0.0;
+  double inside_sum = 0.0;
+  double inside_energy = 0.0;
+  for (const Eigen::Index f : target.faces) {
+    inside_area += area(f);
+    inside_sum += area(f) * reached(f);
+    inside_energy += area(f) * reached(f) * reached(f);
+  }
+  metrics.leakage = 1.0 - inside_energy / energy;
+  metrics.mean_inside_pa = inside_sum / inside_area;
+  metrics.reached_share = metrics.mean_inside_pa / wanted_mean(mesh, target);
+  const double variance = inside_energy / inside_area - metrics.mean_inside_pa * metrics.mean_inside_pa;
+  metrics.cv_inside = std::sqrt(std::max(variance, 0.0)) / metrics.mean_inside_pa;
+  metrics.width_mm = half_maximum_width(mesh, boxes.front(), target, pressure) / kMillimetre;
+  metrics.width_wanted_mm = wanted_width(mesh, boxes.front(), target) / kMillimetre;
+  return metrics;
+}
+
+Metrics metrics_of(const TriangleMesh& mesh, const SurfaceGradient& gradient, const Wave& wave,
+                   const std::vector<TargetBox>& boxes, const Target& target, const Eigen::VectorXcd& pressure) {
+  Metrics metrics = pattern_metrics(mesh, boxes, target, pressure);
+  const Eigen::VectorXd force = mesh.areas().cwiseProduct(radiation_pressure(gradient, wave, pressure));
+  metrics.force_target_n = force(target.faces).sum();
+  metrics.force_elsewhere_n = force.sum() - metrics.force_target_n;
+  return metrics;
+}
+
+Metrics metrics_of(const TriangleMesh& mesh, const Wave& wave, const std::vector<TargetBox>& boxes,
+                   const Target& target, const Eigen::VectorXcd& pressure) {
+  return metrics_of(mesh, SurfaceGradient(mesh, wave.k()), wave, boxes, target, pressure);
+}
+
+Metrics metrics_of(const TriangleMesh& mesh, const SurfaceGradient& gradient, const Wave& wave,
+                   const Eigen::VectorXcd& pressure) {
+  Metrics metrics;
+  metrics.peak_pa = pressure.cwiseAbs().maxCoeff();
+  metrics.force_elsewhere_n = mesh.areas().dot(radiation_pressure(gradient, wave, pressure));
+  return metrics;
+}
+
+double sound_level(double amplitude) {
+  constexpr double kReference = 20e-6;  // [Pa], rms
+  return 20.0 * std::log10(amplitude / (std::numbers::sqrt2 * kReference));
+}
+
+std::vector<ExposureLimit> exposure_limits(double frequency) {
+  const double band = std::round(10.0 * std::log10(frequency));
+  std::vector<ExposureLimit> limits;
+  for (const LimitRow& row : kLimits) {
+    if (band >= row.first && band <= row.last) {
+      limits.push_back(row.limit);
+    }
+  }
+  return limits;
 }
 
 }  // namespace touchfield

@@ -1,15 +1,23 @@
 #include "sim/field/target.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <iterator>
 #include <limits>
+#include <map>
+#include <memory>
 #include <span>
 #include <utility>
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/place_text.h"
+#include "sim/core/require.h"
+#include "sim/core/text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/mesh_risks.h"
 
@@ -95,6 +103,23 @@ Eigen::VectorXd penetration_depths(const TriangleMesh& mesh, const std::vector<T
     depths(static_cast<Eigen::Index>(i)) = std::max(from_entry, 0.0);
   }
   return depths;
+}
+
+/// A part of `along` that is normal to `z`, of length 1.
+Vector3 made_tangent(const Vector3& along, const Vector3& z) { return (along - along.dot(z) * z).normalized(); }
+
+/// But for rounding, of lengths of a body.
+bool is_same(const Vector3& a, const Vector3& b) { return (a - b).norm() < 1e-9; }
+
+constexpr double kSharp = 0.5;  // [rad], bends from which on a corner would stick out
+
+double bend(const Vector3& before, const Vector3& after) { return std::acos(std::clamp(before.dot(after), -1.0, 1.0)); }
+
+/// By how much two pieces that meet have to be longer so that their outer corners meet, if the bend is not sharp.
+double mitre(const Vector3& before, const Vector3& after, double width) {
+  constexpr double kOverlap = 0.05;  // of the width, of pieces in line: rounding leaves no gap
+  const double angle = bend(before, after);
+  return (angle < kSharp ? 0.5 * std::tan(0.5 * angle) + kOverlap : kOverlap) * width;
 }
 
 }  // namespace
@@ -213,6 +238,155 @@ Eigen::Index central_face(const TriangleMesh& mesh, const Target& target) {
   return *std::min_element(target.faces.begin(), target.faces.end(), [&](Eigen::Index a, Eigen::Index b) {
     return (mesh.centroids().col(a) - centre).squaredNorm() < (mesh.centroids().col(b) - centre).squaredNorm();
   });
+}
+
+Vector3 SkinStrokes::normal_about(const Vector3& x, double radius) const {
+  const Eigen::Index own = tree_.nearest(x).face;
+  Vector3 sum = mesh_.areas()(own) * mesh_.normals().col(own);
+  std::vector<Eigen::Index> near;
+  tree_.centroids_within(x, radius, near);
+  for (const Eigen::Index face : near) {
+    if (mesh_.normals().col(face).dot(mesh_.normals().col(own)) > 0) {
+      sum += mesh_.areas()(face) * mesh_.normals().col(face);
+    }
+  }
+  return sum.normalized();
+}
+
+TargetBox SkinStrokes::disc(const Vector3& at, double diameter, double level, const std::string& key) const {
+  const Vector3 centre = tree_.nearest(at).at;
+  Eigen::Matrix3d axes;
+  axes.col(2) = normal_about(centre, 0.5 * diameter);
+  const bool along_x = std::abs(axes(0, 2)) > std::abs(axes(1, 2));  // the normal: then the width is along y
+  axes.col(0) = made_tangent(along_x ? Vector3::UnitY() : Vector3::UnitX(), axes.col(2));
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  return {centre, {diameter, diameter, kDepth}, axes, TargetShape::kCylinder, level, key};
+}
+
+/// The skin between two points of it: on their side of a finger, though the middle may lie nearer to the other.
+SkinPoint SkinStrokes::middle_of(const SkinPoint& from, const SkinPoint& to) const {
+  constexpr double kOneSide = 0.5;  // length of the sum of the normals, below which the points look apart
+  constexpr double kFacing = 0.3;   // cosine
+  const Vector3 middle = 0.5 * (from.at + to.at);
+  const Vector3 facing = mesh_.normals().col(from.face) + mesh_.normals().col(to.face);
+  if (facing.norm() > kOneSide) {
+    const SkinPoint found = tree_.nearest_facing(middle, facing.normalized(), kFacing);
+    return found.face >= 0 ? found : tree_.nearest(middle);
+  }
+  return tree_.nearest(middle);
+}
+
+/// Adds the points of the skin from the last of `nodes` to `to`, without the former.
+void SkinStrokes::add_nodes(const SkinPoint& to, double longest, const std::string& key,
+                            std::vector<SkinPoint>& nodes) const {
+  constexpr double kShorter = 0.95;  // each half is this much of the whole, or else there is a gap in the skin
+  const SkinPoint from = nodes.back();
+  const double length = (to.at - from.at).norm();
+  if (length <= longest) {
+    require(nodes.size() <= kMost, "{}: needs more than {} pieces of {:.3g} mm; make it wider or shorter", key, kMost,
+            longest / kMillimetre);
+    nodes.push_back(to);
+    return;
+  }
+  const SkinPoint middle = middle_of(from, to);
+  require(std::max((middle.at - from.at).norm(), (to.at - middle.at).norm()) <= kShorter * length,
+          "{}: no skin leads from {} to {} (scene coordinates), {:.1f} mm apart; give points between them", key,
+          place_text(from.at), place_text(to.at), length / kMillimetre);
+  add_nodes(middle, longest, key, nodes);
+  add_nodes(to, longest, key, nodes);
+}
+
+std::vector<TargetBox> SkinStrokes::strip(const std::vector<Vector3>& points, double width, double level,
+                                          const std::string& key) const {
+  std::vector<SkinPoint> places = {tree_.nearest(points.front())};
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const SkinPoint next = tree_.nearest(points[i]);
+    require(!is_same(next.at, places.back().at), "{}: points[{}] and points[{}] are at the same place of the skin, {}",
+            key, i - 1, i, place_text(next.at));
+    add_nodes(next, std::min(width, kLongest), key, places);
+  }
+  std::vector<Vector3> nodes;
+  std::ranges::transform(places, std::back_inserter(nodes), &SkinPoint::at);
+  const std::size_t count = nodes.size() - 1;
+  const bool closed = count > 2 && is_same(nodes.front(), nodes.back());
+  std::vector<Vector3> along(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    along[i] = (nodes[i + 1] - nodes[i]).normalized();
+  }
+  const auto is_inner = [&](std::size_t node) { return closed || (node > 0 && node < count); };
+  const auto before = [&](std::size_t node) -> const Vector3& { return node > 0 ? along[node - 1] : along.back(); };
+  const auto behind = [&](std::size_t node) -> const Vector3& { return node < count ? along[node] : along.front(); };
+  const auto beyond = [&](std::size_t node) { return is_inner(node) ? mitre(before(node), behind(node), width) : 0.0; };
+  std::vector<TargetBox> boxes;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vector3 middle = 0.5 * (nodes[i] + nodes[i + 1]);
+    Eigen::Matrix3d axes;
+    axes.col(1) = along[i];
+    axes.col(2) = made_tangent(normal_about(middle, 0.5 * width), along[i]);
+    axes.col(0) = axes.col(1).cross(axes.col(2));
+    const double first = beyond(i);
+    const double last = beyond(i + 1);
+    const double length = (nodes[i + 1] - nodes[i]).norm() + first + last;
+    boxes.push_back(
+        {middle + 0.5 * (last - first) * along[i], {width, length, kDepth}, axes, TargetShape::kBox, level, key});
+  }
+  for (std::size_t node = 0; node < count; ++node) {
+    if (is_inner(node) && bend(before(node), behind(node)) >= kSharp) {
+      boxes.push_back(disc(nodes[node], width, level, key));
+    }
+  }
+  return boxes;
+}
+
+TargetBox masked_box(const TriangleMesh& surface, const std::vector<double>& levels, const std::string& key) {
+  std::vector<Eigen::Index> faces;
+  Vector3 normal = Vector3::Zero();
+  for (Eigen::Index f = 0; f < surface.face_count(); ++f) {
+    if (levels[static_cast<std::size_t>(f)] > 0) {
+      faces.push_back(f);
+      normal += surface.areas()(f) * surface.normals().col(f);
+    }
+  }
+  const Eigen::VectorXd weights = surface.areas()(faces) / surface.areas()(faces).sum();
+  const Points places = surface.centroids()(Eigen::all, faces);
+  const Points from = places.colwise() - Vector3(places * weights);
+  // A mask all round a body has no mean normal to speak of: then any direction will do.
+  normal = normal.norm() > 0 ? normal.normalized() : Vector3::UnitZ();
+  const Points beside = from - normal * (normal.transpose() * from);
+  const Eigen::Matrix3d spread = beside * weights.asDiagonal() * beside.transpose() + normal * normal.transpose();
+  Eigen::Matrix3d axes;
+  axes.col(2) = normal;  // of the largest eigenvalue, 1 m2
+  axes.col(0) = made_tangent(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(0), normal);
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  Eigen::AlignedBox3d bounds;
+  for (const Eigen::Index f : faces) {
+    for (int c = 0; c < 3; ++c) {
+      bounds.extend(Vector3(axes.transpose() * surface.corner(f, c)));
+    }
+  }
+  const Vector3 centre = axes * bounds.center();
+  const TriangleMesh own = transformed(surface, axes.transpose(), -axes.transpose() * centre);
+  return {centre,
+          bounds.sizes() + 2.0 * SkinMask::kReach * Vector3::UnitZ(),
+          axes,
+          TargetShape::kMask,
+          1.0,
+          key,
+          std::make_shared<SkinMask>(own, levels)};
+}
+
+std::vector<Vector3> masked_places(const TriangleMesh& surface, const std::vector<double>& levels) {
+  std::map<std::array<std::int64_t, 3>, Vector3> places;
+  for (Eigen::Index f = 0; f < surface.face_count(); ++f) {
+    if (levels[static_cast<std::size_t>(f)] > 0) {
+      const Vector3 at = surface.centroids().col(f);
+      const auto cell = [&](int axis) { return std::llround(at[axis] / SkinStrokes::kLongest); };
+      places.emplace(std::array<std::int64_t, 3>{cell(0), cell(1), cell(2)}, at);
+    }
+  }
+  std::vector<Vector3> all;
+  std::ranges::transform(places, std::back_inserter(all), [](const auto& place) { return place.second; });
+  return all;
 }
 
 }  // namespace touchfield

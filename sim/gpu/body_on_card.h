@@ -59,8 +59,8 @@ class BodyOnCard {
   /// P of the last spanned(), M x r.
   Eigen::MatrixXcd spanned_pressure() const;
 
-  /// The paper's problem of these faces, with or without scattering (sim/field/gram.h), whose matrix stays on the
-  /// card.
+  /// The paper's problem of these faces, with or without scattering (sim/field/skin_problems.h), whose matrix stays
+  /// on the card.
   ///
   /// weights   of the faces, M
   /// beyond    added to G^H diag(w) G, N x N, or empty

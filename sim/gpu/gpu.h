@@ -122,7 +122,7 @@ class GpuBody {
   /// With H = P V^H, V the drives of P, rows of H, count x N.
   virtual void rows(const int* faces, int count, GpuComplex* rows) = 0;
   /// The few rows R, with R^H R = H^H diag(weights) H but for eigenvalues of at most tolerance^2 of the largest. They
-  /// are those of reduced_skin_problem (sim/field/skin_reduction.h). reduce() says how many they are and what they
+  /// are those of reduced_skin_problem (sim/field/skin_problems.h). reduce() says how many they are and what they
   /// leave out. reduced() gives the rows, rank x N.
   struct Reduction {
     int rank = 0;

@@ -11,8 +11,8 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/own_binary.h"
-#include "sim/core/text_number.h"
+#include "sim/core/text.h"
+#include "sim/core/version.h"
 
 namespace touchfield {
 

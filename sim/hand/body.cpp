@@ -8,7 +8,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
-#include "sim/core/rotation.h"
+#include "sim/core/rigid_motion.h"
 #include "sim/mesh/face_shape.h"
 
 namespace touchfield {

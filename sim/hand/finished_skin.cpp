@@ -1,9 +1,8 @@
-#include "sim/hand/finished_skin.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "sim/hand/implicit_surface.h"
 #include "sim/mesh/subset.h"
 
 namespace touchfield {

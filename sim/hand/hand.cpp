@@ -8,13 +8,11 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/place_text.h"
 #include "sim/core/require.h"
+#include "sim/core/text.h"
 #include "sim/core/units.h"
 #include "sim/hand/hand_flesh.h"
-#include "sim/hand/hand_landmarks.h"
 #include "sim/hand/hand_pose.h"
-#include "sim/hand/hand_skeleton.h"
 #include "sim/hand/skin_mesh.h"
 #include "sim/mesh/query/self_intersections.h"
 

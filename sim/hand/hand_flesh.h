@@ -1,6 +1,9 @@
 #pragma once
 
-#include "sim/hand/hand_skeleton.h"
+#include <string>
+#include <vector>
+
+#include "sim/hand/hand_pose.h"
 #include "sim/hand/implicit_surface.h"
 
 namespace touchfield {
@@ -27,5 +30,14 @@ SoftPart palm_flesh(const HandSkeleton& hand);
 
 /// Whether a finger is bent so far that its end turns back to its base: its inside is filled with flesh.
 bool curled(const BoneChain& finger);
+
+/// Names of a hand's landmarks.
+const std::vector<std::string>& hand_landmark_names();
+
+/// Where a landmark of a left hand lies on its skin [m], to 1e-6 m of the flesh's surface. A pad or tip that is
+/// pressed into flesh has no skin of its own: its landmark lies on the skin that is nearest to it.
+///
+/// throws   InputError that lists the names there are
+Vector3 landmark_on_skin(const HandSkeleton& skeleton, const SoftBody& flesh, const std::string& name);
 
 }  // namespace touchfield

@@ -11,10 +11,10 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/place_text.h"
+#include "sim/core/random.h"
 #include "sim/core/require.h"
+#include "sim/core/text.h"
 #include "sim/core/units.h"
-#include "sim/hand/random_field.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/remesh/mean_height.h"
@@ -22,6 +22,8 @@
 namespace touchfield {
 
 namespace {
+
+constexpr Eigen::Index kWaves = 1024;
 
 using Index = Eigen::Index;
 
@@ -163,6 +165,34 @@ class NoisySkin {
 };
 
 }  // namespace
+
+RandomField::RandomField(double rms, double correlation, std::uint64_t seed)
+    : wavevectors_(3, kWaves), phases_(kWaves), amplitudes_(kWaves) {
+  NormalPairs normal(seed);
+  const double scale = rms / std::sqrt(static_cast<double>(kWaves));
+  for (Eigen::Index m = 0; m < kWaves; ++m) {
+    const NormalPairs::Polar across = normal.next();
+    const NormalPairs::Polar along = normal.next();
+    const NormalPairs::Polar wave = normal.next();
+    wavevectors_.col(m) = Vector3(across.first(), across.second(), along.first()) / correlation;
+    amplitudes_(m) = scale * wave.radius;
+    phases_(m) = wave.angle;
+  }
+}
+
+Eigen::VectorXd RandomField::at(const Points& points) const {
+  Eigen::VectorXd values(points.cols());
+#pragma omp parallel for schedule(static) if (points.cols() > 512)
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const Vector3 x = points.col(i);
+    double sum = 0;
+    for (Eigen::Index m = 0; m < kWaves; ++m) {
+      sum += amplitudes_(m) * std::cos(wavevectors_.col(m).dot(x) + phases_(m));
+    }
+    values(i) = sum;
+  }
+  return values;
+}
 
 Perturbed perturbed(const TriangleMesh& mesh, const SensingNoise& noise) {
   require_noise_within("noise rms", noise.rms, 0, 3e-3);

@@ -8,7 +8,7 @@
 
 #include "sim/core/rigid_motion.h"
 #include "sim/hand/hand.h"
-#include "sim/hand/hand_skeleton.h"
+#include "sim/hand/hand_pose.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {

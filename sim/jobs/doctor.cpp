@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 #include <omp.h>
 
-#include "sim/core/counted.h"
 #include "sim/core/program_start.h"
+#include "sim/core/text.h"
 #include "sim/core/version.h"
 #include "sim/gpu/gpu_library.h"
 #include "sim/pictures/canvas.h"

@@ -14,8 +14,8 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/files.h"
 #include "sim/core/require.h"
 #include "sim/core/version.h"
 #include "sim/gpu/gpu_library.h"

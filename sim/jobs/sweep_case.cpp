@@ -15,12 +15,11 @@
 #include <nlohmann/json.hpp>
 #include <omp.h>
 
-#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
-#include "sim/core/json_text.h"
+#include "sim/core/files.h"
+#include "sim/core/json.h"
 #include "sim/core/program_start.h"
 #include "sim/core/version.h"
-#include "sim/core/whole_file.h"
 #include "sim/jobs/play_scene.h"
 #include "sim/jobs/sensed_motion.h"
 #include "sim/jobs/sweep_directory.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/core/file_lock.h"
+#include "sim/core/files.h"
 #include "sim/run/sweep_files.h"
 #include "sim/scene/sweep_reader.h"
 

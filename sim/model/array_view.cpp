@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/place_text.h"
+#include "sim/core/text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/clearance.h"
 #include "sim/model/clear_transducers.h"

@@ -6,7 +6,7 @@
 #include <map>
 
 #include "sim/core/units.h"
-#include "sim/field/skin_reduction.h"
+#include "sim/field/skin_problems.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/subset.h"
 

@@ -10,11 +10,11 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/place_text.h"
 #include "sim/core/require.h"
-#include "sim/core/rotation.h"
+#include "sim/core/rigid_motion.h"
+#include "sim/core/text.h"
 #include "sim/core/units.h"
-#include "sim/field/skin_strokes.h"
+#include "sim/field/target.h"
 #include "sim/mesh/cut/cut.h"
 #include "sim/mesh/query/clearance.h"
 #include "sim/mesh/query/inspect.h"

@@ -9,8 +9,8 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/place_text.h"
 #include "sim/core/require.h"
+#include "sim/core/text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/cut/cut.h"
 #include "sim/mesh/query/clearance.h"

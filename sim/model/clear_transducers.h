@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "sim/acoustics/transducer_array.h"
-#include "sim/field/field_grid.h"
+#include "sim/field/evaluate.h"
 #include "sim/model/bodies.h"
 
 namespace touchfield {

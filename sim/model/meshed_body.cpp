@@ -9,10 +9,10 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/place_text.h"
 #include "sim/core/require.h"
+#include "sim/core/text.h"
 #include "sim/core/units.h"
-#include "sim/field/skin_strokes.h"
+#include "sim/field/target.h"
 #include "sim/hand/shapes.h"
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/io/mesh_io.h"

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "sim/acoustics/transducer_array.h"
-#include "sim/field/field_grid.h"
-#include "sim/field/outside_skin.h"
+#include "sim/field/evaluate.h"
+#include "sim/field/skin_problems.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/skin_patches.h"
 #include "sim/model/bodies.h"

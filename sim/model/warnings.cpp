@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "sim/acoustics/array_geometry.h"
-#include "sim/core/place_text.h"
+#include "sim/core/text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/mesh_risks.h"
 #include "sim/mesh/query/self_intersections.h"

@@ -6,7 +6,7 @@
 #include <pthread.h>
 #include <utility>
 
-#include "sim/core/steady_now.h"
+#include "sim/core/version.h"
 #include "sim/motion/frame_solver.h"
 
 namespace touchfield {

@@ -10,9 +10,9 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/mixed_bits.h"
+#include "sim/core/random.h"
 #include "sim/core/require.h"
-#include "sim/core/rotation.h"
+#include "sim/core/rigid_motion.h"
 #include "sim/model/array_view.h"
 #include "sim/model/stages.h"
 

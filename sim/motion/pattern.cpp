@@ -9,9 +9,9 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
-#include "sim/core/text_hash.h"
+#include "sim/core/text.h"
 #include "sim/core/version.h"
-#include "sim/field/pressure_metrics.h"
+#include "sim/field/metrics.h"
 #include "sim/model/stages.h"
 #include "sim/model/warnings.h"
 #include "sim/run/kept_models.h"

@@ -12,9 +12,9 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/text_hash.h"
+#include "sim/core/text.h"
 #include "sim/core/version.h"
-#include "sim/field/pressure_metrics.h"
+#include "sim/field/metrics.h"
 #include "sim/model/stages.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/motion/loop_clock.h"

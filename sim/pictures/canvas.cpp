@@ -13,7 +13,6 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/own_binary.h"
 #include "sim/core/png_file.h"
 #include "sim/core/version.h"
 

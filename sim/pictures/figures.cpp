@@ -11,8 +11,8 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/files.h"
 #include "sim/pictures/field_picture.h"
 #include "sim/pictures/overview_picture.h"
 #include "sim/pictures/picture_parts.h"

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/atomic_file.h"
+#include "sim/core/files.h"
 #include "sim/pictures/linear_axis.h"
 #include "sim/pictures/picture_parts.h"
 #include "sim/run/motion_file.h"

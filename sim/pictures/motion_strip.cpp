@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/files.h"
 #include "sim/pictures/motion_picture.h"
 #include "sim/pictures/picture_parts.h"
 #include "sim/pictures/skin_picture.h"

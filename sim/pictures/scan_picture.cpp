@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/atomic_file.h"
+#include "sim/core/files.h"
 #include "sim/pictures/canvas.h"
 #include "sim/pictures/picture_parts.h"
 

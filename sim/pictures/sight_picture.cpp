@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/files.h"
 #include "sim/core/units.h"
 #include "sim/pictures/canvas.h"
 #include "sim/pictures/picture_parts.h"

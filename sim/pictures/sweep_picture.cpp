@@ -12,7 +12,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "sim/core/atomic_file.h"
+#include "sim/core/files.h"
 #include "sim/core/require.h"
 #include "sim/pictures/canvas.h"
 #include "sim/pictures/linear_axis.h"

@@ -9,7 +9,7 @@
 
 #include "sim/acoustics/array_geometry.h"
 #include "sim/core/errors.h"
-#include "sim/core/place_text.h"
+#include "sim/core/text.h"
 #include "sim/core/units.h"
 #include "sim/field/evaluate.h"
 #include "sim/model/evaluation_comparison.h"

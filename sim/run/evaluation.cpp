@@ -6,7 +6,7 @@
 
 #include "sim/acoustics/nonlinearity.h"
 #include "sim/core/errors.h"
-#include "sim/field/pressure_metrics.h"
+#include "sim/field/metrics.h"
 #include "sim/model/evaluation_comparison.h"
 #include "sim/model/stages.h"
 #include "sim/run/kept_models.h"

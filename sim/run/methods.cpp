@@ -10,8 +10,8 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
-#include "sim/field/gram.h"
-#include "sim/field/pressure_metrics.h"
+#include "sim/field/metrics.h"
+#include "sim/field/skin_problems.h"
 #include "sim/gpu/gpu.h"
 #include "sim/model/model.h"
 #include "sim/run/run_file.h"

@@ -4,7 +4,7 @@
 #include <memory>
 #include <optional>
 
-#include "sim/field/outside_skin.h"
+#include "sim/field/skin_problems.h"
 #include "sim/field/target.h"
 #include "sim/run/skin_scattering.h"
 #include "sim/run/transfer.h"

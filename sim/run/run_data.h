@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "sim/acoustics/transducer_array.h"
-#include "sim/field/field_grid.h"
+#include "sim/field/evaluate.h"
 #include "sim/field/metrics.h"
 #include "sim/field/target.h"
 #include "sim/mesh/triangle_mesh.h"

@@ -15,13 +15,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/files.h"
 #include "sim/core/json.h"
-#include "sim/core/json_text.h"
 #include "sim/core/require.h"
 #include "sim/core/version.h"
-#include "sim/core/whole_file.h"
 #include "sim/run/run_file.h"
 
 namespace touchfield {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/core/file_lock.h"
+#include "sim/core/files.h"
 
 namespace touchfield {
 

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/phase_step.h"
+#include "sim/core/sincos.h"
 #include "sim/gpu/field_on_card.h"
 
 namespace touchfield {

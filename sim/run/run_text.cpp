@@ -7,9 +7,9 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "sim/core/atomic_file.h"
+#include "sim/core/files.h"
 #include "sim/core/units.h"
-#include "sim/field/exposure_limits.h"
+#include "sim/field/metrics.h"
 #include "sim/run/result_text.h"
 #include "sim/run/run_file.h"
 #include "sim/run/run_layout.h"

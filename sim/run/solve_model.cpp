@@ -9,9 +9,8 @@
 #include <fmt/format.h>
 #include <omp.h>
 
-#include "sim/core/counted.h"
 #include "sim/core/program_start.h"
-#include "sim/core/text_hash.h"
+#include "sim/core/text.h"
 #include "sim/core/version.h"
 #include "sim/gpu/gpu_library.h"
 #include "sim/model/evaluation_comparison.h"

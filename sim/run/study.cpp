@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/core/errors.h"
-#include "sim/core/steady_now.h"
 #include "sim/core/units.h"
-#include "sim/field/pressure_metrics.h"
+#include "sim/core/version.h"
+#include "sim/field/metrics.h"
 #include "sim/mesh/remesh/subdivide.h"
 #include "sim/model/evaluation_comparison.h"
 #include "sim/run/accuracy.h"

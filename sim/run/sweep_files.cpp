@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/core/errors.h"
-#include "sim/core/json_text.h"
-#include "sim/core/text_number.h"
+#include "sim/core/json.h"
+#include "sim/core/text.h"
 #include "sim/run/checksum.h"
 #include "sim/run/run_file.h"
 #include "sim/run/text_table.h"

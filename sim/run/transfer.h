@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/field/outside_skin.h"
-#include "sim/field/skin_reduction.h"
+#include "sim/field/skin_problems.h"
 #include "sim/run/skin_scattering.h"
 
 namespace touchfield {

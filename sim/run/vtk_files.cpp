@@ -20,8 +20,8 @@
 #include <vtkXMLImageDataWriter.h>
 #include <vtkXMLPolyDataWriter.h>
 
-#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/files.h"
 #include "sim/core/require.h"
 #include "sim/run/motion_file.h"
 #include "sim/run/run_layout.h"

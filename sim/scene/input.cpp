@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/utf8.h"
+#include "sim/core/text.h"
 #include "sim/scene/text_file.h"
 
 namespace touchfield::schema {

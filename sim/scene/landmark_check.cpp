@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "sim/hand/hand_landmarks.h"
+#include "sim/hand/hand_flesh.h"
 #include "sim/hand/shapes.h"
 #include "sim/scene/scene_table.h"
 #include "sim/scene/suggest.h"

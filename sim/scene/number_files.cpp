@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/counted.h"
 #include "sim/core/require.h"
+#include "sim/core/text.h"
 #include "sim/scene/number_table.h"
 
 namespace touchfield::schema {

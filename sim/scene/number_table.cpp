@@ -6,10 +6,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "sim/core/counted.h"
+#include "sim/core/files.h"
 #include "sim/core/require.h"
-#include "sim/core/text_number.h"
-#include "sim/core/whole_file.h"
+#include "sim/core/text.h"
 #include "sim/scene/suggest.h"
 
 namespace touchfield::schema {

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/text_number.h"
+#include "sim/core/text.h"
 
 namespace touchfield::schema {
 

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/text_number.h"
+#include "sim/core/text.h"
 
 namespace touchfield::schema {
 

@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "sim/core/errors.h"
-#include "sim/core/whole_file.h"
+#include "sim/core/files.h"
 #include "sim/scene/input.h"
 #include "sim/scene/overrides.h"
 #include "sim/scene/scene_table.h"

@@ -8,9 +8,9 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/files.h"
 #include "sim/core/require.h"
-#include "sim/core/text_hash.h"
-#include "sim/core/whole_file.h"
+#include "sim/core/text.h"
 #include "sim/scene/input.h"
 #include "sim/scene/random_range.h"
 #include "sim/scene/scene_reader.h"

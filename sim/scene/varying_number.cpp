@@ -10,7 +10,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
-#include "sim/core/text_number.h"
+#include "sim/core/text.h"
 #include "sim/hand/hand_pose.h"
 #include "sim/scene/overrides.h"
 #include "sim/scene/scene_table.h"

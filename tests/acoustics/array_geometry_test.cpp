@@ -4,7 +4,7 @@
 #include <limits>
 #include <random>
 
-#include "sim/core/rotation.h"
+#include "sim/core/rigid_motion.h"
 #include "sim/core/units.h"
 #include "tests/support/testing.h"
 

@@ -1,6 +1,6 @@
 #include "sim/acoustics/transducer_array.h"
 
-#include "sim/core/rotation.h"
+#include "sim/core/rigid_motion.h"
 #include "sim/core/units.h"
 #include "tests/support/testing.h"
 

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/acoustics/incident_field.h"
-#include "sim/core/rotation.h"
+#include "sim/core/rigid_motion.h"
 #include "sim/field/evaluate.h"
 #include "tests/support/sphere_support.h"
 

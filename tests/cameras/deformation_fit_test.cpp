@@ -5,7 +5,6 @@
 
 #include "sim/cameras/hand_points.h"
 #include "sim/core/rigid_motion.h"
-#include "sim/core/rotation.h"
 #include "sim/core/units.h"
 #include "sim/hand/shapes.h"
 #include "sim/mesh/face_shape.h"

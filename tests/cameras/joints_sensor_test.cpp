@@ -12,7 +12,7 @@
 
 #include "sim/cameras/live_joints_sensor.h"
 #include "sim/core/units.h"
-#include "sim/hand/hand_skeleton.h"
+#include "sim/hand/hand_pose.h"
 #include "sim/jobs/sensed_motion.h"
 #include "sim/motion/play.h"
 #include "tests/support/joint_table_support.h"

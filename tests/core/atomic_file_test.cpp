@@ -1,13 +1,12 @@
 // Files that appear whole under their name, and what stands beside them meanwhile.
 
-#include "sim/core/atomic_file.h"
-
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "sim/core/files.h"
 #include "tests/support/files.h"
 #include "tests/support/testing.h"
 

@@ -1,13 +1,12 @@
 // Locks of files and folders: of one holder at a time, whatever becomes of it and of their names.
 
-#include "sim/core/file_lock.h"
-
 #include <csignal>
 #include <filesystem>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/files.h"
 #include "tests/support/files.h"
 #include "tests/support/testing.h"
 

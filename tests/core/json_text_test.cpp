@@ -1,5 +1,3 @@
-#include "sim/core/json_text.h"
-
 #include <limits>
 
 #include <gtest/gtest.h>

@@ -1,9 +1,8 @@
-#include "sim/core/utf8.h"
-
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "sim/core/text.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::utf8_test {

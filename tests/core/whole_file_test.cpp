@@ -1,10 +1,9 @@
-#include "sim/core/whole_file.h"
-
 #include <fstream>
 #include <string>
 #include <sys/stat.h>
 #include <thread>
 
+#include "sim/core/files.h"
 #include "tests/support/files.h"
 #include "tests/support/testing.h"
 

@@ -1,9 +1,8 @@
-#include "sim/field/exposure_limits.h"
-
 #include <cmath>
 #include <limits>
 #include <string>
 
+#include "sim/field/metrics.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::exposure_limits_test {

@@ -1,5 +1,4 @@
-#include "sim/field/field_grid.h"
-
+#include "sim/field/evaluate.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::field_grid_test {

@@ -1,8 +1,7 @@
-#include "sim/field/outside_skin.h"
-
 #include <gtest/gtest.h>
 
 #include "sim/acoustics/incident_field.h"
+#include "sim/field/skin_problems.h"
 #include "sim/hand/shapes.h"
 
 namespace touchfield::outside_skin_test {

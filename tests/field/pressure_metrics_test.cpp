@@ -1,11 +1,10 @@
-#include "sim/field/pressure_metrics.h"
-
 #include <cmath>
 
 #include <gtest/gtest.h>
 
-#include "sim/core/rotation.h"
+#include "sim/core/rigid_motion.h"
 #include "sim/core/units.h"
+#include "sim/field/metrics.h"
 #include "tests/support/sphere_support.h"
 
 namespace touchfield::pressure_metrics_test {

@@ -1,11 +1,9 @@
-#include "sim/field/skin_reduction.h"
-
 #include <cmath>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
 
-#include "sim/field/outside_skin.h"
+#include "sim/field/skin_problems.h"
 #include "solvers/linear/low_rank.h"
 #include "solvers/phase/skin_field.h"
 

@@ -1,10 +1,9 @@
-#include "sim/field/skin_strokes.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <set>
 
+#include "sim/field/target.h"
 #include "sim/hand/hand.h"
 #include "sim/hand/shapes.h"
 #include "tests/support/mesh_support.h"

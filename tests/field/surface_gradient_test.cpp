@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/core/rotation.h"
-#include "sim/field/pressure_metrics.h"
+#include "sim/core/rigid_motion.h"
+#include "sim/field/metrics.h"
 #include "tests/support/sphere_support.h"
 #include "tests/support/testing.h"
 

@@ -1,8 +1,8 @@
 #include "sim/field/target.h"
 
-#include "sim/core/rotation.h"
+#include "sim/core/rigid_motion.h"
 #include "sim/core/units.h"
-#include "sim/field/gram.h"
+#include "sim/field/skin_problems.h"
 #include "sim/hand/shapes.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/testing.h"

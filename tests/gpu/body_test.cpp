@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/core/errors.h"
-#include "sim/field/gram.h"
+#include "sim/field/skin_problems.h"
 #include "sim/gpu/body_on_card.h"
 #include "sim/hand/hand.h"
 #include "sim/hand/shapes.h"

@@ -10,7 +10,6 @@
 #include "sim/core/units.h"
 #include "sim/hand/hand.h"
 #include "sim/hand/hand_pose.h"
-#include "sim/hand/hand_skeleton.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "tests/support/hand_support.h"

@@ -12,9 +12,7 @@
 
 #include "sim/core/units.h"
 #include "sim/hand/hand_flesh.h"
-#include "sim/hand/hand_landmarks.h"
 #include "sim/hand/hand_pose.h"
-#include "sim/hand/hand_skeleton.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"

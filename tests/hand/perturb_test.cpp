@@ -11,7 +11,6 @@
 #include <Eigen/Geometry>
 
 #include "sim/hand/hand.h"
-#include "sim/hand/random_field.h"
 #include "sim/hand/shapes.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"

@@ -15,7 +15,6 @@
 #include "sim/hand/hand.h"
 #include "sim/hand/hand_contact.h"
 #include "sim/hand/hand_pose.h"
-#include "sim/hand/hand_skeleton.h"
 #include "sim/mesh/cut/cut.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "tests/support/hand_support.h"

@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/core/rotation.h"
+#include "sim/core/rigid_motion.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::array_match_test {

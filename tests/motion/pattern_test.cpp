@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/field/pressure_metrics.h"
+#include "sim/field/metrics.h"
 #include "tests/support/solve_support.h"
 #include "tests/support/testing.h"
 

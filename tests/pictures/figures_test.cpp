@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "sim/field/skin_strokes.h"
+#include "sim/field/target.h"
 #include "sim/pictures/field_picture.h"
 #include "sim/pictures/picture_parts.h"
 #include "sim/pictures/skin_picture.h"

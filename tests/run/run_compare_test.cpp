@@ -7,7 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "sim/core/json_text.h"
+#include "sim/core/json.h"
 #include "tests/support/output_support.h"
 #include "tests/support/testing.h"
 

@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/bem/rigid_sphere.h"
-#include "sim/core/json_text.h"
-#include "sim/field/exposure_limits.h"
+#include "sim/core/json.h"
+#include "sim/field/metrics.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/run/run_file.h"
 #include "sim/run/solve_model.h"

@@ -1,7 +1,7 @@
 #include "sim/run/transfer.h"
 
 #include "sim/bem/scattering_system.h"
-#include "sim/core/rotation.h"
+#include "sim/core/rigid_motion.h"
 #include "sim/hand/shapes.h"
 #include "sim/run/kept_models.h"
 #include "solvers/linear/low_rank.h"

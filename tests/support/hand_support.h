@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "sim/core/types.h"
-#include "sim/hand/hand_skeleton.h"
+#include "sim/hand/hand_pose.h"
 
 namespace touchfield {
 inline namespace support {

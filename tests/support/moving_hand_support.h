@@ -9,7 +9,7 @@
 
 #include "sim/cameras/pose_fit.h"
 #include "sim/cameras/simulated_camera.h"
-#include "sim/core/rotation.h"
+#include "sim/core/rigid_motion.h"
 #include "sim/core/units.h"
 #include "sim/hand/hand.h"
 

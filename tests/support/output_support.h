@@ -4,7 +4,7 @@
 #include <limits>
 #include <string>
 
-#include "sim/core/rotation.h"
+#include "sim/core/rigid_motion.h"
 #include "sim/run/run_data.h"
 #include "tests/support/files.h"
 

@@ -18,8 +18,8 @@
 #include <vtkPolyData.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/place_text.h"
 #include "sim/core/require.h"
+#include "sim/core/text.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/pieces.h"

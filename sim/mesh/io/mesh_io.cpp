@@ -10,10 +10,9 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/files.h"
 #include "sim/core/require.h"
-#include "sim/core/whole_file.h"
 #include "sim/mesh/io/weld.h"
 
 namespace touchfield {

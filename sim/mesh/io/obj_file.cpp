@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/text_number.h"
+#include "sim/core/text.h"
 #include "sim/mesh/io/mesh_files.h"
 #include "sim/mesh/io/text_cursor.h"
 

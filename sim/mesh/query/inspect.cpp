@@ -10,9 +10,8 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include "sim/core/counted.h"
 #include "sim/core/errors.h"
-#include "sim/core/place_text.h"
+#include "sim/core/text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/query/pieces.h"

@@ -12,7 +12,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/mixed_bits.h"
+#include "sim/core/random.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/subset.h"
 

@@ -4,8 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/counted.h"
-#include "sim/core/place_text.h"
+#include "sim/core/text.h"
 #include "sim/mesh/query/box_tree.h"
 #include "sim/mesh/query/triangle_pair.h"
 

@@ -10,7 +10,7 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include "sim/core/place_text.h"
+#include "sim/core/text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/remesh/edit_mesh.h"

@@ -5,9 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/counted.h"
 #include "sim/core/errors.h"
-#include "sim/core/place_text.h"
+#include "sim/core/text.h"
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/io/weld.h"
 #include "sim/mesh/query/inspect.h"

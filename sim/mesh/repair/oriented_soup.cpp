@@ -10,8 +10,8 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/counted.h"
 #include "sim/core/errors.h"
+#include "sim/core/text.h"
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/io/weld.h"
 #include "sim/mesh/query/face_tree.h"

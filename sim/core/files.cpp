@@ -1,4 +1,4 @@
-#include "sim/core/atomic_file.h"
+#include "sim/core/files.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -6,12 +6,18 @@
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
+#include <fstream>
+#include <sys/file.h>
 #include <sys/random.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
 
 #include "sim/core/child_process.h"
+#include "sim/core/errors.h"
+#include "sim/core/text.h"
+#include "sim/core/version.h"
 
 namespace touchfield {
 
@@ -99,6 +105,76 @@ std::optional<std::string> target_of_temporary(std::string_view name) {
     return std::nullopt;
   }
   return std::string(name.substr(1, name.size() - 1 - end));
+}
+
+std::string read_whole_file(const std::string& path, std::size_t most) {
+  const auto refuse = [&](const std::string& what) { throw InputError(fmt::format("{}: {}", path, what)); };
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) {
+    refuse("a directory, must be a file");
+  }
+  errno = 0;
+  std::ifstream file(path, std::ios::binary);
+  constexpr std::size_t kBlock = 1U << 20U;
+  std::string bytes;
+  while (file) {
+    const std::size_t size = bytes.size();
+    bytes.resize(size + std::min(kBlock, most + 1 - size));
+    file.read(bytes.data() + size, static_cast<std::streamsize>(bytes.size() - size));
+    bytes.resize(size + static_cast<std::size_t>(file.gcount()));
+    if (bytes.size() > most) {
+      refuse(fmt::format("too long, must be at most {} bytes", most));
+    }
+  }
+  if (!file.eof()) {
+    refuse(errno == ENOENT ? "no such file" : fmt::format("cannot be read: {}", std::strerror(errno)));
+  }
+  return bytes;
+}
+
+std::string read_text_file(const std::string& path, std::size_t most) {
+  std::string text = read_whole_file(path, most);
+  require_text(text, path);
+  text.erase(0, text.starts_with("\xEF\xBB\xBF") ? 3 : 0);
+  return text;
+}
+
+FileLock::FileLock(const std::string& path, bool is_folder) {
+  struct stat own {};
+  struct stat named {};
+  do {  // between opening and locking, its name may have gone to another
+    const bool made = !is_folder || ::mkdir(path.c_str(), 0777) == 0 || errno == EEXIST;
+    const int why_not = errno;
+    const int how = is_folder ? O_RDONLY | O_DIRECTORY : O_RDWR | O_CREAT | O_NONBLOCK;
+    file_ = Descriptor(::open(path.c_str(), how | O_CLOEXEC, 0666));
+    if (file_.number() < 0 || ::fstat(file_.number(), &own) != 0) {
+      throw IoError(
+          fmt::format("{} cannot be {}: {}", path, made ? "opened" : "made", std::strerror(made ? errno : why_not)));
+    }
+    if (::flock(file_.number(), LOCK_EX | LOCK_NB) != 0) {
+      state_ = errno == EWOULDBLOCK ? State::kElsewhere : State::kUnknown;
+      return;
+    }
+    state_ = State::kHeld;
+  } while (::stat(path.c_str(), &named) != 0 || own.st_dev != named.st_dev || own.st_ino != named.st_ino);
+}
+
+FileLock::~FileLock() {
+  if (file_.number() >= 0 && state_ == State::kHeld) {
+    ::flock(file_.number(), LOCK_UN);  // of copies of this process too
+  }
+}
+
+LogFile::LogFile(const std::string& path)
+    : file_(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_APPEND | O_CLOEXEC, 0666)) {
+  if (file_.number() < 0) {
+    throw IoError(fmt::format("{} cannot be written: {}", path, std::strerror(errno)));
+  }
+}
+
+void LogFile::line(std::string_view text) {
+  const std::string line = fmt::format("{} {}\n", utc_now(), text);
+  static_cast<void>(::write(file_.number(), line.data(), line.size()) < 0);  // in one call: threads' lines stay apart
 }
 
 }  // namespace touchfield

@@ -1,16 +1,36 @@
-#include "sim/field/skin_reduction.h"
+#include "sim/field/skin_problems.h"
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <stdexcept>
 #include <utility>
 
+#include "sim/acoustics/incident_field.h"
 #include "solvers/linear/blas_product.h"
 #include "solvers/linear/hermitian_eigen.h"
 
 namespace touchfield {
 
 namespace {
+
+constexpr Eigen::Index kGramRows = 2048;  // rows of G that are weighed at a time
+
+/// Q from its blocks, W = diag(w): bb = B_T^H W B_T (K x K), gb = G^H W B_T (N x K), gg = G^H W G (N x N).
+IncidentProblem assemble(const Eigen::MatrixXcd& bb, const Eigen::MatrixXcd& gb, const Eigen::MatrixXcd& gg,
+                         const Eigen::VectorXd& amplitudes) {
+  const Eigen::Index k = bb.rows();
+  const Eigen::Index n = gg.rows();
+  Eigen::MatrixXcd q(k + n, k + n);
+  const auto scale = amplitudes.asDiagonal();
+  q.topLeftCorner(k, k) = scale * bb * scale;
+  q.bottomLeftCorner(n, k) = -gb * scale;
+  q.topRightCorner(k, n) = q.bottomLeftCorner(n, k).adjoint();
+  q.bottomRightCorner(n, n) = gg;
+  return {std::move(q), k};
+}
+
+constexpr double kWall = 2.0;  // |p|^2 on skin over |p_inc|^2
 
 /// Eigenvalues of a Gram matrix that count, their number, and what the others were.
 struct Spectrum {
@@ -33,6 +53,80 @@ Spectrum spectrum_of(const HermitianEigen& eigen, double tolerance) {
 }
 
 }  // namespace
+
+Eigen::VectorXd row_weights(FaceWeights faces, const Eigen::VectorXd& areas, Eigen::Index rows) {
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(rows);
+  if (faces == FaceWeights::kArea) {
+    weights.head(areas.size()) = areas / areas.mean();
+  }
+  return weights;
+}
+
+Eigen::MatrixXcd weighted_gram(const Eigen::MatrixXcd& g, const Eigen::VectorXd& weights) {
+  if ((weights.array() == 1.0).all()) {
+    return hermitian_product(g);
+  }
+  Eigen::MatrixXcd gram = Eigen::MatrixXcd::Zero(g.cols(), g.cols());
+  const Eigen::VectorXd roots = weights.cwiseSqrt();
+  for (Eigen::Index at = 0; at < g.rows(); at += kGramRows) {
+    const Eigen::Index count = std::min(kGramRows, g.rows() - at);
+    gram += hermitian_product(roots.segment(at, count).asDiagonal() * g.middleRows(at, count));
+  }
+  return gram;
+}
+
+IncidentProblem scattered_problem(const Eigen::MatrixXcd& columns, const Eigen::MatrixXcd& g,
+                                  const Eigen::MatrixXcd& gram_g, const Eigen::VectorXd& amplitudes,
+                                  const Eigen::VectorXd& weights) {
+  return assemble(weighted_gram(columns, weights), adjoint_product(g, weights.asDiagonal() * columns), gram_g,
+                  amplitudes);
+}
+
+IncidentProblem unscattered_problem(const std::vector<Eigen::Index>& faces, const Eigen::MatrixXcd& g,
+                                    const Eigen::MatrixXcd& gram_g, const Eigen::VectorXd& amplitudes,
+                                    const Eigen::VectorXd& weights) {
+  const Eigen::MatrixXcd own = weights(faces).cast<std::complex<double>>().asDiagonal();
+  return assemble(own, g(faces, Eigen::all).adjoint() * own, gram_g, amplitudes);
+}
+
+Eigen::VectorXd OutsideSkin::face_weights(const Eigen::VectorXd& areas, const Target& target,
+                                          double outside_weight) const {
+  Eigen::VectorXd weights = outside_weight * areas;
+  if (faces.size() > 0) {
+    weights.array() *= faces.array();
+  }
+  weights(target.faces).setZero();
+  return weights;
+}
+
+Eigen::VectorXd OutsideSkin::beyond_weights(double outside_weight) const {
+  return kWall * outside_weight * beyond.areas;
+}
+
+Eigen::MatrixXcf OutsideSkin::beyond_pressure_single(const Wave& wave) const {
+  return incident_matrix_single(array, wave, beyond.centres());
+}
+
+Eigen::MatrixXcd OutsideSkin::beyond_rows(const Wave& wave, double outside_weight) const {
+  return beyond_weights(outside_weight).cwiseSqrt().asDiagonal() * incident_matrix(array, wave, beyond.centres());
+}
+
+Eigen::VectorXd OutsideSkin::misfit_weights(FaceWeights weights, const Eigen::VectorXd& areas,
+                                            Eigen::Index rows) const {
+  Eigen::VectorXd all = row_weights(weights, areas, rows);
+  if (faces.size() > 0) {
+    all.head(faces.size()).array() *= faces.array();
+  }
+  return all;
+}
+
+Eigen::MatrixXcd OutsideSkin::beyond_gram(FaceWeights weights, const Wave& wave, double mean_area) const {
+  if (beyond.empty()) {
+    return {};
+  }
+  return weighted_gram(incident_matrix(array, wave, beyond.centres()),
+                       weights == FaceWeights::kArea ? Eigen::VectorXd(beyond.areas / mean_area) : beyond.faces);
+}
 
 SkinReduction reduced_skin_problem(const Eigen::MatrixXcd& pressures, const Eigen::MatrixXcd& drives,
                                    const Eigen::VectorXd& areas, const Target& target, const Eigen::VectorXd& outside,

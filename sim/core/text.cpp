@@ -1,10 +1,13 @@
-#include "sim/core/utf8.h"
+#include "sim/core/text.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/units.h"
 
 namespace touchfield {
 
@@ -50,6 +53,20 @@ void require_text(std::string_view bytes, std::string_view name) {
                                  1 + std::ranges::count(text, '\n'), length - (text.rfind('\n') + 1) + 1,
                                  static_cast<unsigned char>(bytes[length])));
   }
+}
+
+std::string place_text(const Vector3& point, int decimals) {
+  const double parts = std::pow(10.0, decimals);
+  const Vector3 mm = (parts / kMillimetre * point).array().round() / parts + 0.0;  // no -0.0
+  return fmt::format("({:.{}f}, {:.{}f}, {:.{}f}) mm", mm.x(), decimals, mm.y(), decimals, mm.z(), decimals);
+}
+
+std::string text_hash(std::string_view text) {
+  std::uint64_t hash = 0xcbf29ce484222325U;
+  for (const char c : text) {
+    hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
+  }
+  return fmt::format("fnv1a64:{:016x}", hash);
 }
 
 }  // namespace touchfield
