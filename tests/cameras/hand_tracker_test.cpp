@@ -223,7 +223,7 @@ TEST_P(OtherHands, AreFoundAndFollowed) {
 }
 
 INSTANTIATE_TEST_SUITE_P(HandTracker, OtherHands,
-                         testing::Values(OtherHand{"index_up", HandSide::kLeft}, OtherHand{"grasp", HandSide::kRight},
+                         ::testing::Values(OtherHand{"index_up", HandSide::kLeft}, OtherHand{"grasp", HandSide::kRight},
                                          OtherHand{"flat", HandSide::kRight, 0.157},
                                          OtherHand{"flat", HandSide::kRight, 0.213}),
                          [](const auto& of) {

@@ -25,7 +25,7 @@ struct Coming {
   Beside beside;
 };
 
-class ComingHand : public testing::TestWithParam<Coming> {};
+class ComingHand : public ::testing::TestWithParam<Coming> {};
 
 /// The hand stands still in the middle, goes, stays away and comes back, within 100 frames.
 double away(int frame) {
@@ -107,9 +107,9 @@ TEST_P(ComingHand, IsNeverWrongWithoutBeingLost) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Short, ComingHand,
-                         testing::Values(Coming{100, Beside::kNothing}, Coming{100, Beside::kSleeve}));
+                         ::testing::Values(Coming{100, Beside::kNothing}, Coming{100, Beside::kSleeve}));
 INSTANTIATE_TEST_SUITE_P(Full, ComingHand,
-                         testing::Values(Coming{1000, Beside::kNothing}, Coming{500, Beside::kBall},
+                         ::testing::Values(Coming{1000, Beside::kNothing}, Coming{500, Beside::kBall},
                                          Coming{500, Beside::kSleeve}));
 
 }  // namespace touchfield::lost_hand_test

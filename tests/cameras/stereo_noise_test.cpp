@@ -9,6 +9,7 @@
 
 #include "sim/cameras/simulated_camera.h"
 #include "sim/hand/shapes.h"
+#include "tests/support/mesh_support.h"
 #include "tests/support/threads_support.h"
 
 namespace touchfield::stereo_noise_test {
@@ -29,14 +30,6 @@ TriangleMesh plate(double depth, double half, const Vector3& centre = Vector3::Z
   Triangles faces(3, 2);
   faces << 0, 0, 2, 3, 1, 2;
   return {corners, faces};
-}
-
-TriangleMesh together(const TriangleMesh& a, const TriangleMesh& b) {
-  Points vertices(3, a.vertex_count() + b.vertex_count());
-  vertices << a.vertices(), b.vertices();
-  Triangles faces(3, a.face_count() + b.face_count());
-  faces << a.triangles(), (b.triangles().array() + static_cast<int>(a.vertex_count())).matrix();
-  return {vertices, faces};
 }
 
 DepthImage image_of(const StereoCamera& camera, const TriangleMesh& mesh, const StereoEffects& effects,

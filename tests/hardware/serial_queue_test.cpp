@@ -114,7 +114,7 @@ TEST_F(QueueOfALink, SilenceIsAnErrorIfItsBytesStay) {
 TEST_F(QueueOfALink, SilenceWaitsForItsLastByte) {
   queue().waiting = 17;
   queue().leaving = 5;
-  EXPECT_NO_THROW(link_.silent());
+  EXPECT_NO_THROW(link_.silence());
   EXPECT_EQ(queue().waiting, 0);
 }
 

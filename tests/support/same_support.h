@@ -117,7 +117,7 @@ inline void expect_same(const RunTransfer& a, const RunTransfer& b) {
 
 inline void expect_same(const MotionFrame& a, const MotionFrame& b) {
   using F = MotionFrame;
-  expect_equal_parts(a, b, &F::outside, &F::lost, &F::seconds);
+  expect_equal_parts(a, b, &F::silent, &F::lost, &F::seconds);
   expect_same_values(a, b, &F::sampled, &F::started, &F::late, &F::shown, &F::pose_time, &F::target_off);
   expect_same_bits(a.off.skin, b.off.skin);
   expect_same_bits(a.off.patch, b.off.patch);
