@@ -28,7 +28,7 @@ std::string span_text(double seconds) {
 }
 
 ConsoleProgress::ConsoleProgress(const CommonFlags& flags)
-    : quiet_(flags.quiet || flags.json), verbose_(flags.verbose && !quiet_), terminal_(isatty(fileno(stderr)) == 1) {}
+    : terse_(flags.quiet || flags.json), verbose_(flags.verbose && !terse_), terminal_(isatty(fileno(stderr)) == 1) {}
 
 ConsoleProgress::~ConsoleProgress() { clear_bar(); }
 
@@ -43,7 +43,7 @@ void ConsoleProgress::begin(std::string_view what) {
   const auto now = Clock::now();
   stages_.push_back({std::string(what), now, now + kFirstLine, kFirstLine});
   shown_percent_ = -1;
-  if (terminal_ && !quiet_) {
+  if (terminal_ && !terse_) {
     if (expected_since_) {
       draw_total(now);
     } else {
@@ -65,7 +65,7 @@ void ConsoleProgress::advance(double fraction) {
   const double taken = std::chrono::duration<double>(now - stage.begun).count();
   const std::string left =
       share > 0 && share < 1 && taken > 1 ? ", about " + span_text(taken * (1 / share - 1)) + " left" : "";
-  if (terminal_ && !quiet_ && (percent != shown_percent_ || now - drawn_ > kRedraw)) {
+  if (terminal_ && !terse_ && (percent != shown_percent_ || now - drawn_ > kRedraw)) {
     drawn_ = now;
     shown_percent_ = percent;
     if (expected_since_) {
@@ -84,7 +84,7 @@ void ConsoleProgress::advance(double fraction) {
 
 /// Into the log, and to where no bar shows it.
 void ConsoleProgress::write_line(const std::string& line) {
-  if (!terminal_ && !quiet_) {
+  if (!terminal_ && !terse_) {
     say(line + "\n");
   }
   if (log_) {
@@ -122,7 +122,7 @@ void ConsoleProgress::end(double seconds) {
 
 void ConsoleProgress::remark(std::string_view message) {
   clear_bar();
-  if (!quiet_) {
+  if (!terse_) {
     say(fmt::format("touchfield: note: {}\n", message));
   }
   if (log_) {
@@ -140,7 +140,7 @@ void ConsoleProgress::warn(std::string_view message) {
 
 void ConsoleProgress::note(std::string_view line) {
   clear_bar();
-  if (!quiet_) {
+  if (!terse_) {
     say(fmt::format("{}\n", line));
   }
   if (log_) {

@@ -55,7 +55,7 @@ class ConsoleProgress : public Progress {
   void draw_total(Clock::time_point now);
   void write_line(const std::string& line);
 
-  bool quiet_;  // warnings only
+  bool terse_;  // warnings only
   bool verbose_;
   bool terminal_;
   bool bar_shown_ = false;

@@ -267,19 +267,18 @@ nb::object radiation(const SkinMesh& skin, nb::handle pressure, const std::optio
   }));
 }
 
-nb::dict bounded(const SharedProblem& problem, std::optional<int> threads) {
-  const OptimalityBound optimality_bound =
-      computed(thread_count(threads), [problem](Progress&) { return prove_bound(*problem); });
+nb::dict bound_of(const SharedProblem& problem, std::optional<int> threads) {
+  const OptimalityBound found = computed(thread_count(threads), [problem](Progress&) { return prove_bound(*problem); });
   nb::dict values;
-  values["bound"] = optimality_bound.bound;
-  values["relaxed"] = optimality_bound.relaxed;
-  values["iterations"] = optimality_bound.iterations;
-  values["converged"] = optimality_bound.converged;
+  values["bound"] = found.bound;
+  values["relaxed"] = found.relaxed;
+  values["iterations"] = found.iterations;
+  values["converged"] = found.converged;
   return values;
 }
 
-nb::dict evaluation(const SharedModel& model, nb::handle phases, std::optional<int> threads) {
-  const OwnMethod given = own_method("given", phases, "evaluation: phases");
+nb::dict evaluate_phases(const SharedModel& model, nb::handle phases, std::optional<int> threads) {
+  const OwnMethod given = own_method("given", phases, "evaluate: phases");
   const Metrics metrics = computed(thread_count(threads), [model, given](Progress& progress) {
     FixedModel fixed = *model->fixed;
     fixed.scene.solve.methods.clear();
@@ -326,7 +325,7 @@ void add_classes(nb::module_& module) {
           [](SharedProblem* self, nb::handle target, nb::handle amplitudes, nb::handle weights, nb::handle outside) {
             new (self) SharedProblem(problem_of(target, amplitudes, weights, outside));
           },
-          nb::arg("target"), nb::arg("amplitudes"), nb::arg("weights"), nb::arg("quiet") = nb::none(),
+          nb::arg("target"), nb::arg("amplitudes"), nb::arg("weights"), nb::arg("outside") = nb::none(),
           nb::sig("def __init__(self, target: numpy.typing.ArrayLike, amplitudes: numpy.typing.ArrayLike, weights: "
                   "numpy.typing.ArrayLike, outside: numpy.typing.ArrayLike | None = None) -> None"),
           "target: the K x N rows of H; amplitudes: p', K [Pa]; weights: w, K, areas [m2]; outside: R, r x N.")
@@ -417,11 +416,11 @@ void add_problems(nb::module_& module) {
   module.def("solve_paper", &solve_by_paper, nb::arg("model"), nb::kw_only(), nb::arg("iterations") = kUsualIterations,
              nb::arg("faces") = "equal", nb::arg("scattered") = true, nb::arg("threads") = nb::none(),
              "Method `paper` or `unscattered` on the model of a scene.");
-  module.def("prove_bound", &bounded, nb::arg("problem"), nb::arg("threads") = nb::none(),
-             nb::sig("def prove_bound(problem: Problem, threads: int | None = None) -> dict[str, typing.Any]"),
+  module.def("optimality_bound", &bound_of, nb::arg("problem"), nb::arg("threads") = nb::none(),
+             nb::sig("def optimality_bound(problem: Problem, threads: int | None = None) -> dict[str, typing.Any]"),
              "The optimality bound: a proved lower bound of the problem's cost over all drive vectors [Pa2 m2].");
-  module.def("evaluation", &evaluation, nb::arg("model"), nb::arg("phases"), nb::arg("threads") = nb::none(),
-             nb::sig("def evaluation(model: Model, phases: numpy.typing.ArrayLike, threads: int | None = None) -> "
+  module.def("evaluate", &evaluate_phases, nb::arg("model"), nb::arg("phases"), nb::arg("threads") = nb::none(),
+             nb::sig("def evaluate(model: Model, phases: numpy.typing.ArrayLike, threads: int | None = None) -> "
                      "dict[str, float]"),
              "The metrics of phases at full drive on the scene's evaluation mesh, as for a built-in method.");
   module.def(

@@ -99,7 +99,7 @@ def test_own_methods(model):
     with pytest.raises(tf.InputError, match="set and device need a scene file"):
         tf.run(model, set={"solve.iterations": 3})
     with pytest.raises(tf.InputError, match=r"evaluation: phases\[0\] has the amplitude 0.5; here channels are at full drive"):
-        tf.evaluation(model, np.full(channels, 0.5j))
+        tf.evaluate(model, np.full(channels, 0.5j))
 
 
 def test_arrays_and_transfers(ball, pair):

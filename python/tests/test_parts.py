@@ -40,7 +40,7 @@ def test_solvers_by_themselves_find_what_the_run_found(model, run):
 
 def test_optimality_bound(model, run):
     problem = tf.Problem.of_model(model, threads=2)
-    proof = tf.prove_bound(problem, threads=2)
+    proof = tf.optimality_bound(problem, threads=2)
     assert proof["bound"] == pytest.approx(run.metrics["surface"]["cost_bound"], rel=1e-9)
     assert 0 < proof["bound"] <= problem.cost(tf.surface(problem, free_level=False).drives)
 

@@ -95,7 +95,7 @@ def test_own_method_beside_the_built_in_ones(model, run):
         level = run.amplitudes["surface"].max()  # `surface` may turn the array down, given phases are at full drive
         if level == 1 or metric in ("relative_error", "leakage", "cost_skin", "optimality_gap", "evaluation_difference"):
             assert with_own.metrics["mine"][metric] == pytest.approx(with_own.metrics["surface"][metric], rel=1e-3), metric
-    assert tf.evaluation(model, run.phases["surface"])["relative_error"] == pytest.approx(with_own.metrics["mine"]["relative_error"], rel=1e-6)
+    assert tf.evaluate(model, run.phases["surface"])["relative_error"] == pytest.approx(with_own.metrics["mine"]["relative_error"], rel=1e-6)
 
 
 def test_fields(run):

@@ -44,10 +44,10 @@ from ._arrays import Array, Wave
 from ._bodies import Mesh, hand, read_mesh, sphere
 from ._core import DeviceError, Error, InputError, IoError, NotBuiltError, NumericalError, TouchfieldNote, TouchfieldWarning
 from ._emission import send
-from ._models import Model, Picture, Run, check, compare, evaluation, read_run, run, study
+from ._models import Model, Picture, Run, check, compare, evaluate, read_run, run, study
 from ._motions import Motion, fit, play, read_motion, see
-from ._phases import (Problem, Solution, prove_bound, eigen, field, focus, force, gs, gs_pat, lbfgs, paper, scatter, surface, transfer,
-                      unscattered, wgs)
+from ._phases import (Problem, Solution, eigen, field, focus, force, gs, gs_pat, lbfgs, optimality_bound, paper, scatter, surface,
+                      transfer, unscattered, wgs)
 from ._scans import Calibration, Scan, compare_scan, fit_calibration, fit_scan, read_scan
 from ._sweeps import Sweep, list_sweep, read_sweep, sweep
 from ._targets import Target
@@ -56,3 +56,8 @@ __version__ = _core.__version__
 __all__ = [name for name in dir() if not name.startswith("_")]
 for _name in __all__:  # as what they are imported from, in messages and help
     globals()[_name].__module__ = __name__
+
+
+def __getattr__(name):
+    now = _core.new_name("python", name)
+    raise AttributeError(f"touchfield.{name} is called {now}" if now else f"module 'touchfield' has no attribute '{name}'")

@@ -12,7 +12,7 @@ from ._arrays import Array
 from ._models import Run
 from ._motions import Motion
 from ._phases import Solution
-from ._plain import core
+from ._plain import core, named
 
 
 def _process(work):
@@ -125,7 +125,7 @@ def send(source, drives=None, *, method=None, to="dry-run", emit=False, rate=10.
     options = {"to": to, "rate": rate, "seconds": seconds, "repeat": repeat, "level": level, "max_level": max_level,
                "max_seconds": max_seconds, "modulation": modulation, "depth": depth, "force": force}
     if not emit:
-        return _core.send(array, phases, amplitudes, **options)
+        return named(_core.send(array, phases, amplitudes, **options))
     child = subprocess.Popen(_process("touchfield._emission._emit()"), stdin=subprocess.PIPE, stdout=subprocess.PIPE)
     child.stdin.write(pickle.dumps((array, phases, amplitudes, options)))
     child.stdin.close()
@@ -139,7 +139,7 @@ def send(source, drives=None, *, method=None, to="dry-run", emit=False, rate=10.
     report = pickle.loads(answer)
     if isinstance(report, BaseException):
         raise report
-    return report
+    return named(report)
 
 
 def _emit():

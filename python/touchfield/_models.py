@@ -6,7 +6,7 @@ from . import _core, _display
 from ._arrays import Array, Wave, drives_of
 from ._bodies import Mesh
 from ._phases import Problem, Solution
-from ._plain import Part, core, file_content, read_content
+from ._plain import Part, core, file_content, named, read_content
 from ._progress import reporting
 from ._scenes import changes, source
 from ._targets import Target
@@ -94,10 +94,10 @@ class Model(Part):
         >>> model.score(np.ones(len(model.mesh)))["peak_pa"]
         1.0
         """
-        return self._core.score(pressure)
+        return named(self._core.score(pressure))
 
 
-def evaluation(model, drives, threads=None):
+def evaluate(model, drives, threads=None):
     """The metrics of phases on the evaluation mesh of a scene, as for a method of the program.
 
     Parameters
@@ -114,9 +114,9 @@ def evaluation(model, drives, threads=None):
     Examples
     --------
     >>> model = tf.Model("scenes/quick.yaml")
-    >>> metrics = tf.evaluation(model, tf.focus(tf.transfer(model.mesh, model.array, model.wave), model.target))
+    >>> metrics = tf.evaluate(model, tf.focus(tf.transfer(model.mesh, model.array, model.wave), model.target))
     """
-    return _core.evaluation(core(model, Model, "model"), _phases(drives), threads)
+    return named(_core.evaluate(core(model, Model, "model"), _phases(drives), threads))
 
 
 def check(scene, set=None, accuracy=False, threads=None):
@@ -139,7 +139,7 @@ def check(scene, set=None, accuracy=False, threads=None):
     >>> tf.check("scenes/quick.yaml")["channels"]
     256
     """
-    return _core.check(source(scene), changes(set), accuracy, threads)
+    return named(_core.check(source(scene), changes(set), accuracy, threads))
 
 
 class Picture(Part):
@@ -209,7 +209,7 @@ class Run(Part):
     @property
     def metrics(self):
         """By method and name; NaN where not computed."""
-        return self._core.metrics
+        return named(self._core.metrics)
 
     @property
     def status(self):
@@ -280,7 +280,7 @@ class Run(Part):
     @property
     def seconds(self):
         """By stage [s]."""
-        return self._core.seconds
+        return named(self._core.seconds)
 
     @property
     def warnings(self):
@@ -499,7 +499,7 @@ def compare(a, b):
     'identical'
     """
     a, b = (each if isinstance(each, Run) else read_run(each) for each in (a, b))
-    return _core.compare(a._core, b._core)
+    return named(_core.compare(a._core, b._core))
 
 
 def study(scene, set=None, *, edges=(), schemes=(), solvers=(), precisions=(), rung_seconds=300.0, threads=None, progress=None):

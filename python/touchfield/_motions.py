@@ -3,7 +3,7 @@
 from . import _core, _display
 from ._arrays import Array
 from ._bodies import Mesh
-from ._plain import Part, file_content, read_content
+from ._plain import Part, file_content, named, read_content
 from ._progress import reporting
 from ._scenes import changes, source
 
@@ -62,12 +62,12 @@ class Motion(Part):
     @property
     def scores(self):
         """By method: columns of the scores over time, as motion.csv has them, in s and m."""
-        return {method: self._core.scores(method) for method in self.methods}
+        return {method: named(self._core.scores(method)) for method in self.methods}
 
     @property
     def frames(self):
         """By method: columns of the frames, as frames.csv has them, in s and m."""
-        return {method: self._core.frames(method) for method in self.methods}
+        return {method: named(self._core.frames(method)) for method in self.methods}
 
     @property
     def phases(self):
@@ -82,7 +82,7 @@ class Motion(Part):
     @property
     def summary(self):
         """By method: mean, median, 95th percentile and worst of every metric over the motion."""
-        return {method: self._core.summary(method) for method in self.methods}
+        return {method: named(self._core.summary(method)) for method in self.methods}
 
     def save(self, path, force=False):
         """Writes a motion.h5.

@@ -7,7 +7,7 @@ import numpy as np
 from . import _core
 from ._arrays import Array, Wave, drives_of, wave_core
 from ._bodies import Mesh
-from ._plain import Part, core
+from ._plain import Part, core, new_arguments
 from ._progress import reporting
 from ._targets import Target
 
@@ -73,10 +73,12 @@ class Problem(Part):
     0.0
     """
 
+    @new_arguments
     def __init__(self, target, amplitudes, weights, outside=None):
         self._core = _core.Problem(target, amplitudes, weights, outside)
 
     @classmethod
+    @new_arguments
     def of(cls, h, target, outside_weight=1.0, threads=None):
         """The problem of a transfer matrix and a target.
 
@@ -300,7 +302,7 @@ def force(mesh, pressure, wave=None):
     return _core.radiation_pressure(core(mesh, Mesh, "mesh"), pressure, wave_core(wave)) * mesh.areas
 
 
-def prove_bound(problem, threads=None):
+def optimality_bound(problem, threads=None):
     """The optimality bound: a proved lower bound of the cost over all drive vectors.
 
     Parameters
@@ -316,10 +318,10 @@ def prove_bound(problem, threads=None):
     Examples
     --------
     >>> problem = tf.Problem([[1, 1j], [1j, 1], [1, 1]], [1, 1, 0.1], [1, 1, 1])
-    >>> tf.prove_bound(problem)["bound"] <= problem.cost(tf.surface(problem))
+    >>> tf.optimality_bound(problem)["bound"] <= problem.cost(tf.surface(problem))
     True
     """
-    return _core.prove_bound(core(problem, Problem, "problem"), threads)
+    return _core.optimality_bound(core(problem, Problem, "problem"), threads)
 
 
 def _solved(method, h, target, outside_weight, threads, progress, **options):
@@ -330,6 +332,7 @@ def _solved(method, h, target, outside_weight, threads, progress, **options):
         return Solution._of(_core.solve(method, problem._core, threads=threads, **options))
 
 
+@new_arguments
 def surface(h, target=None, *, iterations=30, start=None, free_amplitudes=False, free_level=True, tolerances=None, outside_weight=1.0,
             threads=None, progress=None):
     """Minimises the misfit of the pressure amplitudes on the skin, by Levenberg-Marquardt.
@@ -376,6 +379,7 @@ def surface(h, target=None, *, iterations=30, start=None, free_amplitudes=False,
                    free_amplitudes=free_amplitudes, free_level=free_level, tolerances=tolerances or {})
 
 
+@new_arguments
 def lbfgs(h, target=None, *, iterations=30, start=None, outside_weight=1.0, threads=None, progress=None):
     """Minimises the misfit of `surface` over the phases by limited-memory BFGS.
 
@@ -540,5 +544,5 @@ def unscattered(model, *, iterations=30, faces="equal", threads=None, progress=N
         return Solution._of(_core.solve_paper(model._core, iterations=iterations, faces=faces, scattered=False, threads=threads))
 
 
-__all__ = ["Problem", "Solution", "Wave", "prove_bound", "eigen", "field", "focus", "force", "gs", "gs_pat", "lbfgs", "paper", "scatter",
-           "surface", "transfer", "unscattered", "wgs"]
+__all__ = ["Problem", "Solution", "Wave", "eigen", "field", "focus", "force", "gs", "gs_pat", "lbfgs", "optimality_bound", "paper",
+           "scatter", "surface", "transfer", "unscattered", "wgs"]

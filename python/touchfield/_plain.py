@@ -1,10 +1,13 @@
 """What the extension asks of Python, and helpers without a subject of their own."""
 
+import functools
 import os
 import sys
 import tempfile
 import warnings
 from decimal import Decimal
+
+from . import _core
 
 
 def plain(value):
@@ -49,10 +52,48 @@ def read_content(content, name, read):
         return read(path)
 
 
+class Names(dict):
+    """A dict of results: a key of release 0.3 that has changed is an error with the new one."""
+
+    def new_name(self, key):
+        """The key that an old one is called now; None if there is none."""
+        now = ".".join(_core.new_name("key", part) or part for part in str(key).split("."))
+        return now if now != key and now in self else None
+
+    def __missing__(self, key):
+        now = self.new_name(key)
+        raise KeyError(f"{key} is called {now}" if now else key)
+
+
+def named(value):
+    """Dicts, and those in lists and dicts, as `Names`."""
+    if isinstance(value, dict):
+        return Names((key, named(item)) for key, item in value.items())
+    return [named(item) for item in value] if isinstance(value, list) else value
+
+
+def new_arguments(function):
+    """An argument of release 0.3 that has changed is an error with the new name."""
+
+    @functools.wraps(function)
+    def call(*values, **arguments):
+        for name in arguments:
+            if now := _core.new_name("argument", name):
+                raise TypeError(f"{function.__name__}: the argument {name} is called {now}")
+        return function(*values, **arguments)
+
+    return call
+
+
 class Part:
     """A part of the library, `_core`, that never changes: copies are the part itself."""
 
     _core = None
+
+    def __getattr__(self, name):
+        if now := _core.new_name("python", f"{type(self).__name__}.{name}"):
+            raise AttributeError(f"{type(self).__name__}.{name} is called {now}")
+        return self.__getattribute__(name)  # which raises what it raised before
 
     @classmethod
     def _of(cls, core):

@@ -352,8 +352,8 @@ def fit_calibration(scan):
     (True, 0)
     """
     run, setting = scan.run, scan.setting
-    if re.search(r"^\s+(calibration|spread|phase_levels):", run.scene, re.MULTILINE):
-        raise _core.InputError("fit_calibration: the run must have the array as designed: leave array.calibration, spread and phase_levels out")
+    if re.search(r"^\s+(calibration|tolerances|phase_levels):", run.scene, re.MULTILINE):
+        raise _core.InputError("fit_calibration: the run must have the array as designed: leave array.calibration, tolerances and phase_levels out")
     if not np.iscomplexobj(scan.measured):
         raise _core.InputError("fit_calibration: the points have magnitudes alone, must be complex")
     drive, measured, placed = run.drives[scan.method], scan.measured[scan.used], scan.points[scan.used]

@@ -8,12 +8,12 @@ import tempfile
 import numpy as np
 
 from . import _core, _display
-from ._plain import plain
+from ._plain import Names, plain
 from ._progress import reporting
 from ._scenes import changes, source, written
 
 
-class Sweep(dict):
+class Sweep(Names):
     """The table of a sweep: a dict of columns, a row of each case and method."""
 
     def to_frame(self):
@@ -48,6 +48,8 @@ class Sweep(dict):
         >>> ax = tf.read_sweep("heights").plot("body.place.at_mm.2")  # doctest: +SKIP
         """
         for name in (x, y):
+            if now := self.new_name(name):
+                raise _core.InputError(f"sweep: the column {name} is called {now}")
             if name not in self:
                 raise _core.InputError(f"sweep: there is no column '{name}', there are {', '.join(self)}")
         methods = dict.fromkeys(self["name"].tolist())

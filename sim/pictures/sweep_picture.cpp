@@ -13,6 +13,7 @@
 #include <fmt/ranges.h>
 
 #include "sim/core/files.h"
+#include "sim/core/renamed.h"
 #include "sim/core/require.h"
 #include "sim/pictures/canvas.h"
 #include "sim/pictures/linear_axis.h"
@@ -33,7 +34,10 @@ constexpr std::size_t kLongestLabel = 44;  // letters
 
 const MetricField& field_of(const std::string& metric) {
   const auto& fields = metric_fields();
-  const auto found = std::ranges::find_if(fields, [&](const MetricField& field) { return metric == field.name; });
+  const auto find = [&](const std::string& name) { return std::ranges::find(fields, name, &MetricField::name); };
+  const std::string now = new_name(NameOf::kKey, metric);
+  require(find(now) == fields.end(), "metric {}: this metric is called {}", metric, now);
+  const auto found = find(metric);
   require(found != fields.end(), "metric {}: unknown; metrics.csv names them", metric);
   return *found;
 }

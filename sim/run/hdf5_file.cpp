@@ -423,12 +423,12 @@ template void Group::write(const std::string&, const std::int64_t*, const Shape&
 template void Group::write(const std::string&, const unsigned char*, const Shape&, const std::string&) const;
 template void Group::write(const std::string&, const Complex*, const Shape&, const std::string&) const;
 
-QuietErrors::QuietErrors() {
+MutedErrors::MutedErrors() {
   H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
 
-QuietErrors::~QuietErrors() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
+MutedErrors::~MutedErrors() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
 
 MemoryFile::MemoryFile(std::string path) : path_(std::move(path)), file_(create_in_memory(path_)) {}
 
@@ -470,7 +470,7 @@ Content Content::open(const std::string& name) const {
   if (H5Iget_type(group.id()) != H5I_GROUP) {
     fail<InputError>(joined(place_, name), "is not a group");
   }
-  return {quiet_, std::move(group), joined(place_, name)};
+  return {muted_, std::move(group), joined(place_, name)};
 }
 
 bool Content::has(const std::string& name) const {
@@ -535,14 +535,14 @@ template void Content::read(const std::string&, const Shape&, unsigned char*) co
 template void Content::read(const std::string&, const Shape&, Complex*) const;
 
 Content read_content(const std::string& path) {
-  auto quiet = std::make_shared<const QuietErrors>();
+  auto muted = std::make_shared<const MutedErrors>();
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   // Files are replaced whole, never written in place: a lock would only fail where a file system has none.
   checked<InputError>(H5Pset_file_locking(access.id(), false, true), path, "cannot open without a lock");
   const Handle file = checked_handle<InputError>(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.id()), H5Fclose, path,
                                                  "is damaged or cut off: HDF5 cannot open it");
   const std::string place = path + ": /";
-  return {std::move(quiet),
+  return {std::move(muted),
           checked_handle<InputError>(H5Oopen(file.id(), "/", H5P_DEFAULT), H5Oclose, place, "cannot open"), place};
 }
 

@@ -33,12 +33,12 @@ class Handle {
 };
 
 /// Keeps HDF5 from printing its errors while it lives.
-class QuietErrors {
+class MutedErrors {
  public:
-  QuietErrors();
-  QuietErrors(const QuietErrors&) = delete;
-  QuietErrors& operator=(const QuietErrors&) = delete;
-  ~QuietErrors();
+  MutedErrors();
+  MutedErrors(const MutedErrors&) = delete;
+  MutedErrors& operator=(const MutedErrors&) = delete;
+  ~MutedErrors();
 
  private:
   int (*function_)(std::int64_t, void*) = nullptr;
@@ -85,7 +85,7 @@ class MemoryFile {
   std::string bytes() const;
 
  private:
-  QuietErrors quiet_;
+  MutedErrors muted_;
   std::string path_;
   Handle file_;
 };
@@ -121,12 +121,12 @@ class Content {
  private:
   friend Content read_content(const std::string& path);
 
-  Content(std::shared_ptr<const QuietErrors> quiet, Handle group, std::string place)
-      : quiet_(std::move(quiet)), group_(std::move(group)), place_(std::move(place)) {}
+  Content(std::shared_ptr<const MutedErrors> muted, Handle group, std::string place)
+      : muted_(std::move(muted)), group_(std::move(group)), place_(std::move(place)) {}
   Handle object(const std::string& name) const;
   Values dataset(const std::string& name) const;
 
-  std::shared_ptr<const QuietErrors> quiet_;
+  std::shared_ptr<const MutedErrors> muted_;
   Handle group_;
   std::string place_;
 };

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/core/renamed.h"
 #include "sim/core/text.h"
 
 namespace touchfield::schema {
@@ -43,7 +44,9 @@ void put(Node& root, const std::vector<std::string>& path, Node value, const Pla
     Entry* entry = at->find_even_removed(part);
     const bool is_new = entry == nullptr || entry->value.removed;
     if (is_new && value.removed && !last) {
-      throw Problem{fmt::format("{} is not in the scene, nothing to remove", name)};
+      const std::string now = new_name(NameOf::kKey, part);
+      throw Problem{now.empty() ? fmt::format("{} is not in the scene, nothing to remove", name)
+                                : fmt::format("{}: this key is called {}", name, now)};
     }
     // A number in the path of something that is not a list would silently become a key.
     if (number && (is_new || last)) {

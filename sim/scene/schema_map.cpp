@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "sim/core/renamed.h"
 #include "sim/scene/suggest.h"
 
 namespace touchfield::schema {
@@ -30,8 +31,12 @@ bool check_known(const Input& in, const MapInfo& info, std::set<std::string>& me
     if (contains(names, entry.key)) {
       continue;
     }
+    const std::string now = new_name(NameOf::kKey, entry.key);
     const std::string nearest = nearest_key(info, entry.key);
-    if (!nearest.empty()) {
+    if (contains(names, now)) {
+      meant.insert(now);
+      report(fmt::format("this key is called {}", now));
+    } else if (!nearest.empty()) {
       meant.insert(nearest.substr(0, nearest.find('.')));
       report(fmt::format("unknown key, did you mean {}?", nearest));
     } else if (info.keys.empty()) {

@@ -59,13 +59,13 @@ RelaxedPoint relaxed_point(const LowRankRelaxation& relaxation, MatrixXcd y) {
   RelaxedPoint point;
   point.y = std::move(y);
   MatrixXcd reached;
-  MatrixXcd quietened;
+  MatrixXcd outside_part;
   multiply(point.y, relaxation.basis, reached);
   take_slack(reached);
   multiply(reached, relaxation.levels, point.sent);
-  multiply(reached, relaxation.outside, quietened);
+  multiply(reached, relaxation.outside, outside_part);
   point.loudness = point.sent.colwise().norm();
-  point.cost = (point.loudness - relaxation.wanted).squaredNorm() + real_dot(reached, quietened);
+  point.cost = (point.loudness - relaxation.wanted).squaredNorm() + real_dot(reached, outside_part);
 
   // The flat gradient sends back (1 - b_j / g_j) a_j Y from the levels; a silent level has no direction to push in.
   MatrixXcd weighted = point.sent;
@@ -74,7 +74,7 @@ RelaxedPoint relaxed_point(const LowRankRelaxation& relaxation, MatrixXcd y) {
   }
   MatrixXcd back;
   multiply_by_adjoint(weighted, relaxation.levels, back);
-  back += quietened;
+  back += outside_part;
   multiply_by_adjoint(back, relaxation.basis, point.gradient);
   point.d = real_column_dots(point.y, point.gradient);
   for (Index n = 0; n < point.y.cols(); ++n) {

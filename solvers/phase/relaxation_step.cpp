@@ -56,8 +56,8 @@ class NewtonSystem {
       sent_.col(j) = (1.0 - ratio_(j)) * sent_.col(j) + ratio_(j) * radial * directions_.col(j);
     }
     multiply_by_adjoint(sent_, relaxation_.levels, back_);
-    multiply(reached_, relaxation_.outside, quietened_);
-    back_ += quietened_;
+    multiply(reached_, relaxation_.outside, outside_part_);
+    back_ += outside_part_;
     multiply_by_adjoint(back_, relaxation_.basis, hv);
     for (Index n = 0; n < v.cols(); ++n) {
       hv.col(n) -= point_.d(n) * v.col(n);
@@ -85,7 +85,7 @@ class NewtonSystem {
   MatrixXcd directions_;  // a_j Y / g_j and zeros, (l + 1) x K
   Eigen::LLT<MatrixXd> capacitance_;
   MatrixXcd reached_;  // (l + 1) x r
-  MatrixXcd quietened_;
+  MatrixXcd outside_part_;
   MatrixXcd back_;
   MatrixXcd sent_;  // (l + 1) x K
 };

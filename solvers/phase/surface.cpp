@@ -66,8 +66,8 @@ Point starting_point(const SkinProblem& problem, const Eigen::VectorXcd& start, 
   Point point;
   point.phases = start.unaryExpr([](Complex q) { return q == Complex(0.0) ? 0.0 : std::arg(q); }).real();
   const double loudest = start.cwiseAbs().maxCoeff();
-  const bool quieter = options.free_level && loudest > 0 && loudest < 1;
-  point.amplitudes = Eigen::VectorXd::Constant(start.size(), quieter ? loudest : 1.0);
+  const bool reduced = options.free_level && loudest > 0 && loudest < 1;
+  point.amplitudes = Eigen::VectorXd::Constant(start.size(), reduced ? loudest : 1.0);
   if (options.free_amplitudes) {
     point.amplitudes = start.cwiseAbs().cwiseMin(1.0);
   }

@@ -1,6 +1,7 @@
 """Bad input: a clear message on one screen, exit code 2, nothing left behind."""
 
 import base64
+import csv
 import json
 import os
 import shlex
@@ -10,7 +11,7 @@ import unittest
 import zlib
 
 from meshes import icosphere, write_ply
-from support import FINGER, PROGRAM, CommandTest
+from support import FINGER, PROGRAM, SOURCE, CommandTest
 
 TETRAHEDRON = """\
 v 0 0 0
@@ -73,6 +74,29 @@ class BadInput(CommandTest):
             with self.subTest(new):
                 self.assertIn(old, FINGER)
                 self.refused("run", self.scene(FINGER.replace(old, new)), "-o", "out", *more, says=says)
+
+    def test_an_old_name_is_answered_with_the_new(self):
+        with open(SOURCE / "tests/data/renamed.csv", newline="") as file:
+            rows = list(csv.DictReader(file))
+        base = self.scene(FINGER, "base.yaml")
+        plan = self.write("plan.yaml", "base: base.yaml\ngrid: {array.level: [1]}\n")
+        for old, new in [(row["old"], row["new"]) for row in rows if row["where"] == "scene"]:
+            says = f"{old}: this key is called {new.split('.')[-1]}"
+            *sections, key = old.split(".")
+            section = f"{sections[0]}:\n" if sections else ""
+            text = FINGER.replace(section, f"{section}{'  ' if section else ''}{key}: same\n", 1)
+            place = f"scene.yaml:{text[:text.index(f'{key}: same')].count(chr(10)) + 1}:{3 if section else 1}: "
+            with self.subTest(old):
+                self.refused("check", self.scene(text), says=place + says)
+                self.refused("check", base, "--set", f"{old}=same", says=f"--set {old}=same: {says}")
+                self.refused("check", base, "--set", f"{old}.x=null", says=says)
+                self.refused("sweep", plan, "--list", "--set", f"{old}=same", says=f"{old}=same: {says}")
+                for part in (f"set: {{{old}: same}}\ncases: [{{array.level: 1}}]", f"grid: {{{old}: [same]}}", f"cases: [{{{old}: same}}]"):
+                    self.refused("sweep", self.write("s.yaml", f"base: base.yaml\n{part}\n"), "--list", says=f"case 1: {old}=same: {says}",
+                                 leaves=self.entries())
+        for old, new in [(row["old"], row["new"]) for row in rows if row["where"] == "plot"]:
+            with self.subTest(old):
+                self.refused("sweep", plan, "-o", "out", "--plot", old, says=f"metric {old}: this metric is called {new}")
 
     def test_a_mesh_that_cannot_be_used(self):
         scene = self.scene(MESH_SCENE)

@@ -107,7 +107,7 @@ TEST_P(HardGeometry, ThinPlate) {
     in_all.push_back(error(mesh.areas(), found.at(Scheme::kBurtonMillerPolished).pressure, reference));
     in_dark.push_back(error(dark, found.at(Scheme::kBurtonMillerPolished).pressure, reference));
   }
-  // Two thirds of an edge, one and two edges thick: of no use on the quiet side, then falling at least as the edge.
+  // Two thirds of an edge, one and two edges thick: of no use on the side in shadow, then falling at least as the edge.
   EXPECT_GT(in_dark[0], 0.1);
   EXPECT_LT(in_dark[2], 0.5 * in_dark[1]);
   EXPECT_LT(in_dark[2], 0.06);

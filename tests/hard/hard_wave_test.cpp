@@ -92,7 +92,7 @@ TEST_P(HardWave, CoarseMeshesAndShadow) {
       EXPECT_LT(all(Scheme::kBurtonMillerPolished), epw > 2.2 ? 0.06 : 0.12);
       EXPECT_GT(all(Scheme::kBurtonMillerPolished), epw > 2.2 ? 0.012 : 0.06);
     }
-    // paper's share of a mode fills the quiet side: its shadow is twice as wrong as its body.
+    // paper's share of a mode fills the side in shadow: its shadow is twice as wrong as its body.
     EXPECT_GT(shadow(Scheme::kPaper), 1.5 * all(Scheme::kPaper));
     EXPECT_GT(shadow(Scheme::kPaper), 3 * shadow(Scheme::kBurtonMillerPolished));
   }

@@ -33,7 +33,7 @@ TEST(MotionPicture, HasALineAMethodInEveryPanel) {
       EXPECT_GT(pixels_within(picture, {120, bottom, 760, 190}, marker_colour(method)), 300) << bottom << " " << method;
     }
     EXPECT_LT(pixels_within(picture, {120, bottom, 760, 190}, marker_colour(3)), 5);
-    // Quiet from 60/61 to 70/61 s: no line in the middle of that time, of the axis' 2 s.
+    // Silent from 60/61 to 70/61 s: no line in the middle of that time, of the axis' 2 s.
     for (const std::size_t method : {0U, 1U, 2U}) {
       EXPECT_EQ(pixels_within(picture, {520, bottom, 20, 190}, marker_colour(method)), 0) << bottom;
     }

@@ -286,7 +286,7 @@ TEST(OptimalityBound, MeetsAKnownLeastCost) {
   }
 }
 
-// Quiet rows so loud that S in double knows its eigenvalues to no better than eps |R|^2 / N: a bound nearer to the
+// Outside rows so large that S in double knows its eigenvalues to no better than eps |R|^2 / N: a bound nearer to the
 // least cost than N times that counts on roundings that nobody has proved.
 TEST(OptimalityBound, GivesUpWhatRoundingMayHide) {
   for (unsigned seed = 0; seed < 4; ++seed) {

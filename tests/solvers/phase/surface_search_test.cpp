@@ -115,13 +115,13 @@ TEST(SurfaceSearch, TurnsAnArrayDownThatIsFarTooStrong) {
   const PhaseSolution full = search_surface(problem, none, {});
   SurfaceOptions options;
   options.free_level = true;
-  const PhaseSolution quieter = search_surface(problem, none, options);
+  const PhaseSolution reduced = search_surface(problem, none, options);
   EXPECT_TRUE((full.amplitudes.array() == 1.0).all());
-  EXPECT_EQ(quieter.amplitudes.minCoeff(), quieter.amplitudes.maxCoeff());
-  EXPECT_LT(quieter.amplitudes(0), 0.2);
-  EXPECT_LT(reached(quieter), 0.5 * reached(full));
-  EXPECT_NEAR(reached(quieter), skin_cost(problem, drive(quieter)), 1e-12 * reached(quieter));
-  EXPECT_NEAR(best_level(problem, drive(quieter)), 1.0, 1e-9);
+  EXPECT_EQ(reduced.amplitudes.minCoeff(), reduced.amplitudes.maxCoeff());
+  EXPECT_LT(reduced.amplitudes(0), 0.2);
+  EXPECT_LT(reached(reduced), 0.5 * reached(full));
+  EXPECT_NEAR(reached(reduced), skin_cost(problem, drive(reduced)), 1e-12 * reached(reduced));
+  EXPECT_NEAR(best_level(problem, drive(reduced)), 1.0, 1e-9);
 }
 
 TEST(SurfaceSearch, AFreeLevelIsNeverWorseFromAnyStart) {
