@@ -7,7 +7,7 @@
 #include "apps/commands/standard_streams.h"
 #include "sim/core/units.h"
 #include "sim/hand/hand.h"
-#include "sim/mesh/io/mesh_io.h"
+#include "sim/mesh/io/mesh_files.h"
 #include "sim/mesh/io/unit_guess.h"
 #include "sim/mesh/query/inspect.h"
 

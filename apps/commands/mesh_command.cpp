@@ -14,13 +14,12 @@
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
 #include "sim/core/units.h"
-#include "sim/mesh/io/mesh_io.h"
+#include "sim/mesh/io/mesh_files.h"
 #include "sim/mesh/io/unit_guess.h"
-#include "sim/mesh/io/weld.h"
-#include "sim/mesh/remesh/edge_sizing.h"
+#include "sim/mesh/remesh/closed_mesh.h"
+#include "sim/mesh/remesh/mesh_quality.h"
+#include "sim/mesh/remesh/resurface.h"
 #include "sim/mesh/remesh/surface_remesh.h"
-#include "sim/mesh/repair/resurface.h"
-#include "sim/mesh/repair/surface_report.h"
 #include "sim/model/stages.h"
 
 namespace touchfield {

@@ -6,8 +6,8 @@
 
 #include "sim/core/json.h"
 #include "sim/mesh/io/unit_guess.h"
-#include "sim/mesh/repair/resurface.h"
-#include "sim/mesh/repair/surface_report.h"
+#include "sim/mesh/remesh/closed_mesh.h"
+#include "sim/mesh/remesh/resurface.h"
 
 namespace touchfield {
 

@@ -13,7 +13,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/rigid_motion.h"
 #include "sim/core/units.h"
-#include "sim/mesh/io/mesh_io.h"
+#include "sim/mesh/io/mesh_files.h"
 #include "sim/mesh/io/unit_guess.h"
 #include "sim/model/bodies.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/mesh/query/box_tree.h"
+#include "sim/mesh/query/face_tree.h"
 
 namespace touchfield {
 

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "sim/mesh/subset.h"
+#include "sim/mesh/topology.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {

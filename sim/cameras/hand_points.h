@@ -4,7 +4,7 @@
 
 #include "sim/cameras/depth_camera.h"
 #include "sim/core/units.h"
-#include "sim/mesh/query/box_tree.h"
+#include "sim/mesh/query/face_tree.h"
 
 namespace touchfield {
 

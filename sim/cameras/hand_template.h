@@ -7,7 +7,7 @@
 #include "sim/cameras/hand_shape.h"
 #include "sim/hand/hand_pose.h"
 #include "sim/hand/skinned_hand.h"
-#include "sim/mesh/subset.h"
+#include "sim/mesh/topology.h"
 #include "sim/mesh/triangle_mesh.h"
 #include "sim/scene/body_spec.h"
 

@@ -4,7 +4,7 @@
 
 #include "sim/cameras/depth_camera.h"
 #include "sim/core/units.h"
-#include "sim/mesh/query/skin_distance.h"
+#include "sim/mesh/query/surface_fit.h"
 
 namespace touchfield {
 

@@ -7,7 +7,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
-#include "sim/mesh/query/face_ring.h"
+#include "sim/mesh/topology.h"
 
 namespace touchfield {
 

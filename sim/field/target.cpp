@@ -19,7 +19,7 @@
 #include "sim/core/require.h"
 #include "sim/core/text.h"
 #include "sim/core/units.h"
-#include "sim/mesh/query/mesh_risks.h"
+#include "sim/mesh/query/inspect.h"
 
 namespace touchfield {
 

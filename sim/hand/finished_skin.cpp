@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "sim/hand/implicit_surface.h"
-#include "sim/mesh/subset.h"
+#include "sim/mesh/topology.h"
 
 namespace touchfield {
 

@@ -5,7 +5,7 @@
 
 #include "sim/hand/body.h"
 #include "sim/hand/hand_pose.h"
-#include "sim/mesh/remesh/edge_sizing.h"
+#include "sim/mesh/remesh/mesh_quality.h"
 
 namespace touchfield {
 

@@ -17,7 +17,7 @@
 #include "sim/core/units.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/self_intersections.h"
-#include "sim/mesh/remesh/mean_height.h"
+#include "sim/mesh/remesh/surface_remesh.h"
 
 namespace touchfield {
 

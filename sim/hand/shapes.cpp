@@ -14,7 +14,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/mesh/remesh/remesh.h"
-#include "sim/mesh/subset.h"
+#include "sim/mesh/topology.h"
 
 namespace touchfield {
 

@@ -7,11 +7,11 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/mesh/query/pieces.h"
+#include "sim/mesh/query/inspect.h"
 #include "sim/mesh/remesh/isosurface.h"
-#include "sim/mesh/remesh/mean_height.h"
 #include "sim/mesh/remesh/remesh.h"
-#include "sim/mesh/subset.h"
+#include "sim/mesh/remesh/surface_remesh.h"
+#include "sim/mesh/topology.h"
 
 namespace touchfield {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "sim/hand/implicit_surface.h"
-#include "sim/mesh/remesh/edge_sizing.h"
+#include "sim/mesh/remesh/mesh_quality.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {

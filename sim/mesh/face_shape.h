@@ -8,6 +8,15 @@
 
 namespace touchfield {
 
+/// Corners of a triangle as columns [m].
+using Corners = Eigen::Matrix3d;
+
+inline Corners corners(const TriangleMesh& mesh, Eigen::Index f) {
+  Corners result;
+  result << mesh.corner(f, 0), mesh.corner(f, 1), mesh.corner(f, 2);
+  return result;
+}
+
 /// (b - a) x (c - a) of the face abc: along its normal, twice its area long [m2].
 Vector3 twice_area_vector(const Points& points, const Eigen::Vector3i& face);
 

@@ -90,4 +90,60 @@ DisjointSets fans(const Triangles& triangles, const std::vector<Side>& sides) {
   return corners;
 }
 
+std::vector<Vector3> as_list(const Points& points) {
+  const auto columns = points.colwise();
+  return {columns.begin(), columns.end()};
+}
+
+void drop_unused_points(Points& points, Triangles& triangles) {
+  std::vector<int> number(static_cast<std::size_t>(points.cols()), -1);
+  for (const int v : triangles.reshaped()) {
+    number[static_cast<std::size_t>(v)] = 0;
+  }
+  int count = 0;
+  for (Eigen::Index v = 0; v < points.cols(); ++v) {
+    if (int& n = number[static_cast<std::size_t>(v)]; n == 0) {
+      points.col(count) = points.col(v).eval();
+      n = count++;
+    }
+  }
+  points.conservativeResize(3, count);
+  for (int& v : triangles.reshaped()) {
+    v = number[static_cast<std::size_t>(v)];
+  }
+}
+
+FacesRound::FacesRound(const Triangles& triangles, Eigen::Index vertex_count)
+    : starts_(static_cast<std::size_t>(vertex_count) + 1, 0), faces_(static_cast<std::size_t>(triangles.size())) {
+  for (const int v : triangles.reshaped()) {
+    ++starts_[static_cast<std::size_t>(v) + 1];
+  }
+  std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
+  std::vector<std::size_t> next(starts_.begin(), starts_.end() - 1);
+  for (Eigen::Index corner = 0; corner < triangles.size(); ++corner) {
+    faces_[next[static_cast<std::size_t>(triangles(corner % 3, corner / 3))]++] = corner / 3;
+  }
+}
+
+TriangleMesh split_faces(const TriangleMesh& mesh) {
+  const EdgeTable edges = edge_table(mesh.triangles());
+  const Eigen::Index own = mesh.vertex_count();
+  Points vertices(3, own + edges.ends.cols());
+  vertices.leftCols(own) = mesh.vertices();
+  for (Eigen::Index e = 0; e < edges.ends.cols(); ++e) {
+    vertices.col(own + e) = 0.5 * (mesh.vertices().col(edges.ends(0, e)) + mesh.vertices().col(edges.ends(1, e)));
+  }
+
+  Triangles triangles(3, 4 * mesh.face_count());
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    const Eigen::Vector3i corner = mesh.triangles().col(f);
+    const Eigen::Vector3i middle = edges.of_face.col(f).array() + static_cast<int>(own);
+    triangles.col(4 * f) << corner(0), middle(0), middle(2);
+    triangles.col(4 * f + 1) << middle(0), corner(1), middle(1);
+    triangles.col(4 * f + 2) << middle(2), middle(1), corner(2);
+    triangles.col(4 * f + 3) = middle;
+  }
+  return {vertices, triangles};
+}
+
 }  // namespace touchfield

@@ -8,7 +8,7 @@
 #include "sim/core/units.h"
 #include "sim/field/skin_problems.h"
 #include "sim/mesh/query/face_tree.h"
-#include "sim/mesh/subset.h"
+#include "sim/mesh/topology.h"
 
 namespace touchfield {
 

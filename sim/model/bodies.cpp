@@ -15,9 +15,9 @@
 #include "sim/core/text.h"
 #include "sim/core/units.h"
 #include "sim/field/target.h"
-#include "sim/mesh/cut/cut.h"
 #include "sim/mesh/query/clearance.h"
 #include "sim/mesh/query/inspect.h"
+#include "sim/mesh/remesh/cut.h"
 #include "sim/model/meshed_body.h"
 #include "sim/scene/scene_reader.h"
 

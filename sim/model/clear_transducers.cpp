@@ -12,9 +12,9 @@
 #include "sim/core/require.h"
 #include "sim/core/text.h"
 #include "sim/core/units.h"
-#include "sim/mesh/cut/cut.h"
 #include "sim/mesh/query/clearance.h"
 #include "sim/mesh/query/face_tree.h"
+#include "sim/mesh/remesh/cut.h"
 #include "sim/model/meshed_body.h"
 
 namespace touchfield {

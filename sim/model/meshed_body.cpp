@@ -15,12 +15,12 @@
 #include "sim/field/target.h"
 #include "sim/hand/shapes.h"
 #include "sim/mesh/face_shape.h"
-#include "sim/mesh/io/mesh_io.h"
+#include "sim/mesh/io/mesh_files.h"
 #include "sim/mesh/io/unit_guess.h"
 #include "sim/mesh/query/inspect.h"
+#include "sim/mesh/remesh/closed_mesh.h"
+#include "sim/mesh/remesh/resurface.h"
 #include "sim/mesh/remesh/surface_remesh.h"
-#include "sim/mesh/repair/closed_mesh.h"
-#include "sim/mesh/repair/resurface.h"
 #include "sim/scene/scene_reader.h"
 
 namespace touchfield {

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/mesh/io/mesh_io.h"
+#include "sim/mesh/io/mesh_files.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/run/solver_choice.h"
 

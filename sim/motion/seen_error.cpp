@@ -1,6 +1,6 @@
 #include "sim/motion/seen_error.h"
 
-#include "sim/mesh/query/skin_distance.h"
+#include "sim/mesh/query/surface_fit.h"
 
 namespace touchfield {
 

@@ -12,7 +12,7 @@
 #include "sim/bem/interior_sources.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/interior_points.h"
-#include "sim/mesh/remesh/subdivide.h"
+#include "sim/mesh/topology.h"
 #include "sim/model/evaluation_comparison.h"
 #include "sim/run/cost.h"
 #include "sim/run/skin_scattering.h"

@@ -10,7 +10,7 @@
 #include "sim/core/units.h"
 #include "sim/core/version.h"
 #include "sim/field/metrics.h"
-#include "sim/mesh/remesh/subdivide.h"
+#include "sim/mesh/topology.h"
 #include "sim/model/evaluation_comparison.h"
 #include "sim/run/accuracy.h"
 #include "sim/run/cost.h"

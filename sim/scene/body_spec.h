@@ -8,7 +8,7 @@
 
 #include "sim/field/target.h"
 #include "sim/hand/hand.h"
-#include "sim/mesh/remesh/edge_sizing.h"
+#include "sim/mesh/remesh/mesh_quality.h"
 #include "sim/scene/placement.h"
 
 namespace touchfield {

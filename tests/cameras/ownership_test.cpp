@@ -6,7 +6,7 @@
 #include "sim/bem/scattering_solver.h"
 #include "sim/cameras/fitted_sensor.h"
 #include "sim/cameras/pose_fit.h"
-#include "sim/mesh/io/text_cursor.h"
+#include "sim/mesh/io/file_text.h"
 #include "sim/mesh/remesh/edit_mesh.h"
 #include "sim/model/evaluation_comparison.h"
 #include "sim/pictures/skin_picture.h"

@@ -1,6 +1,6 @@
 // Mesh files of the format TOUCHFIELD_FUZZ_FORMAT.
 
-#include "sim/mesh/io/mesh_io.h"
+#include "sim/mesh/io/mesh_files.h"
 #include "tests/fuzz/fuzz_support.h"
 
 using namespace touchfield;

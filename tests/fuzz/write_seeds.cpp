@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "sim/hand/shapes.h"
-#include "sim/mesh/io/mesh_io.h"
+#include "sim/mesh/io/mesh_files.h"
 #include "tests/cameras/recording_support.h"
 #include "tests/support/files.h"
 

@@ -15,7 +15,6 @@
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
-#include "sim/mesh/remesh/subdivide.h"
 #include "sim/mesh/topology.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/testing.h"

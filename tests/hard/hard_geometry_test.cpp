@@ -10,7 +10,7 @@
 
 #include "sim/core/units.h"
 #include "sim/hand/shapes.h"
-#include "sim/mesh/query/mesh_risks.h"
+#include "sim/mesh/query/inspect.h"
 #include "tests/hard/hard_meshes.h"
 #include "tests/hard/hard_support.h"
 

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/mesh/remesh/subdivide.h"
+#include "sim/mesh/topology.h"
 
 namespace touchfield {
 

@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/core/errors.h"
-#include "sim/mesh/io/byte_string.h"
+#include "sim/mesh/io/file_text.h"
 #include "sim/mesh/io/mesh_files.h"
 
 namespace touchfield {

@@ -72,4 +72,44 @@ std::string as_ply(const TriangleMesh& mesh, double unit, const FaceNumbers& num
 std::string as_off(const TriangleMesh& mesh, double unit);
 std::string as_vtp(const TriangleMesh& mesh, double unit);
 
+/// Reads the points and triangles of an STL (ASCII or binary), OBJ, PLY, OFF or GLB file, in its own units. The
+/// ending of the path tells the format. No point or triangle is merged or left out, except triangles that only join
+/// strips. Polygons are cut into triangles.
+///
+/// throws    InputError if the file is missing, unreadable, damaged, of another kind, larger than mesh_files.h allows,
+///           or has no face; the message names the file
+FileSurface read_surface(const std::string& path);
+
+/// Reads a surface as a mesh.
+///
+/// unit      metres per file unit, e.g. 1e-3 for a file in millimetres
+/// returns   the mesh; vertices with equal coordinates are merged (STL has no shared vertices). No other repair.
+/// throws    InputError as read_surface, or if it is not a mesh (see TriangleMesh)
+TriangleMesh read_mesh(const std::string& path, double unit);
+
+/// Writes STL (binary), OBJ, PLY (binary), OFF or VTP by the ending of the path, in file units of `unit` metres.
+/// The file appears whole or not at all.
+/// throws   InputError on another ending, IoError if it cannot be written
+void write_mesh(const std::string& path, const TriangleMesh& mesh, double unit);
+
+/// For each point the number of the first one with its coordinates, counting only first ones; and these.
+std::pair<std::vector<int>, Points> merged(const std::vector<Vector3>& points);
+
+/// A file's surface as points [m] and triangles of three distinct points each, and what that took.
+struct WeldedSurface {
+  Points points;
+  Triangles triangles;
+  Eigen::Index unreferenced = 0;     // points that no triangle named, left out
+  Eigen::Index welded = 0;           // points with the coordinates of an earlier one, which replaces them
+  Eigen::Index collapsed_faces = 0;  // triangles with two corners in one point, left out
+};
+
+/// Merges points of a file's surface that have equal coordinates and leaves out what names none.
+///
+/// unit   metres per file unit, > 0
+WeldedSurface welded(const FileSurface& surface, double unit);
+
+/// The triangles without those that have the corners of an earlier one, in whatever order.
+Triangles without_duplicates(const Triangles& triangles);
+
 }  // namespace touchfield

@@ -7,9 +7,8 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/mesh/io/byte_string.h"
+#include "sim/mesh/io/file_text.h"
 #include "sim/mesh/io/mesh_files.h"
-#include "sim/mesh/io/text_cursor.h"
 
 namespace touchfield {
 

@@ -11,9 +11,8 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/mesh/query/box_tree.h"
 #include "sim/mesh/query/face_tree.h"
-#include "sim/mesh/query/triangle_pair.h"
+#include "sim/mesh/query/self_intersections.h"
 
 namespace touchfield {
 

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -14,7 +16,8 @@
 #include "sim/core/text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/face_shape.h"
-#include "sim/mesh/query/pieces.h"
+#include "sim/mesh/query/face_tree.h"
+#include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/topology.h"
 
 namespace touchfield {
@@ -170,6 +173,167 @@ void measure_shape(const Points& points, const Triangles& triangles, MeshReport&
   }
 }
 
+/// The faces that have an area, those of pieces of negative volume turned round, so that every piece looks outwards.
+///
+/// piece_of   set to the piece of each face of the result
+TriangleMesh outward_mesh(const Points& points, const Triangles& triangles, const Pieces& pieces,
+                          std::vector<std::size_t>& piece_of) {
+  Triangles outward(3, triangles.cols());
+  Index count = 0;
+  for (Index f = 0; f < triangles.cols(); ++f) {
+    if (is_flat(points, triangles.col(f))) {
+      continue;
+    }
+    outward.col(count) = triangles.col(f);
+    const int piece = pieces.of_face[static_cast<std::size_t>(f)];
+    if (pieces.list[static_cast<std::size_t>(piece)].volume < 0) {
+      std::swap(outward(1, count), outward(2, count));
+    }
+    piece_of.push_back(static_cast<std::size_t>(piece));
+    ++count;
+  }
+  outward.conservativeResize(3, count);
+  return {points, std::move(outward)};
+}
+
+std::vector<Box> boxes_round(const Points& points, const Triangles& triangles, const Pieces& pieces) {
+  std::vector<Box> boxes(pieces.list.size());
+  for (Index f = 0; f < triangles.cols(); ++f) {
+    for (const int v : triangles.col(f)) {
+      boxes[static_cast<std::size_t>(pieces.of_face[static_cast<std::size_t>(f)])].extend(Vector3(points.col(v)));
+    }
+  }
+  return boxes;
+}
+
+TriangleMesh part(const TriangleMesh& mesh, const std::vector<Index>& faces) {
+  return {mesh.vertices(), mesh.triangles()(Eigen::all, faces)};
+}
+
+/// Those of the pieces `within` another one's box that lie inside it.
+///
+/// mesh   every piece looks outwards
+std::vector<std::size_t> inside(const TriangleMesh& mesh, const std::vector<std::vector<Index>>& faces_of,
+                                const std::vector<std::size_t>& piece_of, std::size_t outer,
+                                std::vector<std::size_t> within) {
+  const TriangleMesh shell = part(mesh, faces_of[outer]);
+  const FaceTree tree(shell);
+  std::erase_if(within, [&](std::size_t inner) {
+    return !std::ranges::all_of(faces_of[inner], [&](Index f) {
+      constexpr double kLift = 1e-3;  // of the face's size: just outside the inner piece
+      constexpr double kOnce = 0.5;   // between not at all and once
+      const Vector3 lift = kLift * std::sqrt(mesh.areas()(f)) * mesh.normals().col(f);
+      return tree.winding_number(mesh.centroids().col(f) + lift) > kOnce;
+    });
+  });
+  // A face may reach out of the shell though its centroid is inside.
+  std::vector<Index> faces;
+  for (const std::size_t inner : within) {
+    faces.insert(faces.end(), faces_of[inner].begin(), faces_of[inner].end());
+  }
+  if (faces.empty()) {
+    return within;
+  }
+  std::set<std::size_t> cutting;
+  for (const auto& [f, g] : intersections(part(mesh, faces), shell, std::numeric_limits<std::size_t>::max())) {
+    cutting.insert(piece_of[static_cast<std::size_t>(faces[static_cast<std::size_t>(f)])]);
+  }
+  std::erase_if(within, [&](std::size_t inner) { return cutting.contains(inner); });
+  return within;
+}
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+void measure_sizes(const TriangleMesh& mesh, const Eigen::VectorXd& sizes, MeshRisks& risks) {
+  const EdgeTable edges = edge_table(mesh.triangles());
+  const Index count = edges.ends.cols();
+  Eigen::VectorXd smallest = Eigen::VectorXd::Constant(count, kInfinity);
+  Eigen::VectorXd largest = Eigen::VectorXd::Zero(count);
+  for (Index f = 0; f < mesh.face_count(); ++f) {
+    for (const int e : edges.of_face.col(f)) {
+      smallest(e) = std::min(smallest(e), sizes(f));
+      largest(e) = std::max(largest(e), sizes(f));
+    }
+  }
+  Index worst = 0;
+  risks.size_jump = (largest.array() / smallest.array()).maxCoeff(&worst);
+  const auto end = [&](int which, Index e) { return mesh.vertices().col(edges.ends(which, e)); };
+  risks.jump_at = 0.5 * (end(0, worst) + end(1, worst));
+
+  double shortest = kInfinity;
+  double longest = 0;
+  for (Index e = 0; e < count; ++e) {
+    const double length = (end(1, e) - end(0, e)).norm();
+    shortest = std::min(shortest, length);
+    longest = std::max(longest, length);
+  }
+  risks.size_range = longest / shortest;
+}
+
+void measure_angles(const TriangleMesh& mesh, MeshRisks& risks) {
+  risks.smallest_angle = kInfinity;
+  for (Index f = 0; f < mesh.face_count(); ++f) {
+    for (int c = 0; c < 3; ++c) {
+      const double angle = corner_angle(mesh, f, c);
+      if (angle < risks.smallest_angle) {
+        risks.smallest_angle = angle;
+        risks.angle_at = mesh.corner(f, c);
+      }
+    }
+  }
+}
+
+/// The nearest face that looks at a face, by distance over the face's local edge.
+struct Opposite {
+  double ratio = kInfinity;
+  Index face = -1;
+
+  void consider(double other_ratio, Index other) {
+    if (other_ratio < ratio || (other_ratio == ratio && other < face)) {
+      ratio = other_ratio;
+      face = other;
+    }
+  }
+};
+
+Vector3 midway(const TriangleMesh& mesh, const std::vector<Opposite>& opposites, double& least) {
+  const auto worst = std::min_element(opposites.begin(), opposites.end(),
+                                      [](const Opposite& o, const Opposite& p) { return o.ratio < p.ratio; });
+  least = worst->ratio;
+  if (worst->face < 0) {
+    return Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
+  }
+  return 0.5 * (mesh.centroids().col(worst - opposites.begin()) + mesh.centroids().col(worst->face));
+}
+
+void measure_distances(const TriangleMesh& mesh, const Eigen::VectorXd& sizes, MeshRisks& risks) {
+  constexpr double kReach = 5.0;  // local edges
+  const FaceTree tree(mesh);
+  const auto faces = static_cast<std::size_t>(mesh.face_count());
+  std::vector<Opposite> through_air(faces);
+  std::vector<Opposite> through_body(faces);
+#pragma omp parallel
+  {
+    std::vector<Index> found;
+#pragma omp for schedule(dynamic, 64)
+    for (Index i = 0; i < mesh.face_count(); ++i) {
+      tree.centroids_within(mesh.centroids().col(i), kReach * sizes(i), found);
+      for (const Index j : found) {
+        // A pair counts once, from its larger face.
+        const Facing how = sizes(j) > sizes(i) ? Facing::kNot : facing(mesh, i, j);
+        if (how == Facing::kNot) {
+          continue;
+        }
+        const double distance = (mesh.centroids().col(j) - mesh.centroids().col(i)).norm();
+        auto& opposites = how == Facing::kThroughAir ? through_air : through_body;
+        opposites[static_cast<std::size_t>(i)].consider(distance / sizes(i), j);
+      }
+    }
+  }
+  risks.gap_at = midway(mesh, through_air, risks.gap);
+  risks.thickness_at = midway(mesh, through_body, risks.thickness);
+}
+
 }  // namespace
 
 MeshReport inspect(const TriangleMesh& mesh) { return inspect(mesh.vertices(), mesh.triangles()); }
@@ -218,6 +382,88 @@ void require_closed_surface(const TriangleMesh& mesh, const std::string& name) {
     throw InputError(fmt::format("{}: the mesh must be a closed surface with outward normals: {}", name,
                                  fmt::join(report.faults, "; ")));
   }
+}
+
+bool Piece::flat() const {
+  constexpr double kFlat = 1e-9;  // volume over area^1.5, 0.094 for a sphere: rounding leaves 1e-16 times the distance
+  return std::abs(volume) <= kFlat * std::pow(area, 1.5);
+}
+
+Pieces find_pieces(const Points& points, const Triangles& triangles, const std::vector<Side>& sides, std::size_t most) {
+  DisjointSets faces(triangles.cols());
+  for_each_edge(sides, [&](std::span<const Side> edge) {
+    for (const Side& other : edge.subspan(edge.size() > most ? edge.size() : 1)) {
+      faces.join(edge[0].face, other.face);
+    }
+  });
+  int count = 0;
+  Pieces pieces{faces.numbered(count), {}};
+  pieces.list.resize(static_cast<std::size_t>(count), {-1, 0, 0.0, 0.0});
+  for (Index f = 0; f < triangles.cols(); ++f) {
+    Piece& piece = pieces.list[static_cast<std::size_t>(pieces.of_face[static_cast<std::size_t>(f)])];
+    piece.face = piece.faces++ == 0 ? f : piece.face;
+    const Vector3 twice_area = twice_area_vector(points, triangles.col(f));
+    piece.area += 0.5 * twice_area.norm();
+    // About a point of its own: a piece far from the origin loses no digits.
+    const Vector3 from_first = points.col(triangles(0, f)) - points.col(triangles(0, piece.face));
+    piece.volume += from_first.dot(twice_area) / 6.0;
+  }
+  return pieces;
+}
+
+std::vector<bool> nested(const Points& points, const Triangles& triangles, const Pieces& pieces) {
+  std::vector<bool> is_nested(pieces.list.size(), false);
+  if (pieces.list.size() < 2) {
+    return is_nested;
+  }
+  std::vector<std::size_t> piece_of;
+  const TriangleMesh mesh = outward_mesh(points, triangles, pieces, piece_of);
+  std::vector<std::vector<Index>> faces_of(pieces.list.size());
+  for (Index f = 0; f < mesh.face_count(); ++f) {
+    faces_of[piece_of[static_cast<std::size_t>(f)]].push_back(f);
+  }
+  const std::vector<Box> boxes = boxes_round(points, triangles, pieces);
+  const BoxTree near(boxes);
+  for (std::size_t outer = 0; outer < faces_of.size(); ++outer) {
+    std::vector<std::size_t> within;
+    near.for_each_meeting(boxes[outer], [&](Index piece) {
+      const auto inner = static_cast<std::size_t>(piece);
+      if (inner != outer && !is_nested[inner] && !faces_of[inner].empty() && boxes[outer].contains(boxes[inner])) {
+        within.push_back(inner);
+      }
+    });
+    if (!within.empty() && !faces_of[outer].empty()) {
+      for (const std::size_t inner : inside(mesh, faces_of, piece_of, outer, within)) {
+        is_nested[inner] = true;
+      }
+    }
+  }
+  return is_nested;
+}
+
+Facing facing(const TriangleMesh& mesh, Index i, Index j) {
+  constexpr double kAgainst = -0.5;  // of the normals: 60 degrees short of opposite
+  constexpr double kAlong = 0.5;     // of a normal and the line: 60 degrees
+  if (mesh.normals().col(j).dot(mesh.normals().col(i)) >= kAgainst) {
+    return Facing::kNot;
+  }
+  const Vector3 line = mesh.centroids().col(j) - mesh.centroids().col(i);
+  const double distance = line.norm();
+  const double leaves = line.dot(mesh.normals().col(i));
+  const double arrives = -line.dot(mesh.normals().col(j));
+  if (std::min(leaves, arrives) > kAlong * distance) {
+    return Facing::kThroughAir;
+  }
+  return std::max(leaves, arrives) < -kAlong * distance ? Facing::kThroughBody : Facing::kNot;
+}
+
+MeshRisks mesh_risks(const TriangleMesh& mesh) {
+  const Eigen::VectorXd local_edges = (mesh.areas().array() * (4.0 / std::sqrt(3.0))).sqrt();
+  MeshRisks risks;
+  measure_sizes(mesh, local_edges, risks);
+  measure_angles(mesh, risks);
+  measure_distances(mesh, local_edges, risks);
+  return risks;
 }
 
 }  // namespace touchfield

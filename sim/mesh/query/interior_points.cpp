@@ -14,7 +14,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/random.h"
 #include "sim/mesh/query/face_tree.h"
-#include "sim/mesh/subset.h"
+#include "sim/mesh/topology.h"
 
 namespace touchfield {
 

@@ -8,7 +8,6 @@
 
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/query/face_tree.h"
-#include "sim/mesh/subset.h"
 #include "sim/mesh/topology.h"
 
 namespace touchfield {

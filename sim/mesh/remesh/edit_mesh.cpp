@@ -1,13 +1,186 @@
 #include "sim/mesh/remesh/edit_mesh.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/mesh/face_shape.h"
 #include "sim/mesh/topology.h"
 
 namespace touchfield {
+
+namespace {
+
+/// Exchanges the flat face's longest edge for the other diagonal, if that leaves two faces with area.
+bool flip_away(EditMesh& mesh, const Points& points, int longest, double least) {
+  const auto [a, b, c, d] = mesh.corners_about(longest);
+  if (!mesh.can_flip(longest) || is_flat(points, {d, c, a}, least) || is_flat(points, {c, d, b}, least)) {
+    return false;
+  }
+  mesh.flip(longest);
+  return true;
+}
+
+bool collapse_away(EditMesh& mesh, int shortest) {
+  for (const int side : {shortest, mesh.opposite(shortest)}) {
+    if (mesh.can_collapse(side)) {
+      mesh.collapse(side);
+      return true;
+    }
+  }
+  return false;
+}
+
+bool remove_flat_face(EditMesh& mesh, const Points& points, int first_side, double least) {
+  std::array<int, 3> sides = {first_side, first_side + 1, first_side + 2};
+  const auto side_length = [&](int side) { return (points.col(mesh.to(side)) - points.col(mesh.from(side))).norm(); };
+  std::sort(sides.begin(), sides.end(), [&](int s, int t) { return side_length(s) < side_length(t); });
+  // A needle's ends may become one: the skin moves by its short side. Others move nothing by a flip.
+  constexpr double kNeedle = 1e-3;
+  if (side_length(sides[0]) <= kNeedle * side_length(sides[2]) && collapse_away(mesh, sides[0])) {
+    return true;
+  }
+  return flip_away(mesh, points, sides[2], least);
+}
+
+constexpr double kTurn = 0.985;  // cosine by which a face that is no splinter may turn
+
+constexpr double kFlat = 1e-9;  // height over longest side; a TriangleMesh refuses 2e-12
+
+class SplinterRemover {
+ public:
+  SplinterRemover(const TriangleMesh& mesh, const Eigen::VectorXd& thinnest)
+      : points_(mesh.vertices()),
+        thinnest_(thinnest),
+        moved_(Eigen::VectorXd::Zero(mesh.vertex_count())),
+        mesh_(mesh.triangles(), mesh.vertex_count()) {}
+
+  /// Whether anything changed.
+  bool round() {
+    bool changed = false;
+    for (int side = 0; side < mesh_.side_count(); ++side) {
+      if (mesh_.alive(side) && may_collapse(side)) {
+        double& moved = moved_(mesh_.to(side));
+        moved = std::max(moved, moved_(mesh_.from(side)) + length(side));
+        mesh_.collapse(side);
+        changed = true;
+      } else if (mesh_.alive(side) && may_flip(side)) {
+        for (const int v : mesh_.corners_about(side)) {
+          moved_(v) += shape(side).height;
+        }
+        mesh_.flip(side);
+        changed = true;
+      }
+    }
+    return changed;
+  }
+
+  TriangleMesh result() const {
+    std::vector<int> numbers;
+    Triangles triangles = mesh_.compact(numbers);
+    return {points_(Eigen::all, numbers), std::move(triangles)};
+  }
+
+ private:
+  Vector3 point(int v) const { return points_.col(v); }
+
+  struct Shape {
+    Vector3 normal;
+    double height;  // over the longest side
+    bool splinter;
+    bool flat;  // no area to speak of
+  };
+
+  Shape shape(int a, int b, int c) const {
+    const Vector3 twice_area = (point(b) - point(a)).cross(point(c) - point(a));
+    const double longest =
+        std::max({(point(b) - point(a)).norm(), (point(c) - point(b)).norm(), (point(a) - point(c)).norm()});
+    const double height = twice_area.norm() / longest;
+    const double least = std::min({thinnest_(a), thinnest_(b), thinnest_(c)});
+    return {twice_area.normalized(), height, !(height >= least), !(height > kFlat * longest)};
+  }
+
+  Shape shape(int side) const { return shape(mesh_.from(side), mesh_.to(side), mesh_.apex(side)); }
+
+  double length(int side) const { return (point(mesh_.to(side)) - point(mesh_.from(side))).norm(); }
+
+  bool may_collapse(int side) const {
+    const int a = mesh_.from(side);
+    const int b = mesh_.to(side);
+    if (!(moved_(a) + length(side) < std::min(thinnest_(a), thinnest_(b))) || !mesh_.can_collapse(side)) {
+      return false;
+    }
+    for (const int around : mesh_.around(a)) {
+      const int c = mesh_.to(around);
+      const int d = mesh_.apex(around);
+      if (c != b && d != b) {
+        const Shape before = shape(around);
+        const Shape after = shape(b, c, d);
+        if (before.splinter ? after.flat : after.splinter || after.normal.dot(before.normal) < kTurn) {
+          return false;
+        }
+      }
+    }
+    return !closes_a_thin_part(a, b);
+  }
+
+  /// Whether faces about a look against faces about b: the edge then is the thickness of a part.
+  bool closes_a_thin_part(int a, int b) const {
+    constexpr double kAgainst = -0.5;
+    bool found = false;
+    for_each_normal(a, [&](const Vector3& n) {
+      for_each_normal(b, [&](const Vector3& m) { found = found || n.dot(m) < kAgainst; });
+    });
+    return found;
+  }
+
+  template <class Visit>
+  void for_each_normal(int v, const Visit& visit) const {
+    for (const int around : mesh_.around(v)) {
+      if (const Shape face = shape(around); !face.splinter) {
+        visit(face.normal);
+      }
+    }
+  }
+
+  /// Whether the side is the longest of a splinter, and the other diagonal leaves thicker faces in the same plane.
+  bool may_flip(int side) const {
+    const Shape thin = shape(side);
+    if (!thin.splinter || !mesh_.can_flip(side)) {
+      return false;
+    }
+    const auto [a, b, c, d] = mesh_.corners_about(side);
+    for (const int v : {a, b, c, d}) {
+      if (!(moved_(v) + thin.height < thinnest_(v))) {
+        return false;
+      }
+    }
+    if (length(side) < std::max(length(EditMesh::next(side)), length(EditMesh::previous(side)))) {
+      return false;
+    }
+    const Shape other = shape(mesh_.opposite(side));
+    const Shape one_after = shape(d, c, a);
+    const Shape other_after = shape(c, d, b);
+    const auto in_plane = [&](const Shape& after) {
+      return after.splinter || other.splinter || after.normal.dot(other.normal) >= kTurn;
+    };
+    return std::min(one_after.height, other_after.height) > std::min(thin.height, other.height) &&
+           in_plane(one_after) && in_plane(other_after);
+  }
+
+  const Points& points_;
+  const Eigen::VectorXd& thinnest_;
+  Eigen::VectorXd moved_;  // how far the surface about each vertex has moved at most
+  EditMesh mesh_;
+};
+
+}  // namespace
 
 EditMesh::EditMesh(const Triangles& triangles, Eigen::Index vertex_count)
     : from_(static_cast<std::size_t>(triangles.size())),
@@ -203,6 +376,36 @@ Triangles EditMesh::compact(std::vector<int>& old_numbers) const {
   }
   triangles.conservativeResize(3, count);
   return triangles;
+}
+
+FlatFaces remove_flat_faces(EditMesh& mesh, const Points& points, double least) {
+  FlatFaces result;
+  constexpr int kRounds = 20;  // neighbours in a row of flat faces wait for each other
+  bool changed = true;
+  for (int round = 0; round < kRounds && changed; ++round) {
+    changed = false;
+    for (int side = 0; side < mesh.side_count(); side += 3) {
+      if (!mesh.alive(side) || !is_flat(points, {mesh.from(side), mesh.to(side), mesh.apex(side)}, least)) {
+        continue;
+      }
+      const Vector3 place = points.col(mesh.from(side));
+      if (remove_flat_face(mesh, points, side, least)) {
+        result.first = result.removed++ == 0 ? place : result.first;
+        changed = true;
+      }
+    }
+  }
+  return result;
+}
+
+TriangleMesh without_splinters(const TriangleMesh& mesh,
+                               const std::function<Eigen::VectorXd(const Points&)>& thinnest) {
+  const Eigen::VectorXd least = thinnest(mesh.vertices());
+  SplinterRemover remover(mesh, least);
+  constexpr int kMostRounds = 20;  // every flip raises a least height; the last few thin faces are not worth more
+  for (int i = 0; i < kMostRounds && remover.round(); ++i) {
+  }
+  return remover.result();
 }
 
 }  // namespace touchfield

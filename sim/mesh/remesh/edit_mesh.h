@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <vector>
 
 #include "sim/mesh/triangle_mesh.h"
@@ -97,5 +98,29 @@ class EditMesh {
   std::vector<int> valence_;
   std::vector<int> labels_;  // of each side's edge
 };
+
+/// What remove_flat_faces() did.
+struct FlatFaces {
+  Eigen::Index removed = 0;
+  Vector3 first = Vector3::Zero();  // a corner of the first [m]
+};
+
+/// Removes faces with next to no area. The shortest edge of a needle is at most a thousandth of its longest, and is
+/// collapsed. Other faces are removed by a flip of their longest edge, where that leaves two faces with area. So are
+/// needles that cannot be collapsed. Faces that neither removes stay.
+///
+/// points   of the mesh's vertices
+/// least    area over the longest edge squared; a face below is flat
+FlatFaces remove_flat_faces(EditMesh& mesh, const Points& points, double least);
+
+/// The same surface without splinters: faces so thin that their normals mean nothing. Edges shorter than `thinnest` are
+/// collapsed into one of their ends. The longest edge of a face is flipped if the face's height over it is less than
+/// `thinnest`. Thicker faces turn by at most 10 degrees at a time, and nothing moves by more than `thinnest`. Splinters
+/// that cannot be removed in this way stay.
+///
+/// mesh       closed, manifold, oriented
+/// thinnest   [m] at points
+/// returns    a mesh on some of the vertices, closed and of the same genus
+TriangleMesh without_splinters(const TriangleMesh& mesh, const std::function<Eigen::VectorXd(const Points&)>& thinnest);
 
 }  // namespace touchfield

@@ -49,7 +49,7 @@ std::optional<Resolution> resolution_of(const TriangleMesh& mesh, double wavelen
 }
 
 /// A flat triangle of the surface.
-struct Patch {
+struct Part {
   Vector3 a;
   Vector3 b;
   Vector3 c;
@@ -57,7 +57,7 @@ struct Patch {
   double longest() const { return std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()}); }
 
   /// The two halves on either side of the middle of the longest edge: no slivers come of it.
-  std::pair<Patch, Patch> halves() const {
+  std::pair<Part, Part> halves() const {
     const double ab = (b - a).squaredNorm();
     const double bc = (c - b).squaredNorm();
     const double ca = (a - c).squaredNorm();
@@ -65,11 +65,55 @@ struct Patch {
       const Vector3 middle = 0.5 * (a + b);
       return {{a, middle, c}, {middle, b, c}};
     }
-    return bc >= ca ? Patch{b, c, a}.halves() : Patch{c, a, b}.halves();
+    return bc >= ca ? Part{b, c, a}.halves() : Part{c, a, b}.halves();
   }
 };
 
 }  // namespace
+
+EdgeSizing::EdgeSizing(double far, std::vector<SizingZone> zones, double growth)
+    : far_(far), zones_(std::move(zones)), growth_(growth) {
+  const auto require_length = [](const char* field, double value, bool zero) {
+    if (!std::isfinite(value) || value < 0 || (value == 0 && !zero)) {
+      throw InputError(fmt::format("{} = {} m must be {} 0 and finite", field, value, zero ? ">=" : ">"));
+    }
+  };
+  require_length("edge_mm.far", far_, false);
+  for (const SizingZone& zone : zones_) {
+    require_length("edge_mm.near_target", zone.edge, false);
+    require_length("edge_mm.within_mm", zone.within, true);
+    if (!zone.centre.allFinite()) {
+      throw InputError("edge_mm: the centre of a zone must be finite");
+    }
+  }
+  if (!(growth_ >= 0.02 && growth_ <= 0.6)) {
+    throw InputError(fmt::format("edge_mm.growth = {} must be 0.02 to 0.6", growth_));
+  }
+}
+
+double EdgeSizing::at(const Vector3& x) const {
+  double edge = far_;
+  for (const SizingZone& zone : zones_) {
+    edge = std::min(edge, zone.edge + growth_ * std::max(0.0, (x - zone.centre).norm() - zone.within));
+  }
+  return edge;
+}
+
+Eigen::VectorXd EdgeSizing::at(const Points& points) const {
+  Eigen::VectorXd edges(points.cols());
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    edges(i) = at(Vector3(points.col(i)));
+  }
+  return edges;
+}
+
+double EdgeSizing::finest() const {
+  double edge = far_;
+  for (const SizingZone& zone : zones_) {
+    edge = std::min(edge, zone.edge);
+  }
+  return edge;
+}
 
 Eigen::VectorXd smallest_angles(const TriangleMesh& mesh) {
   Eigen::VectorXd angles(mesh.face_count());
@@ -138,11 +182,11 @@ double wanted_faces(const TriangleMesh& mesh, const EdgeSizing& sizing, double m
     return most;
   }
   double faces = 0;
-  std::vector<Patch> waiting;
+  std::vector<Part> waiting;
   for (Eigen::Index f = 0; f < mesh.face_count() && faces < most; ++f) {
     waiting.push_back({mesh.corner(f, 0), mesh.corner(f, 1), mesh.corner(f, 2)});
     while (!waiting.empty() && faces < most) {
-      const Patch patch = waiting.back();
+      const Part patch = waiting.back();
       waiting.pop_back();
       const Vector3 centroid = (patch.a + patch.b + patch.c) / 3.0;
       const double edge = sizing.at(centroid);

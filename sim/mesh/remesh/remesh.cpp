@@ -14,8 +14,7 @@
 #include "sim/core/units.h"
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/remesh/edit_mesh.h"
-#include "sim/mesh/remesh/flat_faces.h"
-#include "sim/mesh/subset.h"
+#include "sim/mesh/topology.h"
 
 namespace touchfield {
 

@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-#include "sim/mesh/remesh/edge_sizing.h"
+#include "sim/mesh/remesh/mesh_quality.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
@@ -24,12 +24,29 @@ constexpr double kCreaseAngle = 50.0 / 180.0 * std::numbers::pi;  // [rad]
 ///                flat sides stay exactly flat. Angles are above 15 degrees but between creases that are nearer than
 ///                half an edge to each other, or meet at less. Where faces next to flat are left, or faces cut each
 ///                other, it is meshed again: first without creases about the place, then with shorter edges there
-/// limits         a part thinner than its edges loses its shape: see thickness in mesh_risks.h
+/// limits         a part thinner than its edges loses its shape: see thickness in inspect.h
 /// throws         InputError if the original is not closed, manifold and oriented, the angle is out of range, or the
 ///                sizing asks for more than 5 million faces
 ///                RemeshError, with the place and an edge to use, if a face without area is left or the volume changes
 ///                by more than a tenth: the edges are too long for the shape, or the body is a sheet without thickness
 TriangleMesh remeshed_surface(const TriangleMesh& original, const EdgeSizing& sizing,
                               double crease_angle = kCreaseAngle);
+
+/// Of the faces round each vertex.
+struct VertexMeans {
+  explicit VertexMeans(const TriangleMesh& mesh);
+
+  Points normals;         // 3 x V unit vectors, means by area; 0 where there are no faces
+  Eigen::VectorXd areas;  // V [m2], of them all: thrice a vertex' share of the skin
+};
+
+/// A mesh with its vertices moved off the surface that it is inscribed in. Each moves by the mean distance by which its
+/// faces cut below the surface. Area and volume are then the surface's to second order in edge over radius of
+/// curvature.
+///
+/// heights   mean height of the surface above each face along its normal [m]
+/// most      no vertex is moved farther [m]; 0 for those that stay
+TriangleMesh with_mean_height_zero(const TriangleMesh& mesh, const Eigen::VectorXd& heights,
+                                   const Eigen::VectorXd& most);
 
 }  // namespace touchfield

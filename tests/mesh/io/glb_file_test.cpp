@@ -10,8 +10,8 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/hand/shapes.h"
-#include "sim/mesh/io/byte_string.h"
-#include "sim/mesh/io/mesh_io.h"
+#include "sim/mesh/io/file_text.h"
+#include "sim/mesh/io/mesh_files.h"
 #include "tests/support/files.h"
 #include "tests/support/testing.h"
 

@@ -1,5 +1,3 @@
-#include "sim/mesh/io/mesh_io.h"
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -15,7 +13,8 @@
 #include <vector>
 
 #include "sim/hand/shapes.h"
-#include "sim/mesh/io/byte_string.h"
+#include "sim/mesh/io/file_text.h"
+#include "sim/mesh/io/mesh_files.h"
 #include "sim/mesh/query/inspect.h"
 #include "tests/support/files.h"
 #include "tests/support/testing.h"

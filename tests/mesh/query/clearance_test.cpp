@@ -12,7 +12,7 @@
 #include "sim/hand/hand.h"
 #include "sim/hand/shapes.h"
 #include "sim/mesh/query/face_tree.h"
-#include "sim/mesh/query/triangle_pair.h"
+#include "sim/mesh/query/self_intersections.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/random_support.h"
 #include "tests/support/testing.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "sim/hand/shapes.h"
-#include "sim/mesh/repair/surface_report.h"
+#include "sim/mesh/remesh/closed_mesh.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/surface_support.h"
 #include "tests/support/testing.h"

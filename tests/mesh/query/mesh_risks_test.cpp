@@ -1,5 +1,3 @@
-#include "sim/mesh/query/mesh_risks.h"
-
 #include <cmath>
 #include <numbers>
 
@@ -8,6 +6,7 @@
 
 #include "sim/hand/hand.h"
 #include "sim/hand/shapes.h"
+#include "sim/mesh/query/inspect.h"
 #include "tests/support/mesh_support.h"
 
 namespace touchfield::mesh_risks_test {

@@ -11,7 +11,7 @@
 
 #include "sim/hand/shapes.h"
 #include "sim/mesh/query/inspect.h"
-#include "sim/mesh/remesh/splinters.h"
+#include "sim/mesh/remesh/edit_mesh.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::creases_test {

@@ -1,11 +1,10 @@
-#include "sim/mesh/remesh/edge_sizing.h"
-
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <random>
 #include <vector>
 
+#include "sim/mesh/remesh/mesh_quality.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::edge_sizing_test {

@@ -1,5 +1,3 @@
-#include "sim/mesh/remesh/subdivide.h"
-
 #include "sim/hand/hand.h"
 #include "sim/hand/shapes.h"
 #include "sim/mesh/query/inspect.h"

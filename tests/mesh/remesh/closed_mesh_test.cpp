@@ -1,4 +1,4 @@
-#include "sim/mesh/repair/closed_mesh.h"
+#include "sim/mesh/remesh/closed_mesh.h"
 
 #include <string>
 

@@ -1,4 +1,4 @@
-#include "sim/mesh/repair/resurface.h"
+#include "sim/mesh/remesh/resurface.h"
 
 #include <cmath>
 #include <limits>
@@ -13,8 +13,8 @@
 #include "sim/mesh/io/unit_guess.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/self_intersections.h"
+#include "sim/mesh/remesh/closed_mesh.h"
 #include "sim/mesh/remesh/mesh_quality.h"
-#include "sim/mesh/repair/surface_report.h"
 #include "tests/support/surface_support.h"
 #include "tests/support/testing.h"
 

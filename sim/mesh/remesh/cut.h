@@ -1,6 +1,6 @@
 #pragma once
 
-#include "sim/mesh/remesh/edge_sizing.h"
+#include "sim/mesh/remesh/mesh_quality.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {

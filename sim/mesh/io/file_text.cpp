@@ -1,4 +1,4 @@
-#include "sim/mesh/io/text_cursor.h"
+#include "sim/mesh/io/file_text.h"
 
 #include <algorithm>
 #include <cmath>

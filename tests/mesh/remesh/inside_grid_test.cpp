@@ -1,5 +1,3 @@
-#include "sim/mesh/repair/inside_grid.h"
-
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -9,6 +7,7 @@
 #include "sim/hand/shapes.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
+#include "sim/mesh/remesh/resurface.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/testing.h"
 

@@ -1,5 +1,3 @@
-#include "sim/mesh/repair/oriented_soup.h"
-
 #include <array>
 #include <cstdint>
 #include <numbers>
@@ -11,6 +9,7 @@
 
 #include "sim/hand/hand.h"
 #include "sim/hand/shapes.h"
+#include "sim/mesh/remesh/closed_mesh.h"
 #include "tests/support/surface_support.h"
 #include "tests/support/testing.h"
 

@@ -1,4 +1,4 @@
-#include "sim/mesh/cut/cut.h"
+#include "sim/mesh/remesh/cut.h"
 
 #include <algorithm>
 #include <array>
@@ -22,16 +22,12 @@
 #include "sim/core/text.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
-#include "sim/mesh/query/pieces.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/remesh/creases.h"
 #include "sim/mesh/remesh/edit_mesh.h"
-#include "sim/mesh/remesh/flat_faces.h"
 #include "sim/mesh/remesh/mesh_quality.h"
 #include "sim/mesh/remesh/remesh.h"
-#include "sim/mesh/remesh/splinters.h"
 #include "sim/mesh/remesh/surface_remesh.h"
-#include "sim/mesh/subset.h"
 #include "sim/mesh/topology.h"
 
 namespace touchfield {

@@ -1,4 +1,4 @@
-#include "sim/mesh/cut/cut.h"
+#include "sim/mesh/remesh/cut.h"
 
 #include <algorithm>
 #include <cmath>
