@@ -185,7 +185,7 @@ class Guard {
     return program_.send(GuardMessage(reply, std::move(with)), kReplyPatience);
   }
 
-  // Silents, as far as the device still lets it, and asks nothing of it any more. Returns how that went.
+  // Silences the device, as far as the device still lets it, and asks nothing of it any more. Returns how that went.
   std::string release() {
     tell(GuardReply::kAlive);
     open_ = false;

@@ -36,7 +36,7 @@ struct Silencing {
   std::string text;  // "the array is silent after 3 ms", or why it is not
 };
 
-/// Silents an open device, which stays open. The system may block the caller that closes a stalled line, and the result
+/// Silences an open device, which stays open. The system may block the caller that closes a stalled line, and the result
 /// is to be reported before that.
 Silencing silenced(ArrayLink& link);
 

@@ -98,7 +98,7 @@ def test_own_methods(model):
         tf.run(model, own={"my method": np.zeros(channels)})
     with pytest.raises(tf.InputError, match="set and device need a scene file"):
         tf.run(model, set={"solve.iterations": 3})
-    with pytest.raises(tf.InputError, match=r"evaluation: phases\[0\] has the amplitude 0.5; here channels are at full drive"):
+    with pytest.raises(tf.InputError, match=r"evaluate: phases\[0\] has the amplitude 0.5; here channels are at full drive"):
         tf.evaluate(model, np.full(channels, 0.5j))
 
 

@@ -15,7 +15,7 @@ def test_transfer_is_the_one_of_the_model(model, run):
     assert np.linalg.norm(rows - h[model.target.faces]) < 1e-3 * np.linalg.norm(rows)
 
 
-def test_score_is_the_evaluation_s_of_its_own_mesh(finger):
+def test_score_is_that_of_the_evaluation_on_its_own_mesh(finger):
     own = tf.Model(finger, set={"evaluation": "same", "solve.optimality_bound": False})
     run = tf.run(own)
     for name in run.methods:

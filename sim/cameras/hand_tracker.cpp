@@ -229,8 +229,8 @@ std::vector<std::size_t> HandTracker::digits_missing() const {
 
 /// Whether a fit is to be believed, by what is asked of a shape that is learnt, else by less. Leaves the skin's matches
 /// in fit_ and what the images say of it in check_.
-void HandTracker::evaluation(const DepthFrame& frame, const HandPoints& points, const FitBelief& of_learnt,
-                             HandFit& fit) {
+void HandTracker::evaluate(const DepthFrame& frame, const HandPoints& points, const FitBelief& of_learnt,
+                           HandFit& fit) {
   const FitBelief& belief = learnt_ ? of_learnt : options_.unlearnt;
   const Stopwatch watch(times_.check);
   fit_.match(shape_, points, fit.state, kNear, kFollowScale);
@@ -313,7 +313,7 @@ HandFit HandTracker::fitted(const DepthFrame& frame, const HandPoints& points, c
     fit.state =
         fit_.fit(shape_, points, start, prior, {options_.rounds, reach, kFollowReach, kFollowScale, 1, false}).state;
   }
-  evaluation(frame, points, belief, fit);
+  evaluate(frame, points, belief, fit);
   return fit;
 }
 
@@ -336,7 +336,7 @@ HandFit HandTracker::with_digits_moved(const DepthFrame& frame, const HandPoints
   const std::array<Eigen::Vector4d, 4> moves = {Eigen::Vector4d(0, 80, 95, 50), Eigen::Vector4d(0, 40, 50, 30),
                                                 Eigen::Vector4d(kAside, 0, 0, 0), Eigen::Vector4d(-kAside, 0, 0, 0)};
   for (std::size_t tries = 0; fit.lost && tries < 2 * HandSkeleton::kDigits; ++tries) {
-    evaluation(frame, points, options_.found, fit);  // for digits_missing()
+    evaluate(frame, points, options_.found, fit);  // for digits_missing()
     const ShapedHand before = shape_;
     ShapedHand shape = before;
     HandFit best = fit;
@@ -479,7 +479,7 @@ HandFit HandTracker::found(const DepthFrame& frame, HandPoints& points) {
   }
   points = std::move(best.points);
   if (best.fit.placed) {  // deformation goes on from its matches
-    evaluation(frame, points, options_.found, best.fit);
+    evaluate(frame, points, options_.found, best.fit);
   }
   return std::move(best.fit);
 }

@@ -160,7 +160,7 @@ class HandTracker {
   HandFit with_size_changed(const DepthFrame& frame, const HandPoints& points, HandFit fit);
   HandFit with_digits_moved(const DepthFrame& frame, const HandPoints& points, HandFit fit);
   HandState brought_closer(const HandPoints& points, const HandState& start);
-  void evaluation(const DepthFrame& frame, const HandPoints& points, const FitBelief& belief, HandFit& fit);
+  void evaluate(const DepthFrame& frame, const HandPoints& points, const FitBelief& belief, HandFit& fit);
   std::vector<std::size_t> digits_missing() const;
   void deform(const HandPoints& points, HandFit& fit);
   NodeMotions motions(const HandFit& fit) const;

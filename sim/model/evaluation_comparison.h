@@ -7,7 +7,7 @@
 
 namespace touchfield {
 
-/// The difference of pressures on a mesh from those on an evaluation's mesh of the same body, at the centroids of the former:
+/// The difference of pressures on a mesh from those on an evaluation mesh of the same body, at the centroids of the former:
 ///
 ///   sqrt( sum A |p - P(x)|^2 / sum A |P(x)|^2 )
 ///

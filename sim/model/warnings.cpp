@@ -113,12 +113,12 @@ std::string worth(double resolution) {
   return "the pressure of any scheme is an estimate (check --accuracy measures the error on this mesh)";
 }
 
-/// Whether the mesh counts near the target alone: where it finds phases that an evaluation holds against bodies meshed anew.
+/// Whether the mesh counts near the target alone: where it finds phases that are then evaluated on bodies meshed again.
 bool counts_near_target(const Model& model, const std::optional<Target>& target) {
   return target && evaluates_own_bodies(model);
 }
 
-/// `near` counts: the rest of the skin is the evaluation's to resolve.
+/// `near` counts: the evaluation resolves the rest of the skin.
 void warn_of_coarse_surroundings(const Resolution& near, Remarks& remarks) {
   const bool few = near.mean < kFewestEdges;
   if (few || near.least_5 < kFewestAnywhere) {

@@ -95,7 +95,7 @@ class MovingModel {
   /// and boxes and landmarks follow it. Places and joints, and with them the own frame, are still those of the numbers.
   Model at(const MotionState& state) const;
 
-  /// The evaluation's mesh of a model that at() gave. There is none where the scene has no evaluation.
+  /// The evaluation mesh of a model that at() gave. There is none where the scene has no evaluation.
   std::optional<EvaluationMesh> evaluation_mesh(const Model& model, const MotionState& state) const;
 
   /// The place of the wanted pattern on the skin [m]. It is the mean centre of the boxes where these follow the skin.

@@ -82,7 +82,7 @@ double evaluation_edge_faces(const Model& model) {
   return faces;
 }
 
-/// Faces of the evaluation's mesh; 0 if it has none of its own.
+/// Faces of the evaluation mesh; 0 if it has none of its own.
 double evaluation_faces(const Model& model) {
   const Scene& scene = model.fixed->scene;
   const auto faces = static_cast<double>(model.body.mesh.face_count());

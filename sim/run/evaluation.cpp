@@ -44,8 +44,8 @@ void note_solve(const Run& run, Progress& progress) {
                               solve.residual, solve.converged ? "" : ", NOT CONVERGED"));
 }
 
-void evaluation_method(MethodResult& result, const TriangleMesh& mesh, const SurfaceGradient& gradient,
-                       const Model& model, const std::optional<Target>& target, const Eigen::VectorXcd& pressure) {
+void evaluate_method(MethodResult& result, const TriangleMesh& mesh, const SurfaceGradient& gradient,
+                     const Model& model, const std::optional<Target>& target, const Eigen::VectorXcd& pressure) {
   Metrics metrics;
   if (model.fixed->cut.empty() || result.evaluation_pressure.size() > 0) {
     metrics = target ? metrics_of(mesh, gradient, model.fixed->wave, model.boxes, *target, pressure)
@@ -76,8 +76,8 @@ void evaluation_method(MethodResult& result, const TriangleMesh& mesh, const Sur
   }
 }
 
-void evaluation_elsewhere(const Model& model, const SolveOptions& options, const std::function<SkinScattering&()>& own,
-                          Run& run, Progress& progress) {
+void evaluate_elsewhere(const Model& model, const SolveOptions& options, const std::function<SkinScattering&()>& own,
+                        Run& run, Progress& progress) {
   const Scene& scene = model.fixed->scene;
   const EvaluationMesh evaluation_mesh = timed(progress, run.seconds, "evaluation_mesh", "evaluation mesh",
                                                [&] { return build_evaluation_mesh(model, options.bodies); });
@@ -117,7 +117,7 @@ void evaluation_elsewhere(const Model& model, const SolveOptions& options, const
   for (std::size_t s = 0; s < run.methods.size(); ++s) {
     const auto column = static_cast<Eigen::Index>(s);
     run.methods[s].evaluation_pressure = pressures.col(column);
-    evaluation_method(run.methods[s], mesh, gradient, model, evaluation_model.target, pressures.col(column));
+    evaluate_method(run.methods[s], mesh, gradient, model, evaluation_model.target, pressures.col(column));
     run.methods[s].metrics.evaluation_difference = differences(column);
     run.methods[s].metrics.evaluation_difference_target = target_differences(column);
   }

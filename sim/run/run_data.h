@@ -24,7 +24,7 @@ struct MethodResult {
   PhaseSolution solution;
   Eigen::VectorXcd pressure;  // M, on the solving mesh [Pa]
   Eigen::VectorXcd
-      evaluation_pressure;  // on the evaluation's mesh [Pa]; empty: no evaluation, or `pressure` is the evaluation's
+      evaluation_pressure;  // on the evaluation mesh [Pa]; empty: no evaluation, or `pressure` is the evaluation's
   Metrics metrics;
   double shock_distance_share = kNotComputed;  // sigma on the way to the loudest place of the skin (nonlinearity.h)
   std::vector<std::pair<std::string, double>> seconds;  // stage -> seconds
@@ -118,7 +118,7 @@ struct Run {
   std::vector<int> owner{};              // M: number of the body a face is of; empty with `bodies`
   std::vector<RunTransfer> transfers{};  // one a scheme, where the scene asks for them
 
-  /// Whether the fields are scattered by the evaluation's mesh: where the solver mistakes the channels or has a part of the
+  /// Whether the fields are scattered by the evaluation mesh: where the solver mistakes the channels or has a part of the
   /// skin.
   bool has_fields_of_evaluation() const {
     return evaluation_model && (array_truth || solved_skin == SkinExtent::kPart);

@@ -19,7 +19,7 @@ Eigen::VectorXcd sounding_drive(PhaseSolution solution, const std::optional<Arra
 const TriangleMesh& field_mesh(const Run& run);
 
 /// The field of all methods off the skin, a column each. Where the array has a truth it is the truth's: its channels,
-/// what sounds, and the evaluation's pressures on the evaluation's mesh.
+/// what sounds, and the evaluation's pressures on the evaluation mesh.
 ///
 /// points   3 x J [m]
 /// gpu      a card to sum over faces where that pays; null: the processor does

@@ -187,15 +187,14 @@ MethodResult solve_method(const MethodSpec& method, Models& models, const Model&
   if (scene.evaluation.kind == EvaluationSpec::Kind::kSame && !evaluated_elsewhere(model) &&
       method.scheme != scene.solve.scheme) {
     SkinScattering& own = models.of(scene.solve.scheme).scattering();
-    result.evaluation_pressure =
-        timed(progress, result.seconds, "evaluation", fmt::format("evaluation {}", method.name),
-              [&] { return own.pressure(drives, "evaluation of " + method.name); });
+    result.evaluation_pressure = timed(progress, result.seconds, "evaluation", fmt::format("evaluate {}", method.name),
+                                       [&] { return own.pressure(drives, "evaluation of " + method.name); });
     note_solve(run, progress);
     require_finite("evaluation of " + method.name, result.evaluation_pressure);
   }
   const bool elsewhere = result.evaluation_pressure.size() > 0;
-  evaluation_method(result, run.mesh, gradient, model, run.target,
-                    elsewhere ? result.evaluation_pressure : result.pressure);
+  evaluate_method(result, run.mesh, gradient, model, run.target,
+                  elsewhere ? result.evaluation_pressure : result.pressure);
   if (elsewhere) {
     result.metrics.evaluation_difference =
         relative_difference(run.mesh.areas(), result.pressure, result.evaluation_pressure);
@@ -342,7 +341,7 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
   warn_of_conditioning(models.of(first.scheme), run, progress);
   check_resonances(spec, models, run, progress);
   if (evaluated_elsewhere(model)) {
-    evaluation_elsewhere(
+    evaluate_elsewhere(
         model, options, [&]() -> SkinScattering& { return models.of(spec.scheme).scattering(); }, run, progress);
   }
   if (model.fixed->scene.write.transfer) {

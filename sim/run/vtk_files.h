@@ -19,7 +19,7 @@ namespace touchfield {
 ///   NAME_re_pa, NAME_im_pa, NAME_phase_rad   per face
 void write_surface_vtp(const std::string& path, const Run& run);
 
-/// evaluation.vtp: the same of the evaluation's mesh, its target and its pressures.
+/// evaluation.vtp: the same of the evaluation mesh, its target and its pressures.
 ///
 /// throws   InputError if the evaluation has no model of its own
 void write_evaluation_vtp(const std::string& path, const Run& run);

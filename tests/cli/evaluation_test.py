@@ -25,7 +25,7 @@ write: [h5]
 
 class Evaluation(CommandTest):
     def check_metrics(self, run, name):
-        """relative_error and leakage anew, from the evaluation's pressure on the evaluation's mesh."""
+        """relative_error and leakage anew, from the evaluation's pressure on the evaluation mesh."""
         area, target = run["evaluation/mesh/area"][:], run["evaluation/target/face"][:]
         wanted = numpy.zeros_like(area)
         wanted[target] = run["evaluation/target/amplitude"][:]
@@ -85,7 +85,7 @@ class Evaluation(CommandTest):
             # Not equal: a mesh made anew follows the round surface, a split one the flat faces.
             self.assertTrue(1 / 3 < by_split[name] / by_edge[name] < 3)
 
-    def test_a_evaluation_is_where_another_split_would_hardly_move_it(self):
+    def test_an_evaluation_is_where_another_split_would_hardly_move_it(self):
         # ka 3.3: 6.3 edges a wavelength before any split.
         write_ply(self.folder / "sphere.ply", *icosphere(2, 3.3 / K * 1e3))
         scene = self.write("sphere.yaml", SPHERE)
@@ -123,7 +123,7 @@ class Evaluation(CommandTest):
             numpy.testing.assert_array_equal(run["evaluation/methods/focus/pressure"][:], run["methods/focus/pressure"][:])
             self.assertTrue(math.isnan(run["methods/focus"].attrs["evaluation_difference"]))
 
-    def test_none_evaluations_nothing(self):
+    def test_none_evaluates_nothing(self):
         scene = self.write("scene.yaml", FINGER)
         self.run_ok("run", scene, "-o", "out", "--set", "evaluation=none")
         with open_run(self.folder / "out") as run:
@@ -131,7 +131,7 @@ class Evaluation(CommandTest):
             self.assertTrue(math.isnan(run["methods/paper"].attrs["evaluation_difference"]))
             self.assertGreater(run["methods/paper"].attrs["relative_error"], 0)
 
-    def test_the_metrics_printed_are_the_evaluations(self):
+    def test_the_metrics_printed_are_those_of_the_evaluation(self):
         scene = self.write("scene.yaml", FINGER)
         printed = json.loads(self.run_ok("run", scene, "-o", "out", "--json", "--set", "evaluation={split: 1}").stdout)
         with open_run(self.folder / "out") as run:

@@ -108,7 +108,7 @@ class Board:
         return any(phase != OFF for phase in self.firmware.front)
 
     def patterns(self):
-        """What was emitted between the silent at the start and the silent at the end."""
+        """What was emitted between the silence at the start and that at the end."""
         with self.changed:
             return [phases for _, phases in self.events if set(phases) != {OFF}]
 

@@ -58,7 +58,7 @@ TEST(ModelRemarks, CoarseFacesInOnePlaceAreNamed) {
               ElementsAre(AllOf(StartsWith("coarse_mesh: "), HasSubstr("within 15 mm of the target;"))));
   EXPECT_THAT(warned("{near: {top: 0.7}, far: 3.3, within_mm: 14}", "target.box={at: top, size_mm: [10, 10, 4]}"),
               ElementsAre(StartsWith("facing_away: ")));
-  // Where an evaluation has the body, the rest of the skin is its to resolve.
+  // Where an evaluation has the body, it resolves the rest of the skin.
   EXPECT_THAT(warned("{near: {top: 0.7}, far: 5, within_mm: 14}", "target.box={at: top, size_mm: [10, 10, 4]}",
                      kFinerEvaluation),
               ElementsAre(StartsWith("facing_away: ")));

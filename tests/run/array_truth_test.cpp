@@ -1,4 +1,4 @@
-// Channels that are not as designed: what the solver knows of them, and what the evaluation hears.
+// Channels that are not as designed: what the solver knows of them, and what the evaluation uses.
 
 #include <cmath>
 #include <numbers>

@@ -143,7 +143,7 @@ TEST(SurfaceVtp, WithoutTargetAndMethodsIsTheMeshAlone) {
   expect_provenance(reader->GetOutput(), bare_run(sheet(1, 1, 0.01)));  // empty texts are texts too
 }
 
-TEST(EvaluationVtp, HoldsTheEvaluationsMeshTargetAndPressures) {
+TEST(EvaluationVtp, HoldsTheEvaluationMeshItsTargetAndPressures) {
   const TemporaryDirectory directory;
   const std::string path = directory.file("evaluation.vtp");
   RunData run = full_run();

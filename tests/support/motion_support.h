@@ -27,7 +27,7 @@ inline MotionFrame made_up_frame(int number, Eigen::Index channels, double seed)
   return frame;
 }
 
-/// A motion with something in every place: an evaluation's mesh, two methods, one of which has silent frames and dropped ones
+/// A motion with something in every place: an evaluation mesh, two methods, one of which has silent frames and dropped ones
 /// and scores before its first frame.
 inline Motion full_motion() {
   const Run run = full_run();
@@ -69,10 +69,10 @@ inline Motion full_motion() {
   silent.silent = true;
   silent.lost = true;
   silent.solution = {.phases = Eigen::VectorXd::Zero(motion.array.size()),
-                      .amplitudes = Eigen::VectorXd::Zero(motion.array.size()),
-                      .cost_history = {},
-                      .iterations = 0,
-                      .status = PhaseStatus::kDirect};
+                     .amplitudes = Eigen::VectorXd::Zero(motion.array.size()),
+                     .cost_history = {},
+                     .iterations = 0,
+                     .status = PhaseStatus::kDirect};
   silent.seconds = {{"pose", 2e-3 / 3}};
   other.frames[2].solution.cost_history.push_back(0.125);
   return motion;
@@ -96,9 +96,9 @@ inline Motion long_motion(const std::vector<std::string>& names) {
       score.frame = i < 2 ? -1 : 0;
       const double off =
           2e-3 * std::sin(2.0 * std::numbers::pi * score.time) * (1.0 + 0.3 * std::sin(40.0 * score.time));
-      const bool outside = i >= 60 && i <= 70;  // there is no patch that could be displaced
-      score.displacement = Vector3(outside ? kNotComputed : off, 0, 0);
-      if (score.frame == 0 && !outside) {
+      const bool silent = i >= 60 && i <= 70;  // there is no patch that could be displaced
+      score.displacement = Vector3(silent ? kNotComputed : off, 0, 0);
+      if (score.frame == 0 && !silent) {
         score.age = 0.05;
         score.metrics.relative_error = 0.35 + 0.1 * number + 60.0 * std::abs(off);
         score.metrics.mean_inside_pa = 3200.0 - 300.0 * number - 4e5 * std::abs(off);

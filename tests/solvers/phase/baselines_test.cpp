@@ -491,7 +491,7 @@ TEST(Baselines, TheUnitOfPressureDoesNotMatter) {
   }
 }
 
-TEST(Baselines, OnlyLbfgsKnowsOfWeightsAndOutsideSkin) {
+TEST(Baselines, OnlyLbfgsKnowsOfWeightsAndTheSkinOutside) {
   const SkinProblem problem = random_problem(5, 4, 30, 0.3, 250);
   SkinProblem bare = problem;
   bare.weights *= 3.0;

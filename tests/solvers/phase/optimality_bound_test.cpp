@@ -203,7 +203,7 @@ TEST(OptimalityBound, CountsFacesThatNothingReachesAndThoseThatWantSilence) {
   more.amplitudes(4) = 3.0;
   more.weights(4) = 2.0;
   EXPECT_NEAR(prove_bound(more).bound, bound + 18.0, 2.0 * kTolerance * (bound + 18.0));
-  // A face that wants silence is an outside row.
+  // A face that wants silence is a row of the skin outside.
   more = problem;
   more.amplitudes(2) = 0.0;
   SkinProblem moved = problem;
