@@ -55,9 +55,9 @@ BENCHMARK(paper_iteration)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
-/// K target faces that want half of what reaches them, r outside rows, N channels. As on a whole hand the strongest outside
-/// rows are some ten times as strong as those of the target, and they fall off gently over the first two fifths, then
-/// by a factor of 2,000.
+/// K target faces that want half of what reaches them, r outside rows, N channels. As on a whole hand the strongest
+/// outside rows are some ten times as strong as those of the target, and they fall off gently over the first two
+/// fifths, then by a factor of 2,000.
 SkinProblem skin_problem(const benchmark::State& state) {
   const Eigen::Index channels = state.range(2);
   std::srand(1);
@@ -119,7 +119,8 @@ BENCHMARK(lbfgs_iteration)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
-/// A step of the optimality bound's relaxation, with a third of what comes once: its start, the reduction and the proof.
+/// A step of the optimality bound's relaxation, with a third of what comes once: its start, the reduction and the
+/// proof.
 void optimality_bound_iteration(benchmark::State& state) {
   const SkinProblem problem = skin_problem(state);
   OptimalityBoundOptions options;

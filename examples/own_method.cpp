@@ -1,5 +1,6 @@
 // A phase method of one's own beside the built-in ones: the transfer matrix H of a scene's skin goes into a few lines
-// of Eigen, and the phases that come out are solved for, evaluated and tabled as those of every other method of the scene.
+// of Eigen, and the phases that come out are solved for, evaluated and tabled as those of every other method of the
+// scene.
 //
 //   own_method scenes/quick.yaml
 #include <cstdio>

@@ -30,8 +30,8 @@ struct LinkAbilities {
 /// A real array, or what stands for one. Made by make_link, or for another process by GuardedLink.
 ///
 /// Order of calls: layout, abilities and describe at any time, without touching the device; open; set_modulation and
-/// send any number of times; silence; close. No call takes longer than kLinkPatience: a device that does not take what it
-/// is sent within that time is lost. After a DeviceError only silence and close may be called.
+/// send any number of times; silence; close. No call takes longer than kLinkPatience: a device that does not take what
+/// it is sent within that time is lost. After a DeviceError only silence and close may be called.
 ///
 /// throws   DeviceError from everything that touches the device: missing, refused, silent, lost. InputError if the
 ///          caller asks for what the device cannot do, before a byte is sent.

@@ -36,8 +36,8 @@ struct Silencing {
   std::string text;  // "the array is silent after 3 ms", or why it is not
 };
 
-/// Silences an open device, which stays open. The system may block the caller that closes a stalled line, and the result
-/// is to be reported before that.
+/// Silences an open device, which stays open. The system may block the caller that closes a stalled line, and the
+/// result is to be reported before that.
 Silencing silenced(ArrayLink& link);
 
 /// "; the array may still be on: switch off its supply": said wherever nobody can tell.

@@ -21,7 +21,8 @@ Eigen::VectorXcd factors(const ChannelResponse& response);
 ChannelResponse product(const ChannelResponse& first, const ChannelResponse& second);
 
 /// Gains and phases are normal, independent from channel to channel. Channel n gets the same three numbers whatever the
-/// tolerances and N are, so that larger tolerances with one seed are the same array made worse. A gain below 0 becomes 0.
+/// tolerances and N are, so that larger tolerances with one seed are the same array made worse. A gain below 0 becomes
+/// 0.
 ///
 /// seed   the same seed gives the same numbers on every machine, but for the rounding of log, cos and sin
 ChannelResponse random_response(Eigen::Index channels, const ChannelTolerances& tolerances, unsigned seed);

@@ -7,13 +7,14 @@
 
 namespace touchfield {
 
-/// The difference of pressures on a mesh from those on an evaluation mesh of the same body, at the centroids of the former:
+/// The difference of pressures on a mesh from those on an evaluation mesh of the same body, at the centroids of the
+/// former:
 ///
 ///   sqrt( sum A |p - P(x)|^2 / sum A |P(x)|^2 )
 ///
-/// P is the evaluation's pressure. On the same mesh it is that of the same face. On a mesh with split faces it is that of
-/// the middle face of those that a face was split into. Where the evaluation has a mesh of its own, P is fitted to the
-/// evaluation's faces around x (SurfaceFit). The sums are over the faces that are skin in both.
+/// P is the evaluation's pressure. On the same mesh it is that of the same face. On a mesh with split faces it is that
+/// of the middle face of those that a face was split into. Where the evaluation has a mesh of its own, P is fitted to
+/// the evaluation's faces around x (SurfaceFit). The sums are over the faces that are skin in both.
 class EvaluationComparison {
  public:
   /// splits   how often the faces of `mesh` were split in four, 0 if not at all; none: a mesh of the evaluation's own

@@ -21,8 +21,8 @@ struct MeshedBody {
 /// Whether two meshes have the same triangles and nowhere differ by more than 1 nm, a ten-millionth of a wavelength.
 bool same_mesh(const TriangleMesh& a, const TriangleMesh& b);
 
-/// Meshes that scenes computed one after another share: of each role, a body of the solver's or of the evaluation's, the
-/// last one is kept. A body that only stands elsewhere is then the same mesh to the last bit.
+/// Meshes that scenes computed one after another share: of each role, a body of the solver's or of the evaluation's,
+/// the last one is kept. A body that only stands elsewhere is then the same mesh to the last bit.
 class KeptBodies {
  public:
   /// role   what the mesh is for in a scene, e.g. "evaluation 0"

@@ -160,8 +160,8 @@ double evaluation_resolution(const Model& model, const Target& target) {
   return fewest;
 }
 
-/// The edges that an evaluation meshes bodies anew by. One without edge lengths of its own takes the bodies', none longer
-/// than what counts once its faces are split.
+/// The edges that an evaluation meshes bodies anew by. One without edge lengths of its own takes the bodies', none
+/// longer than what counts once its faces are split.
 BodyEdges evaluation_edges(const Scene& scene, const Wave& wave) {
   if (scene.evaluation.kind == EvaluationSpec::Kind::kEdge) {
     return {&scene.evaluation.edge};
@@ -170,8 +170,8 @@ BodyEdges evaluation_edges(const Scene& scene, const Wave& wave) {
   return {nullptr, std::ldexp(kCoarsestEvaluation * wave.wavelength(), splits)};
 }
 
-/// The evaluation of a scene that says nothing of one: the solving model where it has all that counts, finely enough; else
-/// whole bodies, with edges that are a fifth shorter near the target.
+/// The evaluation of a scene that says nothing of one: the solving model where it has all that counts, finely enough;
+/// else whole bodies, with edges that are a fifth shorter near the target.
 EvaluationSpec usual_evaluation(const Scene& scene, const Wave& wave) {
   constexpr double kFinerNear = 0.8;
   const double coarsest = kCoarsestEvaluation * wave.wavelength();
@@ -233,7 +233,8 @@ double faces_of_whole(const Model& model, const std::vector<PlacedBodies::Whole>
   return scene.evaluation.kind == EvaluationSpec::Kind::kSplit ? faces * std::pow(4.0, scene.evaluation.splits) : faces;
 }
 
-/// Too few edges per wavelength near the target make noise of the pressure there, by the solver's mesh or the evaluation's.
+/// Too few edges per wavelength near the target make noise of the pressure there, by the solver's mesh or the
+/// evaluation's.
 void require_fine_mesh(const Model& model, const Target& target) {
   const Scene& scene = model.fixed->scene;
   if (scene.solve.allow_coarse_mesh) {

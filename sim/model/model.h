@@ -83,8 +83,8 @@ enum class SkinExtent {
 
 inline std::string to_string(SkinExtent extent) { return extent == SkinExtent::kPart ? "part" : "whole"; }
 
-/// Whether the evaluation has meshes of the scene's bodies that are not made of the solver's. It has them if edge lengths
-/// are given for it, or if the solver has only a part of the skin that counts.
+/// Whether the evaluation has meshes of the scene's bodies that are not made of the solver's. It has them if edge
+/// lengths are given for it, or if the solver has only a part of the skin that counts.
 bool evaluates_own_bodies(const Model& model);
 
 /// What skin the solving mesh of a run is of; its metrics are of the whole.

@@ -16,9 +16,9 @@ struct Remarks {
 /// Appends remarks to others.
 void add(const Remarks& more, Remarks& remarks);
 
-/// What a model says of its results. docs/stability.md says what was measured on such cases. Where an evaluation has bodies
-/// meshed again, the solving mesh counts within 15 mm of the target alone (coarse_mesh, slivers, size_jump, narrow_gap,
-/// thin_body).
+/// What a model says of its results. docs/stability.md says what was measured on such cases. Where an evaluation has
+/// bodies meshed again, the solving mesh counts within 15 mm of the target alone (coarse_mesh, slivers, size_jump,
+/// narrow_gap, thin_body).
 ///
 /// Warnings:
 ///   mesh_unit       a mesh file in a unit that makes it no body of a person

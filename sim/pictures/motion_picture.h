@@ -17,10 +17,10 @@ namespace touchfield {
 /// throws   InputError if parts of the motion do not fit each other; IoError if it cannot be written
 bool draw_motion(const std::string& path, const Motion& motion, PictureFormat format);
 
-/// A strip of 1200 x 900 pixels of |p| on the evaluated skin, with one column per instant and one row per method. All are
-/// seen from one place in the array's direction, with one scale of colours. The target is outlined in green. Below each
-/// is the relative error of the score at that time, if there is one. The view holds the targets of all instants. If no
-/// instant has a target, it holds all of the skin.
+/// A strip of 1200 x 900 pixels of |p| on the evaluated skin, with one column per instant and one row per method. All
+/// are seen from one place in the array's direction, with one scale of colours. The target is outlined in green. Below
+/// each is the relative error of the score at that time, if there is one. The view holds the targets of all instants.
+/// If no instant has a target, it holds all of the skin.
 ///
 /// path       where it lands, whole or not at all
 /// instants   at least one, with the same methods in the same order

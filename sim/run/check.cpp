@@ -66,7 +66,8 @@ int surface_iterations(const Scene& scene) {
   return iterations;
 }
 
-/// Faces of a mesh by the evaluation's edge lengths: the areas of the model's faces over those asked for in their places.
+/// Faces of a mesh by the evaluation's edge lengths: the areas of the model's faces over those asked for in their
+/// places.
 double evaluation_edge_faces(const Model& model) {
   const Scene& scene = model.fixed->scene;
   double faces = 0.0;

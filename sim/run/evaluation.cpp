@@ -16,8 +16,8 @@ namespace touchfield {
 
 namespace {
 
-/// The evaluation's pressures of the drives that sound. Where only the channels are others the system is the solver's, made
-/// and factorised already.
+/// The evaluation's pressures of the drives that sound. Where only the channels are others the system is the solver's,
+/// made and factorised already.
 std::unique_ptr<SkinScattering> evaluation_scattering(const Model& model, const SolveOptions& options,
                                                       const TriangleMesh& mesh, Scheme scheme,
                                                       const std::function<SkinScattering&()>& own, Run& run,

@@ -118,8 +118,8 @@ struct Run {
   std::vector<int> owner{};              // M: number of the body a face is of; empty with `bodies`
   std::vector<RunTransfer> transfers{};  // one a scheme, where the scene asks for them
 
-  /// Whether the fields are scattered by the evaluation mesh: where the solver mistakes the channels or has a part of the
-  /// skin.
+  /// Whether the fields are scattered by the evaluation mesh: where the solver mistakes the channels or has a part of
+  /// the skin.
   bool has_fields_of_evaluation() const {
     return evaluation_model && (array_truth || solved_skin == SkinExtent::kPart);
   }

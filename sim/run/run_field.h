@@ -23,8 +23,8 @@ const TriangleMesh& field_mesh(const Run& run);
 ///
 /// points   3 x J [m]
 /// gpu      a card to sum over faces where that pays; null: the processor does
-/// throws   InputError if the array has a truth and a method no pressure of the evaluation; GpuMemoryFailure where the card
-///          has no room, DeviceError where it fails
+/// throws   InputError if the array has a truth and a method no pressure of the evaluation; GpuMemoryFailure where the
+///          card has no room, DeviceError where it fails
 FieldValues run_field(const Run& run, const Wave& wave, const Points& points, Gpu* gpu = nullptr);
 
 }  // namespace touchfield

@@ -28,9 +28,9 @@ Run read_run_file(const std::string& path, const Warn& warn = {});
 /// The run.h5 that a user's path names: the file itself, or the directory that holds it.
 std::string run_file_at(const std::string& path);
 
-/// The methods side by side, one per line, with the gap to the optimality bound where it was computed. If the metrics are of
-/// a part of the body, its label comes first. If the scene asked for the best pressure, that pressure and its method
-/// come last.
+/// The methods side by side, one per line, with the gap to the optimality bound where it was computed. If the metrics
+/// are of a part of the body, its label comes first. If the scene asked for the best pressure, that pressure and its
+/// method come last.
 std::string methods_table(const Run& run);
 
 /// levels_value has the sound levels at the fields of one point, one row per point and method. It also has the limits

@@ -214,8 +214,8 @@ void warn_of_conditioning(const MethodSolver& solver, Run& run, Progress& progre
   }
 }
 
-/// The resonance check of the first method's scheme, and that of every other scheme without a cure on the first method by it. A
-/// Burton-Miller scheme that the run has solved anyway is what they are compared with.
+/// The resonance check of the first method's scheme, and that of every other scheme without a cure on the first method
+/// by it. A Burton-Miller scheme that the run has solved anyway is what they are compared with.
 void check_resonances(const SolveSpec& solve, Models& models, Run& run, Progress& progress) {
   const auto cured =
       std::ranges::find_if(solve.methods, [](const MethodSpec& method) { return traits(method.scheme).burton_miller; });

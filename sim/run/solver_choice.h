@@ -60,8 +60,9 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
                              Eigen::Index right_hand_sides = 1,
                              double by_grid = std::numeric_limits<double>::infinity());
 
-/// The largest block of right-hand sides that a scheme's model will be asked for. It is about as large as a basis of all
-/// channels where a method, the optimality bound or the written file needs the effect of every channel. Else it is 1.
+/// The largest block of right-hand sides that a scheme's model will be asked for. It is about as large as a basis of
+/// all channels where a method, the optimality bound or the written file needs the effect of every channel. Else it is
+/// 1.
 ///
 /// shared   with other scenes: then all that a scene solves for, two right-hand sides per method, counts
 Eigen::Index largest_block(const Scene& scene, Scheme scheme, Eigen::Index channels, bool shared = false);

@@ -46,8 +46,9 @@ struct SeriesStep {
 /// A .pvd, which ParaView opens as one data set over time. Whole or not at all.
 void write_series(const std::string& path, const std::vector<SeriesStep>& steps);
 
-/// Adds an instant of a motion to the series evaluation.pvd of a directory: evaluation_0001.vtp, evaluation_0002.vtp, ... with the
-/// evaluated skin as in evaluation.vtp, and evaluation.pvd again, so that it is always of all files that are there.
+/// Adds an instant of a motion to the series evaluation.pvd of a directory: evaluation_0001.vtp, evaluation_0002.vtp,
+/// ... with the evaluated skin as in evaluation.vtp, and evaluation.pvd again, so that it is always of all files that
+/// are there.
 ///
 /// steps    those before it, none at first; then with this one
 /// throws   InputError if the parts of the instant do not fit each other; IoError

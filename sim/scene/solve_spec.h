@@ -83,7 +83,8 @@ inline constexpr double kCoarsestEvaluation = 0.35;
 /// The model whose pressures a result is evaluated by.
 struct EvaluationSpec {
   enum class Kind {
-    kAuto,  // kSame of whole bodies with edges of at most kCoarsestEvaluation wavelengths, else kEdge; build_model decides
+    // kSame of whole bodies with edges of at most kCoarsestEvaluation wavelengths, else kEdge; build_model decides
+    kAuto,
     kNone,
     kSame,   // the model that was solved
     kEdge,   // the same body meshed again

@@ -11,8 +11,8 @@ struct SkinField {
   Eigen::VectorXcd outside;  // r
 };
 
-/// field = [H_T q; R q], or the first `outside_rows` rows of R alone. Allocates only where the field has another size or
-/// the problem a device.
+/// field = [H_T q; R q], or the first `outside_rows` rows of R alone. Allocates only where the field has another size
+/// or the problem a device.
 void send(const SkinProblem& problem, const Eigen::VectorXcd& q, SkinField& field);
 void send(const SkinProblem& problem, const Eigen::VectorXcd& q, Eigen::Index outside_rows, SkinField& field);
 

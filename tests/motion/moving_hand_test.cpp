@@ -70,8 +70,8 @@ TEST(MovingHand, SkinBeyondMovesWithTheHand) {
   const MotionState state = moving.state(0.5);
   const Model end = moving.at(state);
   EXPECT_EQ(end.beyond.areas, begin.beyond.areas);
-  // The evaluation mesh has the whole hand, finer than the mesh that the patches lie on: chords of 5 mm on a radius of 8 are 0.4
-  // mm off.
+  // The evaluation mesh has the whole hand, finer than the mesh that the patches lie on: chords of 5 mm on a radius of
+  // 8 are 0.4 mm off.
   const FaceTree skin(moving.evaluation_mesh(end, state)->mesh);
   const Points centres = end.beyond.centres();
   double farthest = 0;

@@ -27,8 +27,8 @@ inline MotionFrame made_up_frame(int number, Eigen::Index channels, double seed)
   return frame;
 }
 
-/// A motion with something in every place: an evaluation mesh, two methods, one of which has silent frames and dropped ones
-/// and scores before its first frame.
+/// A motion with something in every place: an evaluation mesh, two methods, one of which has silent frames and dropped
+/// ones and scores before its first frame.
 inline Motion full_motion() {
   const Run run = full_run();
   Motion motion{.name = "wave \xc3\xbc",

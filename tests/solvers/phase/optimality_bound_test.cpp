@@ -118,7 +118,8 @@ TEST(OptimalityBound, StopsWhereNothingIsToBeHad) {
 
 TEST(OptimalityBound, HoldsForDrivesThatAreNotFull) {
   for (unsigned seed = 0; seed < 4; ++seed) {
-    // More outside rows than channels: whatever is sent presses on the skin outside the target too, and less than full drive is best.
+    // More outside rows than channels: whatever is sent presses on the skin outside the target too, and less than full
+    // drive is best.
     SkinProblem problem = random_problem(4, 24, 20, 0.5, 940 + seed);
     problem.outside *= 3.0;
     const OptimalityBound optimality_bound = prove_bound(problem);
