@@ -79,7 +79,7 @@ def new_arguments(function):
     def call(*values, **arguments):
         for name in arguments:
             if now := _core.new_name("argument", name):
-                raise TypeError(f"{function.__name__}: the argument {name} is called {now}")
+                raise TypeError(f"{function.__qualname__.removesuffix('.__init__')}: the argument {name} is called {now}")
         return function(*values, **arguments)
 
     return call
