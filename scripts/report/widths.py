@@ -270,7 +270,7 @@ def by_thirds(trials: Trials, observer: str, method: str, right: np.ndarray) -> 
             for k, name in enumerate(["lowest", "middle", "highest"])]
 
 
-def evaluation_observer(trials: Trials, observer: str, sigma: float, fitted: bool, seed: int) -> tuple[list, list, tuple]:
+def evaluate_observer(trials: Trials, observer: str, sigma: float, fitted: bool, seed: int) -> tuple[list, list, tuple]:
     """Scores and comparisons of one observer, and the interval of its noise.
 
     The resamples of the hands are the same for every method and observer. A fitted noise is fitted again to each resample, so the
@@ -327,7 +327,7 @@ def analyse(trials: Trials, seed: int = 1) -> Result:
         sigma[observer], calibrated[observer] = calibrate(views[observer], SIGMAS, np.array(curves[observer]["paper"]), seed)
     scores, comparisons, noise, intervals = [], [], [], {}
     for observer in OBSERVERS:
-        found, compared, intervals[observer] = evaluation_observer(views[observer], observer, sigma[observer], calibrated[observer], seed)
+        found, compared, intervals[observer] = evaluate_observer(views[observer], observer, sigma[observer], calibrated[observer], seed)
         scores += found
         comparisons += compared
         for method in methods:

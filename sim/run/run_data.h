@@ -57,7 +57,7 @@ struct Provenance {
 
 /// One solve of B p = b: what was done, how well, and how long it took.
 struct SolveRecord {
-  std::string stage;  // pressure, evaluation, resonance check, ...
+  std::string stage;  // pressure, evaluation, resonance_check, ...
   std::string scheme;
   std::string solver;     // "LU", "GMRES, stored" or "GMRES, matrix-free"
   std::string precision;  // "single", "single refined" or "double"

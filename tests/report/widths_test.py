@@ -153,7 +153,7 @@ class Observers(unittest.TestCase):
         fitted = result.score(widths.IDEAL, "paper")
         self.assertAlmostEqual(fitted.low, widths.PEOPLE["paper"], delta=0.01)  # this share is fitted
         self.assertAlmostEqual(fitted.high, widths.PEOPLE["paper"], delta=0.01)
-        scores, comparisons, ends = widths.evaluation_observer(data, widths.IDEAL, result.sigma[widths.IDEAL], False, 1)
+        scores, comparisons, ends = widths.evaluate_observer(data, widths.IDEAL, result.sigma[widths.IDEAL], False, 1)
         held = next(score for score in scores if score.method == "paper")
         self.assertGreater(held.high - held.low, 0.02)
         self.assertTrue(math.isnan(ends[0]))
