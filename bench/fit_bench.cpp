@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "sim/cameras/hand_tracker.h"
-#include "sim/cameras/skin_error.h"
 #include "tests/support/moving_hand_support.h"
+#include "tests/support/skin_error.h"
 
 namespace touchfield {
 namespace {

@@ -11,7 +11,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
 #include "sim/model/model.h"
-#include "sim/pictures/scan_picture.h"
+#include "sim/pictures/plots.h"
 #include "sim/run/run_file.h"
 #include "sim/run/scan_comparison.h"
 #include "sim/scene/scene_reader.h"

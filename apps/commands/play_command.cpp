@@ -11,7 +11,7 @@
 #include "sim/core/errors.h"
 #include "sim/jobs/play_scene.h"
 #include "sim/jobs/sensed_motion.h"
-#include "sim/motion/frame_budget.h"
+#include "sim/motion/frame_solver.h"
 #include "sim/motion/play.h"
 #include "sim/run/motion_text.h"
 #include "sim/scene/scene_reader.h"

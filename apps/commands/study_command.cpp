@@ -13,7 +13,7 @@
 #include "sim/core/json.h"
 #include "sim/core/units.h"
 #include "sim/jobs/run_model.h"
-#include "sim/pictures/sweep_picture.h"
+#include "sim/pictures/plots.h"
 #include "sim/run/run_directory.h"
 #include "sim/run/run_file.h"
 #include "sim/run/study.h"

@@ -18,7 +18,7 @@
 #include "sim/jobs/sweep.h"
 #include "sim/jobs/sweep_case.h"
 #include "sim/jobs/sweep_list.h"
-#include "sim/pictures/sweep_picture.h"
+#include "sim/pictures/plots.h"
 #include "sim/run/run_directory.h"
 #include "sim/run/text_table.h"
 

@@ -10,7 +10,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/files.h"
 #include "sim/jobs/play_scene.h"
-#include "sim/motion/frame_budget.h"
+#include "sim/motion/frame_solver.h"
 #include "sim/run/motion_file.h"
 #include "sim/run/motion_stages.h"
 #include "sim/run/motion_summary.h"

@@ -5,10 +5,25 @@
 #include <vector>
 
 #include "sim/cameras/depth_camera.h"
-#include "sim/cameras/landmark_table.h"
+#include "sim/cameras/hand_tables.h"
 #include "sim/core/progress.h"
 
 namespace touchfield {
+
+/// At most this many cameras stand in a file.
+inline constexpr std::size_t kMostCameras = 8;
+
+/// Cameras as the text of a file cameras.yaml (docs/cameras.md). Its centre counts from the middle of the upper left
+/// pixel, as in OpenCV and RealSense's library: cx = centre_u - 0.5.
+std::string cameras_text(const std::vector<DepthCamera>& cameras);
+
+/// The cameras of such a text; `near` is 10 mm. A rotation is taken to the nearest one, from which it may differ by
+/// 1e-4 in R^T R.
+///
+/// path     what messages call it
+/// throws   InputError naming file, line, field, value and rule: what is missing, unknown or out of range, no rotation,
+///          a distortion that cannot be undone within the image, more than kMostCameraPixels together
+std::vector<DepthCamera> read_cameras_text(const std::string& text, const std::string& path);
 
 /// Recorded depth images (docs/cameras.md): cameras.yaml, times.csv, which has one row per frame, and the images that
 /// it names. A camera without a file in a row saw nothing.

@@ -1,8 +1,25 @@
 #include "sim/cameras/depth_camera.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <span>
+#include <spng.h>
+#include <string_view>
+#include <vector>
+
 #include <fmt/format.h>
 
+#include "sim/core/errors.h"
+#include "sim/core/files.h"
+#include "sim/core/png_file.h"
 #include "sim/core/require.h"
+#include "sim/core/text.h"
+#include "sim/core/units.h"
 
 namespace touchfield {
 
@@ -74,6 +91,238 @@ Eigen::Matrix2Xd pixel_rays(const DepthCamera& camera) {
     }
   }
   return rays;
+}
+
+namespace {
+
+constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
+constexpr std::size_t kChunkFrame = 12;                                     // length, type and CRC of a chunk
+constexpr std::size_t kHeaderBytes = kSignature.size() + kChunkFrame + 13;  // until the image's format has been said
+constexpr std::size_t kMostUnpacked = std::size_t{64} << 20U;  // [bytes] of texts and profiles, which are not kept
+
+[[noreturn]] void refuse_png(const std::string& path, const std::string& what) { throw InputError(path + ": " + what); }
+
+std::uint32_t png_number(std::string_view bytes) {
+  std::uint32_t value = 0;
+  for (const char byte : bytes.substr(0, 4)) {
+    value = value << 8U | static_cast<unsigned char>(byte);
+  }
+  return value;
+}
+
+/// Refuses a file by its first kHeaderBytes, fewer if it has no more.
+void check_png_header(const std::string& path, std::string_view bytes, int width, int height) {
+  constexpr std::array<const char*, 7> kColours{
+      "", "", "colour", "a palette", "grey with alpha", "", "colour with alpha"};
+  if (!bytes.starts_with(kSignature)) {
+    refuse_png(path, bytes.empty() ? "empty, must be a PNG file" : "not a PNG file");
+  }
+  if (bytes.size() < kHeaderBytes) {
+    refuse_png(path, "cut off");
+  }
+  if (png_number(bytes.substr(8)) != 13 || bytes.substr(12, 4) != "IHDR") {
+    refuse_png(path, "not a PNG file: its header is missing");
+  }
+  const auto columns = png_number(bytes.substr(16));
+  const auto rows = png_number(bytes.substr(20));
+  const int bits = static_cast<unsigned char>(bytes[24]);
+  const auto colour = static_cast<std::size_t>(static_cast<unsigned char>(bytes[25]));
+  if (colour != SPNG_COLOR_TYPE_GRAYSCALE) {
+    const std::string what = colour < kColours.size() ? kColours[colour] : "";
+    refuse_png(path,
+               fmt::format("{}, must be 16-bit grey", what.empty() ? fmt::format("colour type {}", colour) : what));
+  }
+  if (bits != 16) {
+    refuse_png(path, fmt::format("{} bit{} a pixel, must be 16-bit grey", bits, bits == 1 ? "" : "s"));
+  }
+  if (bytes[28] != SPNG_INTERLACE_NONE) {
+    refuse_png(path, "interlaced, must not be");
+  }
+  if (columns != static_cast<std::uint32_t>(width) || rows != static_cast<std::uint32_t>(height)) {
+    refuse_png(path, fmt::format("{} x {} pixels, must be {} x {} as its camera has", columns, rows, width, height));
+  }
+}
+
+/// What a PNG of this size may have: the image packed by a bad packer, and a mebibyte of other things.
+std::size_t most_png_bytes(int width, int height) {
+  const std::size_t image = (2 * static_cast<std::size_t>(width) + 1) * static_cast<std::size_t>(height);
+  return image + image / 64 + (std::size_t{1} << 20U);
+}
+
+/// And into how many parts that may be cut: of a file of many, finding the end of each would take longer than unpacking
+/// it.
+std::size_t most_png_parts(int width, int height) { return 100 + most_png_bytes(width, height) / 2048; }
+
+std::vector<std::uint16_t> depth_numbers(const std::string& path, const DepthImage& image, double unit) {
+  std::vector<std::uint16_t> numbers;
+  numbers.reserve(image.depth.size());
+  for (std::size_t pixel = 0; pixel < image.depth.size(); ++pixel) {
+    const auto depth = static_cast<double>(image.depth[pixel]);
+    if (!(depth >= 0 && std::isfinite(depth))) {
+      const auto width = static_cast<std::size_t>(image.width);
+      refuse_png(path, fmt::format("depth {} m at pixel ({}, {}), must be finite and >= 0", depth, pixel % width,
+                                   pixel / width));
+    }
+    const double units = std::round(depth / unit);
+    numbers.push_back(static_cast<std::uint16_t>(units > kMostUnits ? 0 : units));
+  }
+  return numbers;
+}
+
+}  // namespace
+
+void write_depth_png(const std::string& path, const DepthImage& image, double unit) {
+  if (image.width < 1 || image.height < 1 ||
+      image.depth.size() != static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height)) {
+    refuse_png(path, fmt::format("{} depths, must be {} x {}", image.depth.size(), image.width, image.height));
+  }
+  const std::vector<std::uint16_t> numbers = depth_numbers(path, image, unit);
+  write_atomically(path, {png_file(image.width, image.height, PngPixels::kGrey16, std::as_bytes(std::span(numbers)))});
+}
+
+DepthImage read_depth_png(const std::string& path, double unit, int width, int height) {
+  const std::string bytes = read_whole_file(path, most_png_bytes(width, height));
+  check_depth_png(path, width, height);
+  std::vector<std::uint16_t> numbers(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  const std::unique_ptr<spng_ctx, decltype(&spng_ctx_free)> png(spng_ctx_new(0), spng_ctx_free);
+  int status = spng_set_chunk_limits(png.get(), kMostUnpacked, kMostUnpacked);
+  status = status != 0 ? status : spng_set_crc_action(png.get(), SPNG_CRC_ERROR, SPNG_CRC_ERROR);
+  status = status != 0 ? status : spng_set_png_buffer(png.get(), bytes.data(), bytes.size());
+  status = status != 0 ? status : spng_decode_image(png.get(), numbers.data(), 2 * numbers.size(), SPNG_FMT_PNG, 0);
+  status = status != 0 ? status : spng_decode_chunks(png.get());
+  if (status != 0) {
+    refuse_png(path, fmt::format("damaged: {}", spng_strerror(status)));
+  }
+  DepthImage image{width, height, std::vector<float>(numbers.size())};
+  std::ranges::transform(numbers, image.depth.begin(),
+                         [unit](std::uint16_t number) { return static_cast<float>(number * unit); });
+  return image;
+}
+
+void check_depth_png(const std::string& path, int width, int height) {
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) {
+    refuse_png(path, "no such file");
+  }
+  if (!std::filesystem::is_regular_file(path, error)) {
+    refuse_png(path, "must be a file");
+  }
+  const std::size_t size = std::filesystem::file_size(path, error);
+  std::ifstream file(path, std::ios::binary);
+  if (error || !file) {
+    refuse_png(path, "cannot be read");
+  }
+  std::array<char, kHeaderBytes> start{};
+  file.read(start.data(), start.size());
+  check_png_header(path, {start.data(), static_cast<std::size_t>(file.gcount())}, width, height);
+  if (size > most_png_bytes(width, height)) {
+    refuse_png(path, fmt::format("too long, must be at most {} bytes", most_png_bytes(width, height)));
+  }
+  std::size_t at = kSignature.size();
+  const std::size_t most_parts = most_png_parts(width, height);
+  for (std::size_t part = 0; part < most_parts; ++part) {
+    std::array<char, 8> head{};
+    file.seekg(static_cast<std::streamoff>(at));
+    if (!file.read(head.data(), head.size())) {
+      refuse_png(path, "cut off");
+    }
+    at += kChunkFrame + png_number({head.data(), head.size()});
+    if (at > size) {
+      refuse_png(path, "cut off");
+    }
+    if (std::string_view(head.data() + 4, 4) == "IEND") {
+      return;
+    }
+  }
+  refuse_png(path, fmt::format("more than {} chunks, must be an ordinary PNG image", most_parts));
+}
+
+namespace {
+
+constexpr double kLeastApart = 1e-3;    // of two cameras [m]: none is so small
+constexpr double kAtOrigin = 3e-3;      // of all of them [m]
+constexpr double kLeastPeriod = 1e-3;   // [s]: depth cameras take up to 300 images per second
+constexpr double kMostPeriod = 0.5;     // [s]
+constexpr double kOffMiddle = 0.25;     // of the image's size
+constexpr double kMostOblong = 1.25;    // of a pixel, the longer side by the shorter one
+constexpr double kMiddleOfPixel = 0.5;  // of the upper left one, where the file's columns and rows are 0
+
+void warn_of_places(const std::vector<DepthCamera>& cameras, std::vector<std::string>& warnings) {
+  double farthest = 0;
+  for (const DepthCamera& camera : cameras) {
+    farthest = std::max(farthest, camera.view.eye.norm());
+  }
+  if (farthest > 0 && farthest < kAtOrigin) {
+    warnings.push_back(fmt::format(
+        "cameras: {} within {:.2g} mm of the world's origin; if translation_mm holds metres, write millimetres",
+        cameras.size() == 1 ? "the camera stands" : "all stand", std::ceil(10 * farthest / kMillimetre) / 10));
+    return;
+  }
+  for (std::size_t c = 1; c < cameras.size(); ++c) {
+    for (std::size_t d = 0; d < c; ++d) {
+      const double apart = (cameras[c].view.eye - cameras[d].view.eye).norm();
+      if (apart < kLeastApart) {
+        warnings.push_back(fmt::format(
+            "cameras: {} and {} stand {:.2g} mm apart, both at {}; their translation_mm must say where each one is",
+            cameras[d].name, cameras[c].name, apart / kMillimetre, place_text(cameras[c].view.eye, 1)));
+        return;
+      }
+    }
+  }
+}
+
+void warn_of_view(const DepthCamera& camera, std::vector<std::string>& warnings) {
+  const Camera& view = camera.view;
+  const Eigen::Vector2d size(view.width, view.height);
+  const Eigen::Vector2d off = (view.centre.cwiseQuotient(size).array() - 0.5).cwiseAbs();
+  if (off.maxCoeff() > kOffMiddle) {
+    warnings.push_back(fmt::format(
+        "cameras: the axis of {} is at ({:g}, {:g}) in an image of {} x {}, far from its middle; are cx and "
+        "cy those of this resolution?",
+        camera.name, view.centre.x() - kMiddleOfPixel, view.centre.y() - kMiddleOfPixel, view.width, view.height));
+  }
+  const double oblong = view.focal.maxCoeff() / view.focal.minCoeff();
+  if (oblong > kMostOblong) {
+    warnings.push_back(
+        fmt::format("cameras: fx = {:g} and fy = {:g} of {} differ by a factor of {:.2g}, and pixels are mostly "
+                    "square; are both of "
+                    "this resolution?",
+                    view.focal.x(), view.focal.y(), camera.name, oblong));
+  }
+}
+
+void warn_of_times(const std::vector<double>& seconds, std::vector<std::string>& warnings) {
+  std::vector<double> periods;
+  for (std::size_t k = 1; k < seconds.size(); ++k) {
+    periods.push_back(seconds[k] - seconds[k - 1]);
+  }
+  if (periods.empty()) {
+    return;
+  }
+  const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
+  std::nth_element(periods.begin(), middle, periods.end());
+  if (*middle > kMostPeriod) {
+    warnings.push_back(fmt::format(
+        "times: the images are {:.3g} s apart (median), too far to follow a hand; if time_s holds ms, us or numbers of "
+        "frames, write seconds",
+        *middle));
+  } else if (*middle < kLeastPeriod) {
+    warnings.push_back(fmt::format(
+        "times: the images are {:.3g} s apart (median), which no depth camera is; time_s must be seconds", *middle));
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> recording_warnings(const std::vector<DepthCamera>& cameras,
+                                            const std::vector<double>& seconds) {
+  std::vector<std::string> warnings;
+  warn_of_places(cameras, warnings);
+  for (const DepthCamera& camera : cameras) {
+    warn_of_view(camera, warnings);
+  }
+  warn_of_times(seconds, warnings);
+  return warnings;
 }
 
 }  // namespace touchfield

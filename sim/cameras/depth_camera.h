@@ -61,4 +61,34 @@ std::optional<ImagePoint> image_point(const DepthCamera& camera, const Vector3& 
 /// throws   InputError where that cannot be undone within the image
 Eigen::Matrix2Xd pixel_rays(const DepthCamera& camera);
 
+/// Writes depths as a PNG file of one channel of 16 bits, atomically: round(depth / unit) of each pixel, 0 where the
+/// camera saw nothing. A depth for which there is no such number, below half a unit or above 65535.5, is written as 0,
+/// as by a depth camera beyond its range.
+///
+/// unit     of the numbers [m], > 0
+/// source   ISO/IEC 15948
+/// throws   InputError on a depth that is negative or not finite; NoRoomError and IoError of write_atomically
+void write_depth_png(const std::string& path, const DepthImage& image, double unit);
+
+/// Depths of such a file, number times unit: what was written, to half a unit. What follows the image's end is ignored,
+/// and so are its colour space and texts, unless these unpack to more than 64 MiB.
+///
+/// width, height   that it must have [pixels]; no more memory is taken than an image of this size and such texts need,
+///                 whatever the file promises
+/// throws          InputError "path: ..." unless it is a whole, undamaged 16-bit grey PNG, not interlaced, of this size
+DepthImage read_depth_png(const std::string& path, double unit, int width, int height);
+
+/// The same refusals as far as they can be told without unpacking the image: no such file, another format or size, cut
+/// off.
+void check_depth_png(const std::string& path, int width, int height);
+
+/// Warnings about a recording that can be read but is probably wrong, one or two sentences each. Cameras: two within 1
+/// mm of each other, or all within 3 mm of the world's origin (metres for millimetres). Intrinsics: an axis far from
+/// the middle of the image, or pixels that are not square (those of another image). Times: images more than 0.5 s or
+/// less than 1 ms apart (not in seconds).
+///
+/// seconds   of the frames, rising
+std::vector<std::string> recording_warnings(const std::vector<DepthCamera>& cameras,
+                                            const std::vector<double>& seconds);
+
 }  // namespace touchfield

@@ -9,8 +9,8 @@
 
 #include <fmt/format.h>
 
-#include "sim/cameras/landmark_table.h"
-#include "sim/cameras/seen_distance.h"
+#include "sim/cameras/hand_tables.h"
+#include "sim/cameras/sight_check.h"
 #include "sim/core/errors.h"
 #include "sim/core/files.h"
 #include "sim/core/text.h"

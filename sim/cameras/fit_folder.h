@@ -47,10 +47,10 @@ std::vector<std::string> fit_files(const CameraFolder& folder);
 ///
 ///   skin_0001.ply, ...   the same triangles [m] for each frame, except frames in which the hand is lost. Every face
 ///                        has `cameras`, the number of cameras that saw it, and `distance_m` from the points that they
-///                        saw (seen_distance.h)
+///                        saw (sight_check.h)
 ///   times.csv            the times of the meshes, counted from the first frame of the recording
 ///   body.yaml            a scene's body of these meshes with the landmarks of the hand
-///   landmarks.csv        the landmarks of the fitted hand (landmark_table.h)
+///   landmarks.csv        the landmarks of the fitted hand (hand_tables.h)
 ///   fit.csv              one line per frame, with the times of the recording and the reason why the hand is lost
 ///
 /// If the work ends early, the tables hold the frames until then. If the hand is found in no frame, only fit.csv of

@@ -4,10 +4,70 @@
 
 #include "sim/cameras/depth_camera.h"
 #include "sim/cameras/hand_points.h"
-#include "sim/cameras/skin_grid.h"
 #include "sim/core/rigid_motion.h"
+#include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
+
+/// The nearest place of a skin on a grid round it, to ask thousands of times about hundreds of points.
+class SkinGrid {
+ public:
+  struct Near {
+    Vector3 at;      // on the skin [m]
+    Vector3 normal;  // there
+  };
+
+  /// cell     of the grid [m], > 0
+  /// margin   of the grid round the skin [m]
+  SkinGrid(const TriangleMesh& skin, double cell, double margin);
+
+  /// The nearest point of the skin to the middle of the cell that x is in, or that is nearest to x.
+  const Near& near(const Vector3& x) const {
+    const Eigen::Array3i i = ((x - least_) / cell_).array().floor().cwiseMax(0).cwiseMin(last_).cast<int>();
+    const int place = (i.z() * count_.y() + i.y()) * count_.x() + i.x();
+    return nearest_[static_cast<std::size_t>(place)];
+  }
+
+  double cell() const { return cell_; }
+
+ private:
+  double cell_;
+  Vector3 least_;
+  Eigen::Array3i count_;
+  Eigen::Array3d last_;  // count - 1
+  std::vector<Near> nearest_;
+};
+
+/// Points of a skin and its normals there.
+struct SkinSamples {
+  Points at;      // 3 x S [m]
+  Points normal;  // 3 x S, unit
+
+  SkinSamples part(const std::vector<Eigen::Index>& which) const {
+    return {at(Eigen::all, which), normal(Eigen::all, which)};
+  }
+  /// Every k-th, k the whole part of S / most or 1: fewer than 2 `most`.
+  SkinSamples thinned(Eigen::Index most) const;
+};
+
+/// The mean of what was seen in each cube of 8 mm, cube by cube.
+SkinSamples thinned_evenly(const HandPoints& points);
+
+/// Connected parts: in cubes of 15 mm that touch. The largest first, four at most, of 20 points at least.
+std::vector<SkinSamples> parts_of(const SkinSamples& samples);
+
+/// What of a part a hand would have been seen at.
+struct PossibleHand {
+  SkinSamples samples;
+  int where;  // 0 the whole part, 1 and 2 its ends along the longest axis
+};
+
+/// A part as a whole, if it is not longer than 260 mm, and its ends. Ends are 190 mm (a hand) and 120 mm (a fist) long.
+/// An end is taken only if the part is longer than it by a tenth. The order is by `where`.
+std::vector<PossibleHand> possible_hands(const SkinSamples& part);
+
+/// Columns: across, along the longest axis, along the shortest; a rotation.
+Eigen::Matrix3d principal_axes(const Points& at);
 
 /// Where a hand may be, to start a fit from.
 struct HandStart {

@@ -27,13 +27,9 @@ constexpr double kBesideBeyond = 8e-3;       // of those beyond the workspace, w
 constexpr double kBehindWrist = -5e-3;       // y in the hand's frame [m]
 constexpr double kSightTolerance = 7e-3;     // [m]
 constexpr Eigen::Index kLeastFitPoints = 150;
-constexpr std::size_t kLearningFrames = 12;
-constexpr std::size_t kLeastLearningFrames = 3;
-constexpr std::size_t kLearningViews = 3;  // of these, of which digits are learnt
 constexpr std::size_t kStartsPerFrame = 2;
 constexpr std::size_t kStartsOfAnImage = 36;  // of images so far apart that each is searched for itself
 constexpr Eigen::Index kPointsOfStart = 500;
-constexpr double kStartTurn = 15 * kDegree;                        // deviation of joints from the template's
 constexpr std::size_t kBestFits = 4;                               // fits of which digits are moved
 constexpr double kNearlyExplained = 0.8;                           // of a fit whose digits are worth a try
 constexpr double kSeldom = 0.1;                                    // frames so far apart show no motion [s]
@@ -327,97 +323,6 @@ HandState HandTracker::brought_closer(const HandPoints& points, const HandState&
   return fit_.fit(shape_, points, placed, loose, {8, 20e-3, 8e-3, 3e-3, stride, false}).state;
 }
 
-/// The fit or, where digits are not seen where it has them, one with these bent, half bent, to a side, or shorter, if
-/// that is seen. Sets shape_.
-HandFit HandTracker::with_digits_moved(const DepthFrame& frame, const HandPoints& points, HandFit fit) {
-  constexpr double kAside = 14;
-  constexpr double kShorter = 0.08;  // of the ratio's logarithm
-  constexpr double kShortest = -0.25;
-  const std::array<Eigen::Vector4d, 4> moves = {Eigen::Vector4d(0, 80, 95, 50), Eigen::Vector4d(0, 40, 50, 30),
-                                                Eigen::Vector4d(kAside, 0, 0, 0), Eigen::Vector4d(-kAside, 0, 0, 0)};
-  for (std::size_t tries = 0; fit.lost && tries < 2 * HandSkeleton::kDigits; ++tries) {
-    evaluate(frame, points, options_.found, fit);  // for digits_missing()
-    const ShapedHand before = shape_;
-    ShapedHand shape = before;
-    HandFit best = fit;
-    const auto attempt = [&](const HandState& start) {
-      HandFit other = fitted(frame, points, start, kStartTurn, options_.found);
-      if (other.worth() > best.worth()) {
-        best = std::move(other);
-        shape = shape_;
-      }
-    };
-    for (const std::size_t digit : digits_missing()) {
-      const Eigen::Index first = first_joint(digit);
-      HandProportions by = before.proportions;
-      double& length = by(kDigitRatios + static_cast<Eigen::Index>(digit));
-      length -= kShorter;
-      if (!learnt_ && length >= kShortest) {
-        shape_ = hand_->shaped(by);
-        attempt(fit.state);
-        shape_ = before;
-      }
-      HandState start = fit.state;
-      if (digit == 0) {
-        start.joints.head<5>() = joint_angles(hand_pose("index_up")).head<5>();
-        attempt(start);
-        continue;
-      }
-      for (const Eigen::Vector4d& move : moves) {
-        start.joints = fit.state.joints;
-        if (move(0) != 0) {
-          start.joints(first) += move(0) * kDegree;
-        } else {
-          start.joints.segment<3>(first + 1) = move.tail<3>() * kDegree;
-        }
-        attempt(start);
-      }
-    }
-    if (!(best.worth() > fit.worth())) {
-      break;
-    }
-    shape_ = std::move(shape);
-    fit = std::move(best);
-  }
-  return fit;
-}
-
-/// The fit or that of a hand a little longer, shorter, broader or narrower, as long as it explains more. Sets shape_.
-HandFit HandTracker::with_size_changed(const DepthFrame& frame, const HandPoints& points, HandFit fit) {
-  constexpr double kStep = 0.04;  // of the ratio's logarithm
-  constexpr double kMost = 0.22;
-  constexpr int kSteps = 8;
-  constexpr double kGain = 1.002;
-  const std::array<Eigen::Vector2d, 6> changes = {Eigen::Vector2d(1, 1), Eigen::Vector2d(-1, -1),
-                                                  Eigen::Vector2d(1, 0), Eigen::Vector2d(-1, 0),
-                                                  Eigen::Vector2d(0, 1), Eigen::Vector2d(0, -1)};
-  for (int step = 0; step < kSteps; ++step) {
-    const ShapedHand before = shape_;
-    ShapedHand shape = before;
-    HandFit best = fit;
-    for (const Eigen::Vector2d& change : changes) {
-      HandProportions by = before.proportions;
-      by.head<2>() += kStep * change;
-      if (by.head<2>().cwiseAbs().maxCoeff() > kMost) {
-        continue;
-      }
-      shape_ = hand_->shaped(by);
-      HandFit other = fitted(frame, points, fit.state, kStartTurn, options_.found);
-      if (other.worth() > best.worth() && other.worth() > kGain * fit.worth()) {
-        best = std::move(other);
-        shape = shape_;
-      }
-    }
-    const bool better = best.worth() > fit.worth();
-    shape_ = std::move(shape);
-    fit = std::move(best);
-    if (!better) {
-      break;
-    }
-  }
-  return fit;
-}
-
 HandFit HandTracker::found(const DepthFrame& frame, HandPoints& points) {
   HandFit none;
   none.seconds = frame.seconds;
@@ -549,95 +454,6 @@ HandFit HandTracker::track(const DepthFrame& frame) {
     deform(points, fit);
   }
   return fit;
-}
-
-/// Digits longer or shorter, where that explains more of the frames: what a camera looks past speaks against skin that
-/// is not there, and distances of points say nothing of it. Sets shape_.
-void HandTracker::learn_digits(std::vector<LearningView>& views) {
-  constexpr double kStep = 0.06;  // of the ratio's logarithm
-  constexpr double kMost = 0.35;
-  constexpr double kGain = 1.002;
-  const auto worth = [&] {
-    double sum = 0;
-    for (LearningView& view : views) {
-      view.fit = fitted(view.frame, view.points, view.fit.state, kStartTurn, options_.found);
-      sum += view.fit.worth();
-    }
-    return sum;
-  };
-  double best = worth();
-  for (Eigen::Index digit = 0; digit < static_cast<Eigen::Index>(HandSkeleton::kDigits); ++digit) {
-    for (const double step : {-kStep, kStep}) {
-      bool better = true;
-      while (better && std::abs(shape_.proportions(kDigitRatios + digit) + step) <= kMost) {
-        const ShapedHand shape = shape_;
-        std::vector<HandFit> before;
-        std::ranges::transform(views, std::back_inserter(before), &LearningView::fit);
-        HandProportions by = shape_.proportions;
-        by(kDigitRatios + digit) += step;
-        shape_ = hand_->shaped(by, shape.offset);
-        const double other = worth();
-        better = other > kGain * best;
-        if (better) {
-          best = other;
-        } else {
-          shape_ = shape;
-          for (std::size_t i = 0; i < views.size(); ++i) {
-            views[i].fit = before[i];
-          }
-        }
-      }
-    }
-  }
-}
-
-bool HandTracker::learn(std::size_t count, const std::function<DepthFrame(std::size_t)>& frame) {
-  learning_ = true;
-  std::vector<HandPoints> points;
-  std::vector<HandState> states;
-  std::vector<std::size_t> numbers;  // of their frames
-  for (std::size_t k = 0; k < count; ++k) {
-    HandPoints of_frame;
-    const HandFit fit = track_points(frame(k), of_frame);
-    if (!fit.lost) {
-      points.push_back(std::move(of_frame));
-      states.push_back(fit.state);
-      numbers.push_back(k);
-    }
-  }
-  learning_ = false;
-  if (states.size() < kLeastLearningFrames) {
-    return false;
-  }
-  const std::size_t taken = std::min(states.size(), kLearningFrames);
-  std::vector<HandPoints> chosen_points;
-  std::vector<HandState> chosen_states;
-  for (std::size_t i = 0; i < taken; ++i) {
-    const std::size_t from = (i * (states.size() - 1)) / std::max<std::size_t>(taken - 1, 1);
-    chosen_points.push_back(std::move(points[from]));
-    chosen_states.push_back(states[from]);
-  }
-  const std::size_t step = (taken + kLearningViews - 1) / kLearningViews;
-  std::vector<LearningView> views;
-  for (std::size_t i = 0; i < taken; i += step) {
-    LearningView& view = views.emplace_back();
-    view.frame = frame(numbers[(i * (states.size() - 1)) / std::max<std::size_t>(taken - 1, 1)]);
-    view.points = chosen_points[i];
-    view.fit.state = chosen_states[i];
-  }
-  learnt_ = true;
-  learn_digits(views);
-  shape_ = learnt_shape(*hand_, shape_, chosen_points, chosen_states, options_.learning);
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    views[i].fit.state = chosen_states[i * step];
-  }
-  learn_digits(views);
-  look_for({shape_});
-  shifts_.resize(3, 0);
-  if (!past_.empty()) {
-    past_ = {{past_.back().seconds, chosen_states.back()}};
-  }
-  return true;
 }
 
 NodeMotions HandTracker::motions(const HandFit& fit) const {

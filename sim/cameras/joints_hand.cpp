@@ -1,14 +1,219 @@
 #include "sim/cameras/joints_hand.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <utility>
 
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/QR>
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
 
 namespace touchfield {
+
+namespace {
+
+constexpr double kScale = 1e-3;           // of the joints' distances against the prior's radians [m]
+constexpr double kBeyond = 10 * kDegree;  // the joints' ranges, as PoseFit has it
+constexpr std::array<Eigen::Index, 5> kPalm = {0, 4, 8, 12, 16};  // wrist and knuckles
+constexpr Eigen::Index kMiddleKnuckle = 8;
+
+/// The first of a digit's joints, and how many there are: the thumb's base, in the palm, is none of them.
+constexpr Eigen::Index first_of(Eigen::Index digit) { return digit == 0 ? 1 : 4 * digit; }
+constexpr Eigen::Index count_of(Eigen::Index digit) { return digit == 0 ? 3 : 4; }
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double median_distance(const std::vector<JointPoints>& frames, Eigen::Index i, Eigen::Index j) {
+  std::vector<double> distances;
+  distances.reserve(frames.size());
+  for (const JointPoints& frame : frames) {
+    distances.push_back((frame.col(i) - frame.col(j)).norm());
+  }
+  return median(std::move(distances));
+}
+
+double phalanges(const std::vector<JointPoints>& frames, Eigen::Index digit) {
+  double sum = 0;
+  for (Eigen::Index j = first_of(digit) + 1; j < first_of(digit) + count_of(digit); ++j) {
+    sum += median_distance(frames, j - 1, j);
+  }
+  return sum;
+}
+
+}  // namespace
+
+JointPoints joints_of(const HandSkeleton& skeleton, double side) {
+  JointPoints joints;
+  joints.col(0).setZero();
+  for (Eigen::Index d = 0; d < 5; ++d) {
+    for (Eigen::Index i = 0; i < count_of(d); ++i) {
+      joints.col(first_of(d) + i) =
+          skeleton.digit(static_cast<std::size_t>(d)).joints[static_cast<std::size_t>(4 - count_of(d) + i)];
+    }
+  }
+  joints.row(0) *= side;
+  return joints;
+}
+
+double reach_of(const JointPoints& joints) {
+  double reach = (joints.col(kMiddleKnuckle) - joints.col(0)).norm();
+  for (Eigen::Index j = kMiddleKnuckle + 1; j < kMiddleKnuckle + 4; ++j) {
+    reach += (joints.col(j) - joints.col(j - 1)).norm();
+  }
+  return reach;
+}
+
+HandProportions joint_proportions(const HandShape& hand, const std::vector<JointPoints>& frames) {
+  const JointPoints own = joints_of(posed_skeleton(hand_pose(hand.pose, hand.joints), hand.length, hand.breadth), 1.0);
+  Eigen::Matrix<double, 10, 2> squares;
+  Eigen::Matrix<double, 10, 1> distances;
+  Eigen::Index row = 0;
+  for (std::size_t a = 0; a < kPalm.size(); ++a) {
+    for (std::size_t b = 0; b < a; ++b, ++row) {
+      const Vector3 square = (own.col(kPalm[a]) - own.col(kPalm[b])).cwiseAbs2();
+      distances(row) = median_distance(frames, kPalm[a], kPalm[b]);
+      squares.row(row) << square.y() / distances(row), (square.x() + square.z()) / distances(row);
+    }
+  }
+  const Eigen::Vector2d ratios = squares.colPivHouseholderQr().solve(distances);
+  HandProportions by;
+  by(kLengthRatio) = 0.5 * std::log(ratios(0));
+  by(kBreadthRatio) = 0.5 * std::log(ratios(1));
+  by(kPalmRatio) = by(kLengthRatio) - by(kBreadthRatio);
+  for (Eigen::Index d = 0; d < 5; ++d) {
+    const double longer = std::log(phalanges(frames, d) / phalanges({own}, d));
+    by(kDigitRatios + d) = longer - by(kLengthRatio);
+    by(kGirthRatios + d) = longer - by(kBreadthRatio);
+  }
+  return by;
+}
+
+JointFit::JointFit(const HandShape& hand, const HandProportions& by)
+    : pose_(hand_pose(hand.pose, hand.joints)),
+      length_(hand.length),
+      breadth_(hand.breadth),
+      side_(mirror_sign(hand.side)),
+      by_(by),
+      prior_(joint_angles(pose_)),
+      least_(joint_ranges().least.array() - kBeyond),
+      most_(joint_ranges().most.array() + kBeyond) {}
+
+HandSkeleton JointFit::skeleton(const JointAngles& angles) const {
+  return proportioned_skeleton(with_angles(pose_, angles), length_, breadth_, by_);
+}
+
+JointPoints JointFit::joints(const HandState& state) const {
+  return (state.place.rotation * joints_of(skeleton(state.joints), side_)).colwise() + state.place.shift;
+}
+
+double JointFit::residual(const HandState& state, const JointPoints& given) const {
+  return std::sqrt((joints(state) - given).squaredNorm() / static_cast<double>(kTrackedJoints));
+}
+
+double JointFit::cost(const HandState& state, const JointPoints& given) const {
+  return (joints(state) - given).squaredNorm() / (kScale * kScale) + (state.joints - prior_).squaredNorm();
+}
+
+/// By differences for the joints: a joint moves its own digit alone, so that one of each digit is turned at a time.
+JointFit::Rows JointFit::derivatives(const HandState& state, const Vector3& centre) const {
+  constexpr double kTurn = 1e-6;
+  const JointPoints at = joints(state);
+  Rows rows = Rows::Zero();
+  for (Eigen::Index j = 0; j < kTrackedJoints; ++j) {
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      rows.block<3, 1>(3 * j, axis) = Vector3::Unit(axis).cross(at.col(j) - centre);
+      rows(3 * j + axis, 3 + axis) = 1.0;
+    }
+  }
+  for (Eigen::Index k = 0; k < 5; ++k) {
+    const Eigen::Index digits = k < 4 ? 5 : 1;  // the thumb has a joint more
+    HandState turned = state;
+    for (Eigen::Index d = 0; d < digits; ++d) {
+      turned.joints(first_joint(static_cast<std::size_t>(d)) + k) += kTurn;
+    }
+    const JointPoints then = joints(turned);
+    for (Eigen::Index d = 0; d < digits; ++d) {
+      for (Eigen::Index j = first_of(d); j < first_of(d) + count_of(d); ++j) {
+        rows.block<3, 1>(3 * j, kPlaceUnknowns + first_joint(static_cast<std::size_t>(d)) + k) =
+            (then.col(j) - at.col(j)) / kTurn;
+      }
+    }
+  }
+  return rows;
+}
+
+JointFitResult JointFit::fit_from(const JointPoints& given, HandState state) const {
+  constexpr int kSteps = 40;
+  constexpr double kSmall = 1e-7;  // of the cost, by which a step must lower it to be followed by another
+  const Vector3 centre = given.rowwise().mean();
+  double now = cost(state, given);
+  double damping = 1e-3;
+  for (int step = 0; step < kSteps && damping < 1e6; ++step) {
+    const Rows rows = derivatives(state, centre) / kScale;
+    const JointPoints off = (given - joints(state)) / kScale;
+    PoseVector slope = rows.transpose() * off.reshaped();
+    PoseMatrix curvature = rows.transpose() * rows;
+    slope.tail<21>() -= state.joints - prior_;
+    curvature.diagonal().tail<21>().array() += 1.0;
+    for (Eigen::Index q = 0; q < 21; ++q) {  // joints at an end of their range that would leave it stay
+      const Eigen::Index k = kPlaceUnknowns + q;
+      if ((state.joints(q) <= least_(q) && slope(k) < 0) || (state.joints(q) >= most_(q) && slope(k) > 0)) {
+        slope(k) = 0;
+        curvature.row(k).setZero();
+        curvature.col(k).setZero();
+        curvature(k, k) = 1;
+      }
+    }
+    bool better = false;
+    double gain = 0;
+    while (!better && damping < 1e6) {
+      PoseMatrix damped = curvature;
+      damped.diagonal() *= 1 + damping;
+      HandState next = moved(state, damped.ldlt().solve(slope), centre);
+      next.joints = next.joints.cwiseMax(least_).cwiseMin(most_);
+      const double then = cost(next, given);
+      better = then < now;
+      damping *= better ? 0.1 : 10;
+      if (better) {
+        gain = now - then;
+        now = then;
+        state = next;
+      }
+    }
+    if (gain < kSmall * now) {
+      break;
+    }
+  }
+  return {state, residual(state, given)};
+}
+
+JointFitResult JointFit::fit(const JointPoints& given) const {
+  JointFitResult best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const JointAngles& start :
+       {prior_, joint_angles(hand_pose("flat")), joint_angles(hand_pose("grasp")), joint_angles(hand_pose("fist"))}) {
+    const JointPoints own = joints_of(skeleton(start), side_);
+    const Eigen::Matrix4d rigid = Eigen::umeyama(own(Eigen::all, kPalm), given(Eigen::all, kPalm), false);
+    const HandState first{{rigid.topLeftCorner<3, 3>(), rigid.topRightCorner<3, 1>()}, start};
+    const JointFitResult result = fit_from(given, first);
+    const double its = cost(result.state, given);
+    if (its < least) {
+      least = its;
+      best = result;
+    }
+  }
+  return best;
+}
 
 namespace {
 

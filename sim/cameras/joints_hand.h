@@ -4,10 +4,78 @@
 #include <string>
 #include <vector>
 
-#include "sim/cameras/fitted_skin.h"
-#include "sim/cameras/joint_fit.h"
+#include "sim/cameras/fitted_sensor.h"
+#include "sim/cameras/hand_tables.h"
+#include "sim/cameras/pose_fit.h"
 
 namespace touchfield {
+
+/// Where a skeleton has the tracked joints.
+///
+/// side   mirror_sign of the hand, whose own frame they are in
+JointPoints joints_of(const HandSkeleton& skeleton, double side);
+
+/// From the wrist over the bones to the tip of the middle finger [m].
+double reach_of(const JointPoints& joints);
+
+/// Proportions of a hand whose bones are as long as the joints of some frames are apart, by medians over the frames.
+///
+/// The palm's distances d_ij between wrist and knuckles give length and breadth, which scale the palm along and across:
+///
+///   min over L^2, B^2 of   sum_ij ((L^2 dy_ij^2 + B^2 (dx_ij^2 + dz_ij^2)) / d_ij - d_ij)^2
+///
+/// the sum of a digit's phalanges its own length. Joints say nothing of thickness: that stays to a part's length what
+/// it is in the given hand, for the palm and each digit.
+///
+/// frames   one or more
+/// returns  relative to the given hand; not finite of joints that are no hand's
+HandProportions joint_proportions(const HandShape& hand, const std::vector<JointPoints>& frames);
+
+struct JointFitResult {
+  HandState state;
+  double residual = 0;  // rms over the joints of how far the skeleton's are from the given ones [m]
+};
+
+/// Fits the skeleton of a hand to tracked joints, each frame by itself: Levenberg and Marquardt on
+///
+///   sum_j |place(x_j(q)) - p_j|^2 / (1 mm)^2 + sum_k (q_k - pose_k)^2
+///
+/// There are four starts of the joints q: the given pose, flat, grasp, fist. Each begins with the rigid motion that
+/// carries wrist and knuckles to theirs best (Kabsch and Umeyama). The best result counts. The second sum decides what
+/// the given joints leave open, such as the turn of a straight thumb about itself. Joints stay in their ranges and 10
+/// degrees more.
+///
+/// accuracy   of 2,400 random poses of hands 155 to 215 mm long all but 10 within 0.15 mm rms, the worst 0.38 mm; with
+///            noise of 2 mm rms per joint 1.4 mm rms off the true ones. About 1 ms per frame
+class JointFit {
+ public:
+  /// hand   of which side, size and pose; the proportions are relative to it
+  JointFit(const HandShape& hand, const HandProportions& by);
+
+  JointFitResult fit(const JointPoints& joints) const;
+
+  /// Where the skeleton of a state has the joints, in the world's frame.
+  JointPoints joints(const HandState& state) const;
+  HandSkeleton skeleton(const JointAngles& angles) const;
+  /// sum_j |x_j - p_j|^2 / count, root [m]
+  double residual(const HandState& state, const JointPoints& joints) const;
+
+ private:
+  using Rows = Eigen::Matrix<double, 3 * kTrackedJoints, kPoseUnknowns>;
+
+  JointFitResult fit_from(const JointPoints& joints, HandState state) const;
+  double cost(const HandState& state, const JointPoints& joints) const;
+  Rows derivatives(const HandState& state, const Vector3& centre) const;
+
+  HandPose pose_;
+  double length_;
+  double breadth_;
+  double side_;
+  HandProportions by_;
+  JointAngles prior_;
+  JointAngles least_;
+  JointAngles most_;
+};
 
 /// The hand that is fitted to the joints of a hand tracker, recorded or live.
 ///

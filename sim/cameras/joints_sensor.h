@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/cameras/joint_table.h"
+#include "sim/cameras/hand_tables.h"
 #include "sim/cameras/joints_hand.h"
 
 namespace touchfield {
@@ -35,6 +35,71 @@ class JointsSensor final : public MotionSensor {
   RecordedTimes times_;
   std::vector<std::optional<JointPoints>> joints_;
   std::vector<std::optional<JointsHand::Frame>> frames_;  // those that samples are taken of
+  std::vector<std::string> notes_;
+};
+
+/// Tracked joints that a program on this machine sends: datagrams by UDP to 127.0.0.1, each a row as joints_of_row
+/// takes it.
+class JointSocket {
+ public:
+  /// port     1 to 65535
+  /// pose     from the tracker's frame to the world's
+  /// throws   InputError if something else listens there, or it may not be listened to
+  JointSocket(int port, const RigidMotion& pose);
+  ~JointSocket();
+  JointSocket(const JointSocket&) = delete;
+  JointSocket& operator=(const JointSocket&) = delete;
+
+  struct Received {
+    std::optional<JointPoints> joints;  // in the world's frame; none where the tracker had no hand
+    double age = 0;                     // since the datagram came [s]
+  };
+
+  /// The oldest datagram that has not been taken; waits at most so many seconds for one.
+  ///
+  /// returns   none if none came
+  /// throws    InputError where it is no row of joints; IoError
+  std::optional<Received> next(double patience);
+  /// The newest that has come, of whatever age; none if none ever did. Those that are no rows of joints count as no
+  /// hand.
+  std::optional<Received> newest();
+
+  /// "UDP port 9000 (motion.sensor.joints.port)", for messages.
+  std::string name() const;
+
+ private:
+  int port_;
+  RigidMotion pose_;
+  int socket_ = -1;
+  std::optional<JointPoints> joints_;  // of the newest
+  std::optional<double> came_;         // when, on the clock of arrival times [s]
+};
+
+/// Sees the hand that is fitted to joints which a hand tracker sends while the motion plays (JointsHand, JointSocket).
+class LiveJointsSensor final : public MotionSensor {
+ public:
+  static constexpr double kPatience = 60;  // for a hand before the clock starts [s]
+  static constexpr double kSilence = 0.2;  // of the tracker, after which the hand is lost [s]
+
+  /// throws   InputError as JointsHand and JointSocket
+  LiveJointsSensor(const Scene& scene, int port, const RigidMotion& pose, KeptBodies* kept = nullptr);
+
+  const MovingModel& solved() const override { return hand_.solved(); }
+  /// Learns the bones from the first second in which the tracker has a hand.
+  ///
+  /// throws    InputError as JointsHand::learn, where a datagram is no row of joints, and where no hand comes in
+  ///           kPatience
+  void start(Progress& progress) override;
+  std::vector<std::string> notes() const override { return notes_; }
+  /// The newest frame, whose time is this less the age of its datagram.
+  Seen sample(std::int64_t number, double seconds) override;
+  /// Those while the bones were learnt.
+  std::vector<TriangleMesh> places(int count) const override;
+
+ private:
+  JointsHand hand_;
+  JointSocket socket_;
+  std::vector<JointsHand::Frame> learnt_;
   std::vector<std::string> notes_;
 };
 

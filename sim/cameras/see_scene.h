@@ -5,11 +5,34 @@
 
 #include "sim/cameras/simulated_camera.h"
 #include "sim/core/progress.h"
-#include "sim/motion/whole_skin.h"
+#include "sim/mesh/raster/raster.h"
+#include "sim/mesh/triangle_mesh.h"
+#include "sim/motion/moving_model.h"
 #include "sim/pictures/picture_format.h"
 #include "sim/run/run_directory.h"
 
 namespace touchfield {
+
+/// What a depth camera said of what it saw.
+struct CameraSight {
+  std::string label;         // beside it
+  Camera camera;             // where it stands
+  std::vector<float> depth;  // of its pixels, row by row from the upper left one [m]; 0: none
+};
+
+/// A picture of 1200 x 900 pixels with one row per camera. More than three cameras are in two columns. Each camera has
+/// two images. The left one is its whole view of the shaded mesh. The right one shows the depths that it measured in
+/// the part with the mesh, which a frame marks in the left one.
+///
+/// One scale of colours serves all. It goes from the nearest to the farthest point of the mesh that a camera sees,
+/// rounded outwards to 10 mm. Red marks the pixels where a camera sees the mesh but measured no depth.
+///
+/// path     where it lands, whole or not at all
+/// mesh     what there is [m]
+/// sights   1 to 8
+/// throws   InputError where a depth image has another size than its camera; IoError if it cannot be written
+void draw_sights(const std::string& path, const std::string& title, const std::string& subtitle,
+                 const TriangleMesh& mesh, const std::vector<CameraSight>& sights, PictureFormat format);
 
 /// A scene that moves before simulated cameras.
 struct SeenScene {
@@ -43,7 +66,7 @@ struct SightSummary {
 ///
 ///   a folder of images   (CameraFolderWriter)
 ///   sight.FORMAT         the first frame
-///   landmarks.csv        the places of a hand's landmarks (landmark_table.h), by which a fit is evaluated; only if the
+///   landmarks.csv        the places of a hand's landmarks (hand_tables.h), by which a fit is evaluated; only if the
 ///                        bodies have such landmarks
 ///
 /// The images do not tell the true places of skin and cameras. Warns of a camera that has no depth of the body at all.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -10,6 +12,234 @@
 #include "sim/scene/camera_models.h"
 
 namespace touchfield {
+
+namespace {
+
+constexpr int kReach = 10;  // of the noise's weights [pixels]: four deviations
+
+/// The part of an image that sees anything.
+struct SeenPart {
+  int left = 0;
+  int top = 0;
+  int right = 0;   // one beyond
+  int bottom = 0;  // one beyond
+
+  int width() const { return right - left; }
+  int height() const { return bottom - top; }
+};
+
+SeenPart seen_part(const Raster& raster) {
+  SeenPart part{raster.width, raster.height, 0, 0};
+  for (int j = 0; j < raster.height; ++j) {
+    const auto row = raster.face.begin() + static_cast<std::ptrdiff_t>(raster.index(0, j));
+    const auto sees = [](int face) { return face != Raster::kNothing; };
+    const auto first = std::find_if(row, row + raster.width, sees);
+    if (first == row + raster.width) {
+      continue;
+    }
+    int last = raster.width - 1;
+    while (!sees(row[last])) {
+      --last;
+    }
+    part.left = std::min(part.left, static_cast<int>(first - row));
+    part.right = std::max(part.right, last + 1);
+    part.top = std::min(part.top, j);
+    part.bottom = j + 1;
+  }
+  return part;
+}
+
+/// The number that a pixel counts as, also those around the image that its noise needs.
+std::uint64_t pixel_number(int width, int column, int row) {
+  return static_cast<std::uint64_t>(row + kReach) * static_cast<std::uint64_t>(width + 2 * kReach) +
+         static_cast<std::uint64_t>(column + kReach);
+}
+
+/// Weights whose squares sum to one.
+std::vector<float> noise_weights() {
+  std::vector<float> weights;
+  double squares = 0;
+  for (int k = -kReach; k <= kReach; ++k) {
+    weights.push_back(static_cast<float>(std::exp(-0.5 * k * k / (kNoiseBlur * kNoiseBlur))));
+    squares += static_cast<double>(weights.back()) * static_cast<double>(weights.back());
+  }
+  for (float& weight : weights) {
+    weight /= static_cast<float>(std::sqrt(squares));
+  }
+  return weights;
+}
+
+/// Gaussian noise of unit variance over a part of an image, row by row.
+std::vector<float> correlated_noise(int image_width, const SeenPart& part, std::uint64_t key) {
+  static const std::vector<float> weights = noise_weights();
+  const float spread = std::sqrt(12.0F);  // uniform numbers of unit variance
+  const int width = part.width();
+  const int rows = part.height() + 2 * kReach;
+  std::vector<float> white(static_cast<std::size_t>(width + 2 * kReach));
+  std::vector<float> across(static_cast<std::size_t>(width) * static_cast<std::size_t>(rows));
+  for (int j = 0; j < rows; ++j) {
+    const std::uint64_t first = key + pixel_number(image_width, part.left - kReach, part.top + j - kReach);
+    for (std::size_t i = 0; i < white.size(); ++i) {
+      white[i] =
+          spread * (static_cast<float>(static_cast<std::int64_t>(mixed_bits(first + i) >> 40U)) * 0x1p-24F - 0.5F);
+    }
+    float* to = across.data() + static_cast<std::ptrdiff_t>(j) * width;
+    for (std::size_t k = 0; k < weights.size(); ++k) {
+      for (int i = 0; i < width; ++i) {
+        to[i] += weights[k] * white[static_cast<std::size_t>(i) + k];
+      }
+    }
+  }
+  std::vector<float> noise(static_cast<std::size_t>(width) * static_cast<std::size_t>(part.height()));
+  for (int j = 0; j < part.height(); ++j) {
+    float* to = noise.data() + static_cast<std::ptrdiff_t>(j) * width;
+    for (std::size_t k = 0; k < weights.size(); ++k) {
+      const float* from = across.data() + (j + static_cast<std::ptrdiff_t>(k)) * width;
+      for (int i = 0; i < width; ++i) {
+        to[i] += weights[k] * from[i];
+      }
+    }
+  }
+  return noise;
+}
+
+/// A raster as disparities.
+class Disparities {
+ public:
+  Disparities(const StereoCamera& camera, const Raster& raster) : camera_(camera), raster_(raster) {}
+
+  /// 0 where nothing is seen.
+  double at(int column, int row) const {
+    const double depth = raster_.depth[raster_.index(column, row)];
+    return std::isfinite(depth) ? camera_.disparity_metres() / depth : 0.0;
+  }
+
+  /// The depth behind a pixel that lies at an edge, of its farthest neighbour across it; else the pixel's own.
+  double behind(int column, int row) const {
+    double least = at(column, row) - kEdgeJump;
+    bool edge = false;
+    const auto look = [&](int i, int j) {
+      if (i >= 0 && i < raster_.width && j >= 0 && j < raster_.height && at(i, j) < least) {
+        least = at(i, j);
+        edge = true;
+      }
+    };
+    look(column - 1, row);
+    look(column + 1, row);
+    look(column, row - 1);
+    look(column, row + 1);
+    return edge ? camera_.disparity_metres() / least : raster_.depth[raster_.index(column, row)];
+  }
+
+ private:
+  const StereoCamera& camera_;
+  const Raster& raster_;
+};
+
+/// Sets the depth that flies to and holes of a row of the exact image to 0, before noise.
+class RowMaker {
+ public:
+  RowMaker(const StereoCamera& camera, const Raster& raster, const Points& normals, const StereoEffects& effects,
+           std::uint64_t key)
+      : camera_(camera),
+        raster_(raster),
+        normals_(normals),
+        effects_(effects),
+        key_(mixed_bits(key)),
+        disparities_(camera, raster) {}
+
+  /// disparity   of the part's columns; 0 where the camera has none
+  void row(const SeenPart& part, int j, std::vector<double>& disparity) const {
+    double nearest_column =
+        std::numeric_limits<double>::infinity();  // in the second eye's image, of what lies to the right
+    for (int i = part.right - 1; i >= part.left; --i) {
+      double& d = disparity[static_cast<std::size_t>(i - part.left)];
+      d = disparities_.at(i, j);
+      if (d == 0) {
+        continue;
+      }
+      const double second = i + 0.5 - d;
+      const bool unseen = second >= nearest_column || second < 0;
+      nearest_column = std::min(nearest_column, second);
+      if ((effects_.second_eye && unseen) || (effects_.range && d > camera_.widest_disparity) ||
+          (effects_.grazing && grazing(i, j))) {
+        d = 0;
+      } else if (effects_.flying) {
+        d = flown(i, j, d);
+      }
+    }
+  }
+
+ private:
+  bool grazing(int i, int j) const {
+    static const double least_cosine = std::cos(kGrazing);
+    const Camera& view = camera_.view;
+    const Vector3 ray = view.axes.col(2) + (i + 0.5 - view.centre.x()) / view.focal.x() * view.axes.col(0) +
+                        (j + 0.5 - view.centre.y()) / view.focal.y() * view.axes.col(1);
+    const double cosine = ray.dot(normals_.col(raster_.face[raster_.index(i, j)]));
+    return cosine * cosine < least_cosine * least_cosine * ray.squaredNorm();
+  }
+
+  double flown(int i, int j, double d) const {
+    const double drawn = unit_number(mixed_bits(key_ + pixel_number(raster_.width, i, j)));
+    if (drawn >= kFlyingShare) {
+      return d;
+    }
+    const double front = raster_.depth[raster_.index(i, j)];
+    const double back = std::min(disparities_.behind(i, j), front + kLongestFlight);
+    return camera_.disparity_metres() / (front + drawn / kFlyingShare * (back - front));
+  }
+
+  const StereoCamera& camera_;
+  const Raster& raster_;
+  const Points& normals_;
+  const StereoEffects& effects_;
+  std::uint64_t key_;
+  Disparities disparities_;
+};
+
+}  // namespace
+
+std::uint64_t noise_key(std::uint64_t seed, std::uint64_t camera, std::uint64_t frame) {
+  return mixed_bits(mixed_bits(mixed_bits(seed) + camera) + frame);
+}
+
+DepthImage stereo_image(const StereoCamera& camera, const Raster& raster, const Points& normals,
+                        const StereoEffects& effects, std::uint64_t key) {
+  DepthImage image{raster.width, raster.height, std::vector<float>(raster.depth.size(), 0.0F)};
+  const SeenPart part = seen_part(raster);
+  if (part.right <= part.left) {
+    return image;
+  }
+  const RowMaker maker(camera, raster, normals, effects, key);
+  const bool noisy = effects.noise && camera.disparity_noise > 0;
+  const std::vector<float> noise = noisy ? correlated_noise(raster.width, part, key) : std::vector<float>();
+  std::vector<double> disparity(static_cast<std::size_t>(part.width()));
+  std::size_t place = 0;
+  for (int j = part.top; j < part.bottom; ++j) {
+    maker.row(part, j, disparity);
+    float* to = image.depth.data() + raster.index(part.left, j);
+    for (double d : disparity) {
+      const std::size_t at = place++;
+      float& depth = *to++;
+      if (d == 0) {
+        continue;
+      }
+      d += noisy ? camera.disparity_noise * static_cast<double>(noise[at]) : 0.0;
+      d = effects.disparity_steps ? std::round(d / kDisparityStep) * kDisparityStep : d;
+      if (!(d > 0)) {
+        continue;
+      }
+      double z = camera.disparity_metres() / d;
+      if (effects.depth_steps) {
+        const double units = std::round(z / camera.depth_unit);
+        z = units > kMostUnits ? 0.0 : units * camera.depth_unit;
+      }
+      depth = static_cast<float>(z);
+    }
+  }
+  return image;
+}
 
 namespace {
 

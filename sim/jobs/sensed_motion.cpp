@@ -8,7 +8,6 @@
 #ifdef TOUCHFIELD_CAMERAS
 #include "sim/cameras/fitted_sensor.h"
 #include "sim/cameras/joints_sensor.h"
-#include "sim/cameras/live_joints_sensor.h"
 #endif
 #include "sim/motion/loop_clock.h"
 

@@ -23,7 +23,7 @@
 #include "sim/jobs/play_scene.h"
 #include "sim/jobs/sensed_motion.h"
 #include "sim/jobs/sweep_directory.h"
-#include "sim/motion/frame_budget.h"
+#include "sim/motion/frame_solver.h"
 #include "sim/run/check.h"
 #include "sim/run/motion_summary.h"
 #include "sim/run/run_directory.h"

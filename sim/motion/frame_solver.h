@@ -2,12 +2,16 @@
 
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "sim/bem/factored_transfer.h"
+#include "sim/core/progress.h"
 #include "sim/motion/motion_sensor.h"
 #include "sim/run/kept_models.h"
 #include "sim/run/methods.h"
 #include "sim/run/motion_data.h"
+#include "sim/scene/scene.h"
 #include "solvers/phase/phase_descent.h"
 
 namespace touchfield {
@@ -59,6 +63,8 @@ class FrameSolver {
   /// seconds   gets set_up, factorise, transfer, phases
   /// throws    NumericalError as MethodSolver
   MotionFrame solve(const Model& model);
+  /// Of moving's model at a state; seconds get `pose` before the others.
+  MotionFrame solve(const MotionState& state);
 
   /// Of a sample that does not say where the body is: no drive sounds. The next frame starts from the last that was
   /// solved.
@@ -98,5 +104,34 @@ class FrameSolver {
   std::optional<double> scale_;  // on the target's amplitudes, of a scene that asks for the best
   double worst_residual_ = 0;
 };
+
+/// A way to compute a frame.
+struct FrameSetting {
+  double near_target = 0;  // edges at the target and beyond [m]
+  double far = 0;
+  Scheme scheme = Scheme::kChief;
+  int steps = 0;
+};
+
+struct FrameChoice {
+  FrameSetting setting;
+  double milliseconds = 0;  // of a frame, as measured here
+};
+
+/// Chooses one of five settings, from the quickest to the most accurate. Each is tried with some frames of this scene
+/// by its first method, until one takes too long. The choice is the last setting with frames of at most 0.7 of
+/// motion.frame.budget_ms here, or else the quickest.
+///
+/// scene      with motion.frame
+/// progress   hears of what takes its time; may be null
+/// throws     as MovingModel and FrameSolver
+FrameChoice choose_frame(const Scene& scene, Progress* progress = nullptr);
+
+/// The scene with the setting that choose_frame chose, and a note of what that means; the scene itself without
+/// motion.frame.
+Scene within_budget(const Scene& scene, std::vector<std::string>& notes, Progress* progress = nullptr);
+
+/// The scene with a setting in it: edges of every body that has some, scheme and iterations.
+Scene with_setting(const Scene& scene, const FrameSetting& setting);
 
 }  // namespace touchfield

@@ -259,15 +259,8 @@ LiveSolver live_solver(const MotionSensor& sensor, const MethodSpec& method, Mot
     }
   }
   return [&moving, solver](const LiveSample& sample, double wanted) {
-    if (sample.now.lost) {
-      return LiveSolution{solver->lost(), solver->worst_residual()};
-    }
-    const auto begin = std::chrono::steady_clock::now();
-    const Model model = moving.at(moving.in_range(sample.prediction.at(wanted)));
-    const double posed = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    LiveSolution solution{solver->solve(model), solver->worst_residual()};
-    solution.frame.seconds.insert(solution.frame.seconds.begin(), {"pose", posed});
-    return solution;
+    MotionFrame frame = sample.now.lost ? solver->lost() : solver->solve(moving.in_range(sample.prediction.at(wanted)));
+    return LiveSolution{std::move(frame), solver->worst_residual()};
   };
 }
 

@@ -9,17 +9,42 @@
 #include <optional>
 #include <stop_token>
 #include <thread>
+#include <utility>
 #include <vector>
 
-#include "sim/motion/latest_slot.h"
 #include "sim/motion/loop_clock.h"
 #include "sim/motion/motion_prediction.h"
 #include "sim/motion/motion_sensor.h"
-#include "sim/motion/running_median.h"
 #include "sim/run/motion_data.h"
 #include "solvers/phase/phase_methods.h"
 
 namespace touchfield {
+
+/// A place for the newest of something, between threads: what is put there replaces what was there, nothing queues.
+template <class T>
+class LatestSlot {
+ public:
+  void put(std::shared_ptr<const T> value) {
+    const std::lock_guard lock(mutex_);
+    value_.swap(value);
+  }
+
+  /// Null if there is none.
+  std::shared_ptr<const T> newest() const {
+    const std::lock_guard lock(mutex_);
+    return value_;
+  }
+
+  /// The same, and leaves none.
+  std::shared_ptr<const T> take() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(value_, nullptr);
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::shared_ptr<const T> value_;
+};
 
 /// The clock of a live loop, one for all its threads.
 class LiveTime {

@@ -1,13 +1,63 @@
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <vector>
 
-#include "sim/motion/running_median.h"
 #include "sim/scene/scene.h"
 
 namespace touchfield {
+
+/// The median of the last kRemembered numbers; of an even number the lower one of the two in the middle, 0 of none.
+class RunningMedian {
+ public:
+  static constexpr std::size_t kRemembered = 31;
+
+  RunningMedian() { last_.reserve(kRemembered); }
+
+  void add(std::int64_t value) {
+    if (last_.size() < kRemembered) {
+      last_.push_back(value);
+    } else {
+      last_[oldest_] = value;
+      oldest_ = (oldest_ + 1) % kRemembered;
+    }
+  }
+
+  std::int64_t value() const {
+    if (last_.empty()) {
+      return 0;
+    }
+    std::vector<std::int64_t> sorted = last_;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>((sorted.size() - 1) / 2);
+    std::ranges::nth_element(sorted, middle);
+    return *middle;
+  }
+
+ private:
+  std::vector<std::int64_t> last_;  // a ring
+  std::size_t oldest_ = 0;
+};
+
+/// The times of a recording, counted from its first frame.
+class RecordedTimes {
+ public:
+  /// seconds   rising, from any start; one or more
+  explicit RecordedTimes(std::vector<double> seconds);
+
+  std::size_t size() const { return seconds_.size(); }
+  double seconds(std::size_t frame) const { return seconds_.at(frame); }
+  /// The newest frame at a time [s], which may be half a tick of the clock early.
+  std::size_t newest(double seconds) const;
+  /// What is recorded [s]: the last frame holds for as long as one usually does, the median of the last 32.
+  double covered() const;
+
+ private:
+  std::vector<double> seconds_;
+};
 
 /// Time since the motion began [us].
 using Tick = std::int64_t;

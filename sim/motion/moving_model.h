@@ -6,15 +6,72 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "sim/core/progress.h"
+#include "sim/core/types.h"
 #include "sim/hand/hand_contact.h"
 #include "sim/hand/skinned_hand.h"
+#include "sim/mesh/triangle_mesh.h"
 #include "sim/model/model.h"
 #include "sim/model/warnings.h"
-#include "sim/motion/mesh_sequence.h"
-#include "sim/motion/trajectory.h"
+#include "sim/scene/motion_curve.h"
+#include "sim/scene/scene.h"
+#include "sim/scene/varying_number.h"
 
 namespace touchfield {
+
+/// How the numbers of a scene that its motion changes run over time. The state is their values in SI units, in the
+/// order of motion.change; paths are read once, here.
+class Trajectory {
+ public:
+  /// scene    with a motion; without one nothing varies
+  /// throws   InputError that names the path: it cannot vary, is not in this scene or there twice, or leaves its range
+  ///          over the motion (and time and value)
+  explicit Trajectory(const Scene& scene);
+
+  Eigen::Index size() const { return static_cast<Eigen::Index>(curves_.size()); }
+  const VaryingNumber& number(Eigen::Index i) const { return numbers_[static_cast<std::size_t>(i)]; }
+
+  /// Values at a time of the motion.
+  Eigen::VectorXd state(double seconds) const;
+
+  /// Puts values into a posture of the scene that this was made of; the rest of it stays.
+  void apply(const Eigen::VectorXd& state, Posture& posture) const;
+
+  /// A state, such as an extrapolated one, with each value moved to the nearest one in its range.
+  Eigen::VectorXd in_range(const Eigen::VectorXd& state) const;
+
+ private:
+  std::vector<VaryingNumber> numbers_;
+  std::vector<MotionCurve> curves_;
+};
+
+/// A body given as meshes of the same triangles at several times, each file of them once in memory (24 bytes per
+/// vertex). The state is its vertices, so that what predicts linearly in a Trajectory's state does so here.
+class MeshSequence {
+ public:
+  /// shape    with a series
+  /// throws   InputError that names the file, its time and what differs from the first file: how many vertices, how
+  ///          many triangles, or the first triangle with other corners; if all files take more than half of the memory
+  ///          that is free, before the second is read; if a mesh is not closed or inside out; also as read_mesh
+  explicit MeshSequence(const MeshShape& shape);
+
+  const Triangles& triangles() const { return triangles_; }
+
+  /// Vertices at a time of the motion in the files' own frame [m]. They are linear in time between two meshes. Before
+  /// the first mesh they are those of the first, after the last mesh those of the last.
+  Points state(double seconds) const;
+
+ private:
+  /// Of the file at a time, by the time's number.
+  const Points& vertices_at(std::size_t time) const { return vertices_[file_at_[time]]; }
+
+  Triangles triangles_;
+  std::vector<double> times_;
+  std::vector<std::size_t> file_at_;  // of each time the number of its file
+  std::vector<Points> vertices_;      // of each file
+};
 
 /// What of a scene moves, at one instant: the numbers that its motion changes, and the vertices of a body that is given
 /// as meshes over time. Or the whole solving mesh as a sensor sees it, wherever numbers and vertices have it.
@@ -121,5 +178,31 @@ class MovingModel {
 
 /// Of a motion as it begins (played_remarks) and on its way.
 Remarks moving_remarks(const MovingModel& moving);
+
+/// The true skin of a motion's bodies with what keep_within leaves out: what cameras look at. Its triangles are the
+/// same all the time.
+class WholeSkin {
+ public:
+  /// Edges, but of a body given as meshes over time, which keeps those of its files. A fingertip of 8 mm radius is then
+  /// followed within 0.1 mm near the target and 0.2 mm elsewhere.
+  static constexpr double kNearTarget = 2e-3;  // [m], within kWithin of a target's centre
+  static constexpr double kFar = 3e-3;         // [m]
+  static constexpr double kWithin = 15e-3;     // [m]
+
+  /// first    the model as the motion begins
+  /// kept     meshes of scenes before this one; may be null
+  /// throws   InputError as build_bodies
+  explicit WholeSkin(const Model& first, KeptBodies* kept = nullptr);
+
+  /// In the world's frame.
+  ///
+  /// model, state   of one instant: MovingModel::at
+  TriangleMesh at(const Model& model, const MotionState& state) const {
+    return skin_.at(model.posture, model.plan, state);
+  }
+
+ private:
+  MovingSkin skin_;
+};
 
 }  // namespace touchfield

@@ -1,7 +1,6 @@
 #include "sim/motion/pattern.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numbers>
 
@@ -130,12 +129,12 @@ double largest_turn(const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
 void solve_alone(const PatternSpec& spec, const PatternProblem& problem, int every, Pattern& pattern,
                  Progress& progress) {
   for (Eigen::Index k = 0; k < pattern.clock.frames; k += every) {
-    const auto begun = std::chrono::steady_clock::now();
+    const double begun = steady_now();
     const SkinProblem skin = problem_of(problem.sequence, problem.column(k));
     const PhaseSolution alone = phase_method("surface").solve(
         skin, Eigen::MatrixXcd(skin.channel_count(), 0), {.iterations = 100, .free_level = true, .search = true}, {});
     PatternFrame& frame = pattern.frames[static_cast<std::size_t>(k)];
-    frame.alone_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+    frame.alone_seconds = steady_now() - begun;
     const double share = wanted_share(spec, pattern.clock.time(k));
     frame.alone_error = problem.metrics(problem.column(k), share, share * drive(alone)).relative_error;
     progress.advance(static_cast<double>(k) / pattern.clock.frames);

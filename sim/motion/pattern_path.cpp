@@ -1,5 +1,3 @@
-#include "sim/motion/pattern_path.h"
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -12,6 +10,7 @@
 #include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/face_tree.h"
+#include "sim/motion/pattern.h"
 
 namespace touchfield {
 
@@ -136,11 +135,10 @@ PatternClock pattern_clock(const PatternSpec& spec) {
   PatternClock clock{.rate = spec.frames_hz};
   if (spec.seconds) {
     const double frames = *spec.seconds * spec.frames_hz;
-    require(
-        is_whole(frames) && frames >= 2 && frames <= kMostPatternFrames,
-        "pattern.seconds = {:.6g} are {:.6g} frames at frames_per_second = {:.6g}; they must be a whole number of 2 "
-        "to {} frames",
-        *spec.seconds, frames, spec.frames_hz, kMostPatternFrames);
+    require(is_whole(frames) && frames >= 2 && frames <= kMostPatternFrames,
+            "pattern.seconds = {:.6g} are {:.6g} frames at frames_per_second = {:.6g}; they must be a whole number of "
+            "2 to {} frames",
+            *spec.seconds, frames, spec.frames_hz, kMostPatternFrames);
     clock.frames = static_cast<int>(std::round(frames));
     return clock;
   }

@@ -1,7 +1,6 @@
 #include "sim/motion/play.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <deque>
 #include <map>
@@ -20,7 +19,6 @@
 #include "sim/motion/loop_clock.h"
 #include "sim/motion/motion_prediction.h"
 #include "sim/motion/motion_sensor.h"
-#include "sim/motion/seen_error.h"
 #include "sim/run/evaluation.h"
 #include "sim/run/motion_summary.h"
 #include "sim/run/result_warnings.h"
@@ -32,10 +30,6 @@
 namespace touchfield {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 constexpr double kSeenAgain = 1;  // of samples before the newest one, after a frame that took long [s]
 
@@ -78,9 +72,9 @@ class MethodLoop {
     see(start.sample);
     const Seen& now = samples_.at(start.sample);
     const double wanted = prediction_.predicts() ? to_seconds(clock_.predicted_for(start)) : now.seconds;
-    const auto begin = Clock::now();
-    MotionFrame frame = now.lost ? solver_.lost() : solved(sensed_.solved().in_range(prediction_.at(wanted)));
-    const ShownFrame shown = clock_.finished(to_ticks(motion_.solve.value_or(seconds_since(begin))));
+    const double begin = steady_now();
+    MotionFrame frame = now.lost ? solver_.lost() : solver_.solve(sensed_.solved().in_range(prediction_.at(wanted)));
+    const ShownFrame shown = clock_.finished(to_ticks(motion_.solve.value_or(steady_now() - begin)));
     look_at_truth(now, frame);
     frame.sampled = now.seconds;
     frame.started = to_seconds(start.at);
@@ -105,15 +99,6 @@ class MethodLoop {
       prediction_.see(samples_.at(number));
     }
     unseen_ = newest + 1;
-  }
-
-  MotionFrame solved(const MotionState& state) {
-    const auto begin = Clock::now();
-    const Model model = sensed_.solved().at(state);
-    const double posed = seconds_since(begin);
-    MotionFrame frame = solver_.solve(model);
-    frame.seconds.insert(frame.seconds.begin(), {"pose", posed});
-    return frame;
   }
 
   /// Where the target's patch really was at a sample, and how far off what was seen of the skin is.
@@ -429,8 +414,7 @@ void require_motion_memory(const Scene& scene) {
   if (free > 0 && needed > free) {
     throw InputError(
         fmt::format("motion: {:g} s of {:g} frames and {:g} scores per second need {:.1f} GiB of memory; {:.1f} GiB "
-                    "are free: lower "
-                    "motion.seconds, frames_hz or score_hz",
+                    "are free: lower motion.seconds, frames_hz or score_hz",
                     scene.motion->seconds, scene.motion->frames_hz, scene.motion->score_hz,
                     needed / (1024.0 * kMebibyte), free / (1024.0 * kMebibyte)));
   }
@@ -446,25 +430,24 @@ MotionCost expected_cost(const SensedMotion& sensed, Progress* progress) {
   // The first time makes what later ones keep. Of work that takes long that is little.
   constexpr double kLong = 1.0;
   const auto timed_twice = [](const auto& work) {
-    const auto begin = Clock::now();
+    const double begin = steady_now();
     work(0.0);
-    const double first = seconds_since(begin);
+    const double first = steady_now() - begin;
     if (first > kLong) {
       return std::pair(first, first);
     }
-    const auto again = Clock::now();
+    const double again = steady_now();
     work(0.1);
-    return std::pair(first, seconds_since(again));
+    return std::pair(first, steady_now() - again);
   };
   MotionSensor& sensor = *sensed.sensor;
   const MovingModel& solved = sensor.solved();
   if (sensor.remembers()) {
     Progress silent;
-    const auto begin = Clock::now();
     std::vector<std::pair<std::string, double>> taken;
     timed(progress != nullptr ? *progress : silent, taken, "", "sensor learning before the clock starts",
           [&] { sensor.start(progress != nullptr ? *progress : silent); });
-    cost.seconds += seconds_since(begin);
+    cost.seconds += taken.front().second;
   }
   std::int64_t number = 0;
   cost.sample = timed_twice([&](double /*share*/) {

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -7,11 +10,54 @@
 
 #include <Eigen/Core>
 
-#include "sim/pictures/colour_image.h"
 #include "sim/pictures/picture_format.h"
-#include "sim/pictures/skin_view.h"
 
 namespace touchfield {
+
+using Colour = std::array<std::uint8_t, 3>;  // red, green, blue
+
+/// Viridis: perceptually uniform, dark blue at 0 to yellow at 1; outside that range its ends, grey for NaN. Within
+/// 2/255 of the published map.
+///
+/// source   N. Smith, S. van der Walt, E. Firing: every eighth of its 256 published colours
+Colour viridis(double fraction);
+
+/// For pressure on the skin: light grey at 0 (bare skin), then orange and red to dark violet at 1, each darker than the
+/// last. Outside that range the ends are used, and blue for NaN.
+///
+/// source   after magma by N. Smith and S. van der Walt, reversed
+Colour skin_colour(double fraction);
+
+inline constexpr Colour kNoSkinValue = {110, 175, 220};
+inline constexpr Colour kInk = {25, 25, 25};
+inline constexpr Colour kPaper = {255, 255, 255};
+inline constexpr Colour kNoValue = {150, 150, 150};
+
+/// Pixels row by row from the upper left one.
+struct ColourImage {
+  int width = 0;
+  int height = 0;
+  std::vector<Colour> pixels;
+
+  ColourImage(int columns, int rows)
+      : width(columns), height(rows), pixels(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows)) {}
+
+  Colour& at(int column, int row) { return pixels[index(column, row)]; }
+  const Colour& at(int column, int row) const { return pixels[index(column, row)]; }
+
+ private:
+  std::size_t index(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column);
+  }
+};
+
+/// A rectangle of a picture [pixels]; x to the right, y up, from the lower left corner.
+struct PixelBox {
+  int x;
+  int y;
+  int width;
+  int height;
+};
 
 enum class Align { kLeft, kCentre, kRight };
 

@@ -1,5 +1,3 @@
-#include "sim/pictures/field_picture.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "sim/pictures/canvas.h"
+#include "sim/pictures/figures.h"
 #include "sim/pictures/picture_parts.h"
 #include "sim/pictures/skin_picture.h"
 
@@ -36,12 +35,11 @@ void draw_axis(Canvas& canvas, const FieldGrid& grid, int axis, int pixels, int 
                double label_distance, const Place& place) {
   const double low = grid.origin[axis] - 0.5 * grid.spacing[axis];
   const double length = extent(grid, axis);
-  const double step = tick_step(length, most);
-  for (double i = std::ceil(low / step - 1e-9); i * step <= (low + length) + 1e-9 * step; ++i) {
-    const double along = (i * step - low) / length * pixels;
+  for (const double tick : even_ticks(low, low + length, most)) {
+    const double along = (tick - low) / length * pixels;
     canvas.line(place(along, 0.0), place(along, 6.0), kInk, 1.0);
     const Eigen::Vector2d at = place(along, label_distance);
-    canvas.text(at.x(), at.y(), fmt::format("{:.6g}", std::round(i * step * 1e9) / 1e6 + 0.0), style);
+    canvas.text(at.x(), at.y(), fmt::format("{:.6g}", std::round(tick * 1e9) / 1e6 + 0.0), style);
   }
 }
 

@@ -1,11 +1,13 @@
 #include "sim/pictures/figures.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <exception>
 #include <filesystem>
 #include <functional>
 #include <iterator>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -13,14 +15,135 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/files.h"
-#include "sim/pictures/field_picture.h"
-#include "sim/pictures/overview_picture.h"
+#include "sim/pictures/canvas.h"
 #include "sim/pictures/picture_parts.h"
-#include "sim/pictures/setup_picture.h"
 #include "sim/pictures/skin_picture.h"
 #include "sim/run/run_layout.h"
 
 namespace touchfield {
+
+namespace {
+
+constexpr PixelBox kPanel = {30, 120, 1140, 680};
+constexpr double kShare = 0.96;
+constexpr double kElevation = 25.0 * std::numbers::pi / 180.0;  // of the eye above the array's plane
+constexpr double kAzimuth = 25.0 * std::numbers::pi / 180.0;    // to the right of straight in front
+constexpr Colour kTransducer = {128, 138, 152};
+constexpr Colour kSkin = {232, 200, 178};
+
+double least_distance(const Points& positions) {
+  double least = HUGE_VAL;
+  for (Eigen::Index n = 1; n < positions.cols(); ++n) {
+    least = std::min(least, (positions.leftCols(n).colwise() - positions.col(n)).colwise().squaredNorm().minCoeff());
+  }
+  return std::sqrt(least);
+}
+
+TriangleMesh joined_meshes(const TriangleMesh& a, const TriangleMesh& b) {
+  Points vertices(3, a.vertex_count() + b.vertex_count());
+  vertices << a.vertices(), b.vertices();
+  Triangles triangles(3, a.face_count() + b.face_count());
+  triangles << a.triangles(), (b.triangles().array() + static_cast<int>(a.vertex_count())).matrix();
+  return {vertices, triangles};
+}
+
+/// From the front and above, so that the transducers' faces are seen; z up as far as it goes.
+SkinView side_view(const Vector3& facing, const Points& points) {
+  const Vector3 vertical = facing.z() < 0 ? Vector3(-facing) : facing;
+  const Vector3 back = (std::abs(vertical.y()) < 0.99 ? Vector3::UnitY() : Vector3::UnitX());
+  const Vector3 level = (back - back.dot(vertical) * vertical).normalized();
+  const Vector3 right = level.cross(vertical);
+  const Vector3 direction =
+      std::cos(kElevation) * (std::cos(kAzimuth) * level - std::sin(kAzimuth) * right) - std::sin(kElevation) * facing;
+  return fitted_view(kPanel, direction, vertical, points, kShare);
+}
+
+/// Whether a box is a disc or a mask, or goes on in another as a piece of a line does.
+bool goes_on(const std::vector<TargetBox>& boxes, const TargetBox& box) {
+  const Vector3 to_end = 0.5 * box.size.y() * box.rotation.col(1);
+  return box.shape != TargetShape::kBox || std::ranges::any_of(boxes, [&](const TargetBox& other) {
+           return &other != &box && (holds(other, box.centre + to_end) || holds(other, box.centre - to_end));
+         });
+}
+
+/// The edges of boxes; of discs, lines, masks and single faces the outline on the skin.
+void draw_target(Canvas& canvas, const Run& run, const SkinView& view) {
+  const auto draw = [&](const Lines& lines) {
+    for (Eigen::Index e = 0; e < lines.ends.cols(); ++e) {
+      canvas.path({view.pixel(lines.points.col(lines.ends(0, e))), view.pixel(lines.points.col(lines.ends(1, e)))},
+                  kTargetColour, 1.5);
+    }
+  };
+  const std::vector<TargetBox>& all = run.target->boxes;
+  std::vector<TargetBox> single;
+  std::ranges::copy_if(all, std::back_inserter(single), [&](const TargetBox& box) { return !goes_on(all, box); });
+  draw(box_edges(single));
+  if (all.empty() || single.size() < all.size()) {
+    draw(target_outline(run.mesh, *run.target));
+  }
+}
+
+/// The directions x, y and z in the lower right corner.
+void draw_directions(Canvas& canvas, const SkinView& view) {
+  constexpr double kLength = 44.0;  // [pixels]
+  const Eigen::Vector2d origin(kPanel.x + kPanel.width - 60.0, kPanel.y + 50.0);
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector2d along(view.right()[axis], view.up[axis]);
+    canvas.path({origin, origin + kLength * along}, kInk, 2.0);
+    const Eigen::Vector2d label = origin + kLength * along + 12.0 * along.normalized();
+    if (along.norm() > 0.1) {
+      canvas.text(label.x(), label.y(), std::string(1, "xyz"[axis]), {.size = 15, .align = Align::kCentre});
+    }
+  }
+}
+
+}  // namespace
+
+TriangleMesh transducer_discs(const TransducerArray& array) {
+  constexpr double kMostRadius = 5e-3;  // [m]
+  constexpr double kOfDistance = 0.45;
+  constexpr int kCorners = 16;
+  const double spacing = least_distance(array.positions);
+  const double radius = spacing > 0 ? std::min(kMostRadius, kOfDistance * spacing) : kMostRadius;
+  Points vertices(3, kCorners * array.size());
+  Triangles triangles(3, (kCorners - 2) * array.size());
+  for (Eigen::Index n = 0; n < array.size(); ++n) {
+    const Vector3 axis = array.axes.col(n);
+    const Vector3 first = axis.unitOrthogonal();
+    const Vector3 second = axis.cross(first);
+    for (int corner = 0; corner < kCorners; ++corner) {
+      const double angle = 2.0 * std::numbers::pi * corner / kCorners;
+      vertices.col(kCorners * n + corner) =
+          array.positions.col(n) + radius * (std::cos(angle) * first + std::sin(angle) * second);
+    }
+    for (int face = 0; face < kCorners - 2; ++face) {
+      const auto centre = static_cast<int>(kCorners * n);
+      triangles.col((kCorners - 2) * n + face) << centre, centre + face + 1, centre + face + 2;
+    }
+  }
+  return {vertices, triangles};
+}
+
+std::string setup_picture(const Run& run, PictureFormat format) {
+  const TriangleMesh mesh = joined_meshes(run.mesh, transducer_discs(run.array));
+  std::vector<Colour> colours(static_cast<std::size_t>(mesh.face_count()), kTransducer);
+  std::fill_n(colours.begin(), run.mesh.face_count(), kSkin);
+  const Vector3 middle = run.mesh.centroids().rowwise().mean();
+  const SkinSight sight(side_view(facing(run.array, middle), mesh.vertices()), mesh);
+
+  Canvas canvas(kPictureWidth, kPictureHeight, format);
+  describe(canvas, run.provenance);
+  draw_sight(canvas, sight, colours, sight.view().panel);
+  if (run.target) {
+    draw_target(canvas, run, sight.view());
+  }
+  draw_scale_bar(canvas, kPanel, sight.view().scale);
+  draw_directions(canvas, sight.view());
+  draw_title(canvas, run.name, "array and skin");
+  draw_caption(canvas, fmt::format("{} transducers, {} faces", run.array.size(), run.mesh.face_count()),
+               fmt::format("Parallel projection.{}", run.target ? " Green: the target, through the skin." : ""));
+  return canvas.file();
+}
 
 namespace {
 

@@ -4,9 +4,48 @@
 #include <vector>
 
 #include "sim/pictures/picture_format.h"
+#include "sim/pictures/skin_sight.h"
 #include "sim/run/run_data.h"
 
 namespace touchfield {
+
+/// True if exactly one axis of the grid has one point.
+bool is_plane(const FieldGrid& grid);
+
+/// A plane in two panels of a picture, |p| and its level: beside or above each other, whichever is larger. A pixel has
+/// the colour of the grid point that is nearest to it.
+struct PlaneView {
+  int horizontal;  // axis: 0, 1 or 2
+  int vertical;
+  int normal;
+  PixelBox linear;
+  PixelBox level;  // of the same size
+};
+
+/// The plane as large as it fits; x to the right if the plane has an x, z up if it has a z.
+PlaneView plane_view(const FieldGrid& grid);
+
+/// The ends of a plane's colours [Pa].
+struct FieldTops {
+  double own;      // of the method
+  double loudest;  // of all methods: 0 dB
+};
+
+/// A picture of |p| in a plane of a run, from 0 to the method's own top and from -40 to 0 dB of the loudest's. Points
+/// inside a body are grey. It has axes in mm, the target's boxes where the plane cuts them, and the transducers or the
+/// way to them.
+std::string field_picture(const Run& run, const FieldResult& field, const Eigen::VectorXcd& pressure,
+                          const FieldTops& tops, const std::string& subtitle, PictureFormat format);
+
+/// A picture of the array's transducers and the skin from the side and somewhat above the array, in parallel
+/// projection, the target's outline in red.
+///
+/// run   its array has transducers and is no plane wave
+std::string setup_picture(const Run& run, PictureFormat format);
+
+/// Discs of 16 corners at the transducers, turned as they are. Their radius is 5 mm, or 0.45 times the least distance
+/// between two transducers if that is less.
+TriangleMesh transducer_discs(const TransducerArray& array);
 
 /// Draws the pictures of a run:
 ///

@@ -69,9 +69,8 @@ ColourBar skin_bar(double top, double most);
 /// The colours of pressures on the skin, one per face, up to `top`; both in one unit.
 std::vector<Colour> skin_colours(const Eigen::VectorXd& values, double top);
 
-/// A mesh in its panel, or in another one of the same size, one colour per face. In a PDF or SVG, which are made for
+/// A mesh in a panel of its own one's size, one colour per face. In a PDF or SVG, which are made for
 /// print, it is finer than the picture.
-void draw_sight(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours);
 void draw_sight(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours, const PixelBox& panel);
 
 /// A bar with its length in mm, below a panel at its left.
@@ -80,5 +79,31 @@ void draw_scale_bar(Canvas& canvas, const PixelBox& panel, double metres_per_pix
 /// A marker of a plot; its shape and colour, which people with colour-blindness tell apart, follow from its number.
 void draw_marker(Canvas& canvas, std::size_t number, const Eigen::Vector2d& centre, bool outlined);
 Colour marker_colour(std::size_t number);
+
+/// An axis of a plot whose ends are ticks.
+struct LinearAxis {
+  double low;
+  double high;
+  double step;
+  double start;   // [pixels]
+  double length;  // [pixels]
+
+  /// Holds least..most in at most `pieces` steps and what rounding to ticks adds; what differs by rounding alone is one
+  /// value, with room around it.
+  LinearAxis(double least, double most, double start_pixel, double pixels, int pieces);
+
+  double pixel(double value) const { return start + length * (value - low) / (high - low); }
+  int tick_count() const;
+  double tick(int i) const { return low + i * step; }
+  /// The tick's value without the rounding of the sum it came from.
+  std::string label(int i) const;
+};
+
+/// The beginning of an axis of values least..most. It is zero where that wastes less than half of the height, since a
+/// difference then looks as large as it is.
+double axis_begin(double least, double most);
+
+/// A plot's frame, with lines and labels at the ticks of y and lines at those of x, whose labels `labelled` asks for.
+void draw_plot(Canvas& canvas, const PixelBox& plot, const LinearAxis& x, const LinearAxis& y, bool labelled = true);
 
 }  // namespace touchfield

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "sim/pictures/picture_parts.h"
+#include "sim/run/run_layout.h"
 
 namespace touchfield {
 
@@ -231,37 +232,39 @@ Lines box_edges(const std::vector<TargetBox>& boxes) {
   return lines;
 }
 
-void draw_outline(Canvas& canvas, const std::vector<Eigen::Vector2d>& ends, const Eigen::Vector2d& shift) {
+SkinLook::SkinLook(const SkinView& view, const TriangleMesh& mesh, const std::optional<Target>& target)
+    : sight_(view, mesh) {
+  if (target) {
+    const Lines lines = target_outline(mesh, *target);
+    outline_ = sight_.visible(lines.points, lines.ends);
+  }
+}
+
+void SkinLook::draw(Canvas& canvas, const std::vector<Colour>& colours, const PixelBox& panel) const {
+  draw_sight(canvas, sight_, colours, panel);
+  const Eigen::Vector2d shift(panel.x - view().panel.x, panel.y - view().panel.y);
   for (const auto& [colour, width] : {std::pair{kPaper, 4.0}, {kTargetColour, 2.0}}) {
-    for (std::size_t i = 0; i < ends.size(); i += 2) {
-      canvas.path({ends[i] + shift, ends[i + 1] + shift}, colour, width);
+    for (std::size_t i = 0; i < outline_.size(); i += 2) {
+      canvas.path({outline_[i] + shift, outline_[i + 1] + shift}, colour, width);
     }
   }
 }
 
 SkinPictures::SkinPictures(const Run& run, PictureFormat format)
-    : run_(run),
-      format_(format),
-      outline_(run.target ? target_outline(run.mesh, *run.target) : Lines{Points(3, 0), Eigen::Matrix2Xi(2, 0)}),
-      body_(skin_panels(run).body, run.mesh) {
+    : run_(run), format_(format), body_(skin_panels(run).body, run.mesh, run.target) {
   if (const auto close = skin_panels(run).target) {
-    target_.emplace(*close, run.mesh);
+    target_.emplace(*close, run.mesh, run.target);
   }
-}
-
-void SkinPictures::draw_panel(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours) const {
-  draw_sight(canvas, sight, colours);
-  draw_outline(canvas, sight.visible(outline_.points, outline_.ends));
 }
 
 std::string SkinPictures::picture(const Eigen::VectorXd& values, double top, const SkinText& text) const {
   const std::vector<Colour> colours = skin_colours(values, top);
   Canvas canvas(kPictureWidth, kPictureHeight, format_);
   describe(canvas, run_.provenance);
-  draw_panel(canvas, body_, colours);
+  body_.draw(canvas, colours, body_.view().panel);
   draw_scale_bar(canvas, body_.view().panel, body_.view().scale);
   if (target_) {
-    draw_panel(canvas, *target_, colours);
+    target_->draw(canvas, colours, target_->view().panel);
     draw_scale_bar(canvas, target_->view().panel, target_->view().scale);
     canvas.frame(target_->view().panel, kFrame, 1.0);
     canvas.frame(footprint(target_->view(), body_.view()), kFrame, 1.0);
@@ -271,6 +274,93 @@ std::string SkinPictures::picture(const Eigen::VectorXd& values, double top, con
   draw_caption(canvas, text.caption,
                fmt::format("Seen from the array's side. All pictures of this run's skin share these colours.{}",
                            run_.target ? " Green: the border of the target on the skin." : ""));
+  return canvas.file();
+}
+
+namespace {
+
+constexpr PixelBox kColumnsRoom = {30, 100, 1000, 700};  // of all panels and the lines above each
+constexpr int kMostColumns = 6;
+constexpr int kColumnsOfMany = 4;
+constexpr int kColumnGap = 8;
+constexpr int kHeadings = 48;  // room of a panel's two lines
+
+struct Column {
+  std::string name;
+  std::string figures;
+  Eigen::VectorXd values;
+};
+
+std::vector<Column> columns_of(const Run& run) {
+  std::vector<Column> columns;
+  if (run.target) {
+    columns.push_back({"wanted", fmt::format("{:.3g} kPa", 1e-3 * run.target->amplitudes.maxCoeff()),
+                       wanted_pressure(*run.target, run.mesh.face_count())});
+  }
+  for (const MethodResult& result : run.methods) {
+    if (result.pressure.size() != 0) {
+      const double error = result.metrics.relative_error;
+      columns.push_back({result.name, std::isnan(error) ? "" : fmt::format("error {:.1f} %", 100.0 * error),
+                         result.pressure.cwiseAbs()});
+    }
+  }
+  return columns;
+}
+
+}  // namespace
+
+std::string overview_picture(const Run& run, double top, PictureFormat format) {
+  const std::vector<Column> columns = columns_of(run);
+  const auto count = static_cast<int>(columns.size());
+  const bool many = count > kMostColumns;
+  const SkinPanels panels = skin_panels(run);
+  const bool close = panels.target.has_value();
+  const bool whole = !many || !close;
+  const int across = many ? kColumnsOfMany : std::max(count, 1);
+  const int looks = (whole ? 1 : 0) + (close ? 1 : 0);
+  const int rows = (count + across - 1) / across;
+  const int width = (kColumnsRoom.width - (across - 1) * kColumnGap) / across;
+  const int pitch = kColumnsRoom.height / std::max(rows, 1);  // of a row of columns
+  const int height = (pitch - kHeadings - (looks - 1) * kColumnGap) / looks;
+  const auto panel = [&](int column, int look) {
+    return PixelBox{kColumnsRoom.x + column % across * (width + kColumnGap),
+                    kColumnsRoom.y + kColumnsRoom.height - column / across * pitch - kHeadings - (look + 1) * height -
+                        look * kColumnGap,
+                    width, height};
+  };
+
+  Canvas canvas(kPictureWidth, kPictureHeight, format);
+  describe(canvas, run.provenance);
+  double most = 0.0;
+  for (int look = 0; look < looks; ++look) {
+    const bool all = whole && look == 0;
+    const Points points = all ? run.mesh.vertices() : target_corners(run.mesh, *run.target);
+    const SkinLook seen(fitted_view(panel(0, look), panels.body.direction, points, all ? 0.94 : 0.6), run.mesh,
+                        run.target);
+    for (int column = 0; column < count; ++column) {
+      seen.draw(canvas, skin_colours(columns[static_cast<std::size_t>(column)].values, top), panel(column, look));
+      canvas.frame(panel(column, look), {170, 170, 170}, 1.0);
+    }
+    PixelBox last = panel(0, look);
+    last.y += 26;  // within the panel
+    last.x += 8;
+    draw_scale_bar(canvas, last, seen.view().scale);
+  }
+  for (int column = 0; column < count; ++column) {
+    const Column& shown = columns[static_cast<std::size_t>(column)];
+    const PixelBox box = panel(column, 0);
+    const double middle = box.x + 0.5 * width;
+    draw_fitted(canvas, middle, box.y + height + 32, shown.name, {.size = 19, .align = Align::kCentre, .bold = true},
+                width);
+    draw_fitted(canvas, middle, box.y + height + 12, shown.figures, {.size = 16, .align = Align::kCentre}, width);
+    most = std::max(most, quantile({shown.values.begin(), shown.values.end()}, 1.0));
+  }
+  draw_colour_bar(canvas, skin_bar(top, most));
+  draw_title(canvas, run.name, "pressure on the skin");
+  draw_caption(
+      canvas, "",
+      fmt::format("Seen from the array's side.{}",
+                  run.target ? " Green: the border of the target on the skin. Error: over the whole skin." : ""));
   return canvas.file();
 }
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "sim/pictures/canvas.h"
+#include "sim/pictures/picture_format.h"
 #include "sim/pictures/skin_sight.h"
-#include "sim/pictures/skin_view.h"
 #include "sim/run/run_data.h"
 
 namespace touchfield {
@@ -33,6 +33,19 @@ struct Lines {
   Eigen::Matrix2Xi ends;  // 2 x E
 };
 
+/// A skin looked at once, with the outline of its target, drawn in panels of one size.
+class SkinLook {
+ public:
+  SkinLook(const SkinView& view, const TriangleMesh& mesh, const std::optional<Target>& target);
+
+  const SkinView& view() const { return sight_.view(); }
+  void draw(Canvas& canvas, const std::vector<Colour>& colours, const PixelBox& panel) const;
+
+ private:
+  SkinSight sight_;
+  std::vector<Eigen::Vector2d> outline_;
+};
+
 /// The skin of a run, looked at once for all its pictures.
 class SkinPictures {
  public:
@@ -44,13 +57,10 @@ class SkinPictures {
   std::string picture(const Eigen::VectorXd& values, double top, const SkinText& text) const;
 
  private:
-  void draw_panel(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours) const;
-
   const Run& run_;
   PictureFormat format_;
-  Lines outline_;
-  SkinSight body_;
-  std::optional<SkinSight> target_;
+  SkinLook body_;
+  std::optional<SkinLook> target_;
 };
 
 /// The lines where the surfaces of the target's boxes cut the skin. Lines within another box are left out unless they
@@ -66,8 +76,11 @@ Points target_corners(const TriangleMesh& mesh, const Target& target);
 
 inline constexpr Colour kTargetColour = {0, 120, 80};
 
-/// Draws the pieces that SkinSight::visible gives in the colour of targets on white, moved by `shift` [pixels].
-void draw_outline(Canvas& canvas, const std::vector<Eigen::Vector2d>& ends,
-                  const Eigen::Vector2d& shift = Eigen::Vector2d::Zero());
+/// The skin of a run side by side: what is wanted, if there is a target, and what each method reaches, with its error.
+/// Whole bodies above and the target's surroundings below; of more than kMostColumns the surroundings alone, in rows.
+///
+/// top       end of the colours [Pa]
+/// returns   a file's bytes
+std::string overview_picture(const Run& run, double top, PictureFormat format);
 
 }  // namespace touchfield

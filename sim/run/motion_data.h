@@ -12,7 +12,7 @@ namespace touchfield {
 /// Stages of some work and the seconds that this machine took for each.
 using StageSeconds = std::vector<std::pair<std::string, double>>;
 
-/// How far what a sensor made of the skin was from the true one, rms about the target (seen_error.h) [m].
+/// How far what a sensor made of the skin was from the true one, rms about the target (seen_error) [m].
 struct SkinOff {
   double skin = kNotComputed;
   double patch = kNotComputed;

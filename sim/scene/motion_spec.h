@@ -53,7 +53,7 @@ struct RecordedSpec {
   std::string folder;
 };
 
-/// Joints that a hand tracker has recorded: sim/cameras/joint_table.h.
+/// Joints that a hand tracker has recorded: sim/cameras/hand_tables.h.
 struct JointsSpec {
   std::variant<std::string, int> from;  // a table of them; or the UDP port on which they come while the motion plays
   RigidMotion pose;                     // from the tracker's frame to the world's

@@ -13,8 +13,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/cameras/camera_table.h"
-#include "sim/cameras/recording_check.h"
+#include "sim/cameras/depth_camera.h"
 #include "tests/cameras/recording_support.h"
 #include "tests/support/output_support.h"
 #include "tests/support/testing.h"

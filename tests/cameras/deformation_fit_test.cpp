@@ -1,8 +1,7 @@
-#include "sim/cameras/deformation_fit.h"
-
 #include <cmath>
 #include <random>
 
+#include "sim/cameras/deformation.h"
 #include "sim/cameras/hand_points.h"
 #include "sim/core/rigid_motion.h"
 #include "sim/core/units.h"

@@ -1,8 +1,7 @@
-#include "sim/cameras/deformation_graph.h"
-
 #include <random>
 #include <set>
 
+#include "sim/cameras/deformation.h"
 #include "sim/core/rigid_motion.h"
 #include "sim/hand/hand.h"
 #include "sim/hand/shapes.h"

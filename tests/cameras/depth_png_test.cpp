@@ -1,9 +1,8 @@
-#include "sim/cameras/depth_png.h"
-
 #include <cmath>
 #include <limits>
 #include <random>
 
+#include "sim/cameras/depth_camera.h"
 #include "tests/cameras/recording_support.h"
 #include "tests/support/output_support.h"
 #include "tests/support/testing.h"

@@ -5,9 +5,9 @@
 
 #include <fmt/format.h>
 
-#include "sim/cameras/skin_error.h"
 #include "sim/hand/shapes.h"
 #include "tests/support/moving_hand_support.h"
+#include "tests/support/skin_error.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::hand_tracker_test {
@@ -224,8 +224,8 @@ TEST_P(OtherHands, AreFoundAndFollowed) {
 
 INSTANTIATE_TEST_SUITE_P(HandTracker, OtherHands,
                          ::testing::Values(OtherHand{"index_up", HandSide::kLeft}, OtherHand{"grasp", HandSide::kRight},
-                                         OtherHand{"flat", HandSide::kRight, 0.157},
-                                         OtherHand{"flat", HandSide::kRight, 0.213}),
+                                           OtherHand{"flat", HandSide::kRight, 0.157},
+                                           OtherHand{"flat", HandSide::kRight, 0.213}),
                          [](const auto& of) {
                            return fmt::format("{}_{}_{:.0f}mm", of.param.side == HandSide::kLeft ? "left" : "right",
                                               of.param.pose, of.param.length / kMillimetre);

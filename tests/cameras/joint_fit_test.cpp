@@ -1,5 +1,3 @@
-#include "sim/cameras/joint_fit.h"
-
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -7,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
+#include "sim/cameras/joints_hand.h"
 #include "sim/core/rigid_motion.h"
 #include "sim/core/units.h"
 

@@ -1,10 +1,9 @@
-#include "sim/cameras/joint_table.h"
-
 #include <fstream>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include "sim/cameras/hand_tables.h"
 #include "sim/core/units.h"
 #include "tests/support/joint_table_support.h"
 #include "tests/support/scene_support.h"

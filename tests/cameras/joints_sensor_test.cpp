@@ -10,7 +10,6 @@
 
 #include <fmt/format.h>
 
-#include "sim/cameras/live_joints_sensor.h"
 #include "sim/core/units.h"
 #include "sim/hand/hand_pose.h"
 #include "sim/jobs/sensed_motion.h"

@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "sim/cameras/hand_tracker.h"
-#include "sim/cameras/skin_error.h"
 #include "sim/hand/shapes.h"
 #include "tests/support/moving_hand_support.h"
+#include "tests/support/skin_error.h"
 
 namespace touchfield::lost_hand_test {
 
@@ -110,6 +110,6 @@ INSTANTIATE_TEST_SUITE_P(Short, ComingHand,
                          ::testing::Values(Coming{100, Beside::kNothing}, Coming{100, Beside::kSleeve}));
 INSTANTIATE_TEST_SUITE_P(Full, ComingHand,
                          ::testing::Values(Coming{1000, Beside::kNothing}, Coming{500, Beside::kBall},
-                                         Coming{500, Beside::kSleeve}));
+                                           Coming{500, Beside::kSleeve}));
 
 }  // namespace touchfield::lost_hand_test

@@ -9,7 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "sim/cameras/camera_folder.h"
-#include "sim/cameras/depth_png.h"
+#include "sim/cameras/depth_camera.h"
 
 /// What the tests of recorded images share: small cameras, made-up images, PNG files with other headers.
 namespace touchfield {

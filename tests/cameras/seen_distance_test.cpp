@@ -1,7 +1,6 @@
-#include "sim/cameras/seen_distance.h"
-
 #include <gtest/gtest.h>
 
+#include "sim/cameras/sight_check.h"
 #include "sim/cameras/simulated_camera.h"
 #include "sim/hand/shapes.h"
 

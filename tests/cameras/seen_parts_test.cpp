@@ -1,9 +1,8 @@
-#include "sim/cameras/seen_parts.h"
-
 #include <random>
 
 #include <gtest/gtest.h>
 
+#include "sim/cameras/hand_search.h"
 #include "tests/support/random_support.h"
 
 namespace touchfield::seen_parts_test {

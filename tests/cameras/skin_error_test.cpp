@@ -1,4 +1,4 @@
-#include "sim/cameras/skin_error.h"
+#include "tests/support/skin_error.h"
 
 #include <numbers>
 

@@ -1,4 +1,3 @@
-#include "sim/cameras/stereo_noise.h"
 
 #include <algorithm>
 #include <cmath>

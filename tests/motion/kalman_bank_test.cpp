@@ -1,5 +1,3 @@
-#include "sim/motion/kalman_bank.h"
-
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -8,6 +6,8 @@
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
+
+#include "sim/motion/motion_prediction.h"
 
 namespace touchfield::kalman_bank_test {
 

@@ -1,5 +1,4 @@
-#include "sim/motion/mesh_sequence.h"
-
+#include "sim/motion/moving_model.h"
 #include "tests/support/scene_support.h"
 #include "tests/support/testing.h"
 

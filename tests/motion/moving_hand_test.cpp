@@ -3,7 +3,6 @@
 
 #include "sim/core/units.h"
 #include "sim/mesh/query/face_tree.h"
-#include "sim/motion/frame_budget.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/motion/moving_model.h"
 #include "tests/support/scene_support.h"

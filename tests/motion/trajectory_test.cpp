@@ -1,10 +1,9 @@
-#include "sim/motion/trajectory.h"
-
 #include <cmath>
 #include <numbers>
 #include <random>
 
 #include "sim/core/units.h"
+#include "sim/motion/moving_model.h"
 #include "tests/support/scene_support.h"
 #include "tests/support/testing.h"
 

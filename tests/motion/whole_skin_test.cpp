@@ -1,8 +1,7 @@
-#include "sim/motion/whole_skin.h"
-
 #include <gtest/gtest.h>
 
 #include "sim/core/units.h"
+#include "sim/motion/moving_model.h"
 #include "tests/support/moving_support.h"
 #include "tests/support/scene_support.h"
 

@@ -3,7 +3,6 @@
 #include <set>
 
 #include "sim/field/target.h"
-#include "sim/pictures/field_picture.h"
 #include "sim/pictures/picture_parts.h"
 #include "sim/pictures/skin_picture.h"
 #include "tests/support/output_support.h"

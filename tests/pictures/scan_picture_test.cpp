@@ -1,8 +1,7 @@
-#include "sim/pictures/scan_picture.h"
-
 #include <gtest/gtest.h>
 
 #include "sim/pictures/picture_parts.h"
+#include "sim/pictures/plots.h"
 #include "tests/support/files.h"
 #include "tests/support/picture_support.h"
 

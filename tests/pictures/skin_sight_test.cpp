@@ -1,6 +1,6 @@
 #include "sim/pictures/skin_sight.h"
 
-#include "sim/pictures/setup_picture.h"
+#include "sim/pictures/figures.h"
 #include "tests/support/output_support.h"
 #include "tests/support/picture_support.h"
 #include "tests/support/testing.h"

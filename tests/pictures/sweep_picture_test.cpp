@@ -1,8 +1,7 @@
-#include "sim/pictures/sweep_picture.h"
-
 #include <cmath>
 
 #include "sim/pictures/picture_parts.h"
+#include "sim/pictures/plots.h"
 #include "tests/support/files.h"
 #include "tests/support/picture_support.h"
 #include "tests/support/testing.h"

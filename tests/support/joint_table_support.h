@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/cameras/joint_table.h"
+#include "sim/cameras/hand_tables.h"
 
 namespace touchfield {
 inline namespace support {

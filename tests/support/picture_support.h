@@ -9,7 +9,7 @@
 #include <vtkNew.h>
 #include <vtkPNGReader.h>
 
-#include "sim/pictures/colour_map.h"
+#include "sim/pictures/canvas.h"
 
 /// What the tests of pictures share.
 namespace touchfield {

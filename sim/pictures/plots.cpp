@@ -1,4 +1,4 @@
-#include "sim/pictures/sweep_picture.h"
+#include "sim/pictures/plots.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,6 @@
 #include "sim/core/renamed.h"
 #include "sim/core/require.h"
 #include "sim/pictures/canvas.h"
-#include "sim/pictures/linear_axis.h"
 #include "sim/pictures/picture_parts.h"
 
 namespace touchfield {
@@ -365,6 +364,27 @@ void draw_points(const std::string& path, const PlotTexts& texts, const std::vec
     draw_lines(canvas, means_of(values), lines, plan, {}, texts.y);
   }
   draw_title(canvas, texts.title, points.empty() ? "nothing to show" : "");
+  write_atomically(path, {canvas.file()});
+}
+
+void draw_scan(const std::string& path, const ScanPicture& picture, const Eigen::VectorXd& computed,
+               const Eigen::VectorXd& measured, PictureFormat format) {
+  constexpr PixelBox kScan = {280, 160, 640, 640};
+  constexpr int kMostPieces = 6;
+  const double top = round_above(std::max(computed.maxCoeff(), measured.maxCoeff()));
+  const LinearAxis x(0.0, top, kScan.x, kScan.width, kMostPieces);
+  const LinearAxis y(0.0, top, kScan.y, kScan.height, kMostPieces);
+  Canvas canvas(kPictureWidth, kPictureHeight, format);
+  draw_plot(canvas, kScan, x, y);
+  canvas.line({x.start, y.start}, {x.start + x.length, y.start + y.length}, kInk, 1.5);
+  for (Eigen::Index j = 0; j < computed.size(); ++j) {
+    draw_marker(canvas, 0, {x.pixel(computed(j)), y.pixel(measured(j))}, false);
+  }
+  canvas.text(kScan.x + 0.5 * kScan.width, kScan.y - 52.0, "computed, scaled", {.size = 20, .align = Align::kCentre});
+  canvas.text(kScan.x - 110.0, kScan.y + 0.5 * kScan.height, "measured, as in the file",
+              {.size = 20, .align = Align::kCentre, .angle = 90.0});
+  draw_title(canvas, picture.title, "measured against computed pressure");
+  draw_caption(canvas, picture.first, picture.second);
   write_atomically(path, {canvas.file()});
 }
 

@@ -1,5 +1,4 @@
-#include "sim/pictures/sight_picture.h"
-
+#include "sim/cameras/see_scene.h"
 #include "sim/pictures/picture_parts.h"
 #include "tests/support/files.h"
 #include "tests/support/picture_support.h"
