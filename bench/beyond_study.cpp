@@ -17,8 +17,7 @@
 
 #include "sim/core/progress.h"
 #include "sim/field/metrics.h"
-#include "sim/model/beyond_skin.h"
-#include "sim/model/kept_bodies.h"
+#include "sim/model/meshed_body.h"
 #include "sim/model/model.h"
 #include "sim/run/methods.h"
 #include "sim/run/skin_scattering.h"
@@ -90,7 +89,7 @@ void study(const std::string& path, const std::vector<std::string>& changes, con
   whole.emplace_back("body.keep_within_mm=null");
   whole.emplace_back("evaluation={scheme: burton_miller_polished, edge_mm: {near_target: 1.2, far: 3, within_mm: 15}}");
   const Model model = build_model(read_scene(path, whole), &kept);
-  const EvaluationMesh evaluation = build_evaluation_mesh(model, &kept);
+  const EvaluationMesh evaluation = model.fixed->evaluation.mesh(model, &kept);
   const Target target = build_target(model, evaluation.mesh);
   std::vector<SolveRecord> records;
   SkinScattering scattering(evaluation.mesh, model.fixed->wave, Scheme::kBurtonMillerPolished, {}, model.fixed->array,

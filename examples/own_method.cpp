@@ -11,6 +11,7 @@
 #include <touchfield/sim/core/program_start.h>
 #include <touchfield/sim/field/metrics.h>
 #include <touchfield/sim/run/run_file.h>
+#include <touchfield/sim/run/run_text.h>
 #include <touchfield/sim/run/solve_model.h>
 #include <touchfield/sim/run/transfer.h>
 #include <touchfield/sim/scene/scene_reader.h>

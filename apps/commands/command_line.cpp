@@ -20,7 +20,7 @@
 #include "sim/gpu/compute_device.h"
 #include "sim/run/text_table.h"
 #include "sim/scene/input.h"
-#include "sim/scene/suggest.h"
+#include "sim/scene/schema_info.h"
 #include "solvers/linear/instruction_level.h"
 
 namespace touchfield {

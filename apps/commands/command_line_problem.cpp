@@ -10,7 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "sim/scene/input.h"
-#include "sim/scene/suggest.h"
+#include "sim/scene/schema_info.h"
 
 namespace touchfield {
 

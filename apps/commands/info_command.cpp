@@ -9,9 +9,10 @@
 #include "apps/commands/standard_streams.h"
 #include "sim/run/archive_file.h"
 #include "sim/run/motion_file.h"
-#include "sim/run/motion_text.h"
+#include "sim/run/motion_summary.h"
 #include "sim/run/run_directory.h"
 #include "sim/run/run_file.h"
+#include "sim/run/run_text.h"
 
 namespace touchfield {
 

@@ -25,9 +25,10 @@
 #include "sim/model/stages.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/motion/motion_sensor.h"
-#include "sim/run/checksum.h"
+#include "sim/run/archive_file.h"
 #include "sim/run/run_directory.h"
 #include "sim/run/run_file.h"
+#include "sim/run/text_table.h"
 #include "sim/scene/scene_reader.h"
 
 namespace touchfield {

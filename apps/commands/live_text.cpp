@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "sim/core/units.h"
-#include "sim/run/motion_stages.h"
 #include "sim/run/motion_summary.h"
 #include "sim/run/text_table.h"
 

@@ -13,7 +13,8 @@
 #include "sim/jobs/sensed_motion.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/motion/play.h"
-#include "sim/run/motion_text.h"
+#include "sim/run/motion_summary.h"
+#include "sim/run/run_text.h"
 #include "sim/scene/scene_reader.h"
 
 namespace touchfield {

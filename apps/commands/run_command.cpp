@@ -13,6 +13,7 @@
 #include "sim/jobs/run_model.h"
 #include "sim/run/check.h"
 #include "sim/run/run_file.h"
+#include "sim/run/run_text.h"
 #include "sim/scene/scene_reader.h"
 
 namespace touchfield {

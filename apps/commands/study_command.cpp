@@ -15,7 +15,6 @@
 #include "sim/jobs/run_model.h"
 #include "sim/pictures/plots.h"
 #include "sim/run/run_directory.h"
-#include "sim/run/run_file.h"
 #include "sim/run/study.h"
 #include "sim/run/text_table.h"
 #include "sim/scene/scene_reader.h"

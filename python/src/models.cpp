@@ -17,7 +17,7 @@
 #include "sim/field/metrics.h"
 #include "sim/field/target.h"
 #include "sim/model/warnings.h"
-#include "sim/run/run_layout.h"
+#include "sim/run/run_data.h"
 #include "sim/scene/scene_reader.h"
 
 namespace touchfield::python {

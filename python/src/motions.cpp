@@ -12,9 +12,7 @@
 #include "sim/jobs/play_scene.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/run/motion_file.h"
-#include "sim/run/motion_stages.h"
 #include "sim/run/motion_summary.h"
-#include "sim/run/motion_text.h"
 
 namespace touchfield::python {
 

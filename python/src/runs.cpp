@@ -13,9 +13,10 @@
 #include "sim/jobs/run_model.h"
 #include "sim/pictures/figures.h"
 #include "sim/run/check.h"
-#include "sim/run/run_field.h"
+#include "sim/run/evaluate_methods.h"
+#include "sim/run/run_data.h"
 #include "sim/run/run_file.h"
-#include "sim/run/run_layout.h"
+#include "sim/run/run_text.h"
 #include "sim/run/scan_comparison.h"
 #include "sim/scene/scene_reader.h"
 

@@ -9,7 +9,7 @@
 #include "sim/acoustics/array_geometry.h"
 #include "sim/acoustics/incident_field.h"
 #include "sim/core/errors.h"
-#include "sim/run/run_layout.h"
+#include "sim/run/run_data.h"
 #include "sim/scene/scene_reader.h"
 
 namespace touchfield::python {

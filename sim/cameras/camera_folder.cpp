@@ -18,13 +18,12 @@
 #include "sim/core/errors.h"
 #include "sim/core/files.h"
 #include "sim/core/require.h"
-#include "sim/scene/camera_models.h"
 #include "sim/scene/number_table.h"
 #include "sim/scene/quantity.h"
-#include "sim/scene/rigid_pose.h"
 #include "sim/scene/scene_table.h"
 #include "sim/scene/schema.h"
-#include "sim/scene/text_file.h"
+#include "sim/scene/sensor_table.h"
+#include "sim/scene/yaml_tree.h"
 
 namespace touchfield {
 

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/random.h"
-#include "sim/scene/camera_models.h"
+#include "sim/scene/sensor_table.h"
 
 namespace touchfield {
 

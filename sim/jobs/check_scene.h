@@ -5,8 +5,8 @@
 #include "sim/core/progress.h"
 #include "sim/model/warnings.h"
 #include "sim/motion/play.h"
-#include "sim/run/accuracy.h"
 #include "sim/run/check.h"
+#include "sim/run/estimates.h"
 
 namespace touchfield {
 

@@ -12,9 +12,9 @@
 #include "sim/core/version.h"
 #include "sim/gpu/gpu_library.h"
 #include "sim/pictures/canvas.h"
-#include "sim/run/libraries.h"
+#include "sim/run/archive_file.h"
+#include "sim/run/estimates.h"
 #include "sim/run/solver_choice.h"
-#include "sim/run/speed.h"
 #include "solvers/linear/instruction_level.h"
 
 namespace touchfield {

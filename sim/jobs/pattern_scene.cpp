@@ -12,8 +12,7 @@
 #include "sim/pictures/motion_picture.h"
 #include "sim/run/motion_file.h"
 #include "sim/run/motion_summary.h"
-#include "sim/run/result_text.h"
-#include "sim/run/run_file.h"
+#include "sim/run/run_text.h"
 #include "sim/run/text_table.h"
 
 namespace touchfield {

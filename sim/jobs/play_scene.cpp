@@ -12,7 +12,7 @@
 #include "sim/model/stages.h"
 #include "sim/pictures/motion_picture.h"
 #include "sim/run/motion_file.h"
-#include "sim/run/motion_text.h"
+#include "sim/run/motion_summary.h"
 #include "sim/run/vtk_files.h"
 
 namespace touchfield {

@@ -7,7 +7,8 @@
 #include "sim/model/stages.h"
 #include "sim/pictures/figures.h"
 #include "sim/run/run_file.h"
-#include "sim/run/run_report.h"
+#include "sim/run/run_text.h"
+#include "sim/run/text_table.h"
 #include "sim/run/vtk_files.h"
 
 namespace touchfield {

@@ -10,9 +10,11 @@
 #include <memory>
 #include <poll.h>
 #include <ranges>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "sim/core/errors.h"
 #include "sim/core/files.h"
@@ -21,7 +23,9 @@
 #include "sim/gpu/gpu_library.h"
 #include "sim/jobs/sweep_case.h"
 #include "sim/jobs/worker_process.h"
-#include "sim/run/named_files.h"
+#include "sim/model/meshed_body.h"
+#include "sim/model/model.h"
+#include "sim/run/methods.h"
 #include "sim/scene/scene_reader.h"
 
 namespace touchfield {
@@ -39,6 +43,43 @@ std::vector<std::pair<std::string, std::string>> inputs_of(const SweepCase& item
     inputs.emplace_back(change.path, change.value);
   }
   return inputs;
+}
+
+/// Reads every file that the scenes of a sweep name, each once, without building their models. Meshes are read as
+/// bodies. Runs that a method starts from are compared with the channels of the array. (Files of positions and phases
+/// are read with the scene.)
+///
+/// throws   InputError with the first problems, one line per problem: the number of the first case that has it, and
+///          the problem
+void require_named_files(const std::vector<Scene>& scenes) {
+  constexpr int kMostProblems = 20;
+  std::set<std::string> done;
+  std::vector<std::string> problems;
+  const auto once = [&](std::size_t place, const std::string& key, const auto& check) {
+    if (!done.insert(key).second || problems.size() == kMostProblems) {
+      return;
+    }
+    try {
+      check();
+    } catch (const InputError& error) {
+      problems.push_back(fmt::format("case {}: {}", place + 1, error.what()));
+    }
+  };
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    for (const BodySpec& body : scenes[i].bodies) {
+      if (std::holds_alternative<MeshShape>(body.shape)) {
+        once(i, shape_text(body), [&] { require_body(body); });
+      }
+    }
+    const Eigen::Index channels = channel_count(scenes[i].array);
+    for (const MethodSpec& method : scenes[i].solve.methods) {
+      once(i,
+           fmt::format("{} {} {} {} {}", method.name, method.start.file, method.start.method, method.phases.size(),
+                       channels),
+           [&] { require_fitting_phases(method, channels); });
+    }
+  }
+  require(problems.empty(), "{}", fmt::join(problems, "\n"));
 }
 
 class SweepRun {

@@ -25,9 +25,10 @@
 #include "sim/core/require.h"
 #include "sim/core/text.h"
 #include "sim/core/version.h"
-#include "sim/run/checksum.h"
+#include "sim/run/archive_file.h"
 #include "sim/run/run_directory.h"
 #include "sim/run/run_file.h"
+#include "sim/run/text_table.h"
 
 namespace touchfield {
 

@@ -9,7 +9,6 @@
 
 #include "sim/core/rigid_motion.h"
 #include "sim/hand/body.h"
-#include "sim/model/kept_bodies.h"
 #include "sim/model/meshed_body.h"
 #include "sim/scene/scene.h"
 

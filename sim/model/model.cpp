@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <stdexcept>
 #include <utility>
 
@@ -15,15 +16,14 @@
 #include "sim/core/rigid_motion.h"
 #include "sim/core/text.h"
 #include "sim/core/units.h"
+#include "sim/field/skin_problems.h"
 #include "sim/field/target.h"
 #include "sim/gpu/gpu_library.h"
 #include "sim/mesh/query/clearance.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/remesh/mesh_quality.h"
 #include "sim/mesh/topology.h"
-#include "sim/model/beyond_skin.h"
 #include "sim/model/clear_transducers.h"
-#include "sim/model/evaluation_comparison.h"
 
 namespace touchfield {
 
@@ -138,101 +138,6 @@ std::vector<unsigned char> faces_about(const TargetBox& box, const TriangleMesh&
   return near;
 }
 
-/// Edges per wavelength that an evaluation with edges of its own takes on the target, in the box where they are fewest.
-double evaluation_resolution(const Model& model, const Target& target) {
-  std::vector<EdgeSizing> sizings;
-  for (std::size_t i = 0; i < model.posture.bodies.size(); ++i) {
-    sizings.push_back(sizing_of(model.fixed->scene, model.plan, i, model.fixed->scene.evaluation.edge));
-  }
-  std::vector<double> edges(model.boxes.size(), 0.0);
-  std::vector<double> counts(model.boxes.size(), 0.0);
-  for (std::size_t k = 0; k < target.faces.size(); ++k) {
-    const auto body = static_cast<std::size_t>(model.fixed->owner[static_cast<std::size_t>(target.faces[k])]);
-    const auto box = static_cast<std::size_t>(target.box[k]);
-    edges[box] +=
-        sizings[body].at(model.plan.to_own(model.fixed->scene, body, model.body.mesh.centroids().col(target.faces[k])));
-    counts[box] += 1;
-  }
-  double fewest = std::numeric_limits<double>::infinity();
-  for (std::size_t b = 0; b < edges.size(); ++b) {
-    fewest = counts[b] > 0 ? std::min(fewest, model.fixed->wave.wavelength() * counts[b] / edges[b]) : fewest;
-  }
-  return fewest;
-}
-
-/// The edges that an evaluation meshes bodies anew by. One without edge lengths of its own takes the bodies', none
-/// longer than what counts once its faces are split.
-BodyEdges evaluation_edges(const Scene& scene, const Wave& wave) {
-  if (scene.evaluation.kind == EvaluationSpec::Kind::kEdge) {
-    return {&scene.evaluation.edge};
-  }
-  const int splits = scene.evaluation.kind == EvaluationSpec::Kind::kSplit ? scene.evaluation.splits : 0;
-  return {nullptr, std::ldexp(kCoarsestEvaluation * wave.wavelength(), splits)};
-}
-
-/// The evaluation of a scene that says nothing of one: the solving model where it has all that counts, finely enough;
-/// else whole bodies, with edges that are a fifth shorter near the target.
-EvaluationSpec usual_evaluation(const Scene& scene, const Wave& wave) {
-  constexpr double kFinerNear = 0.8;
-  const double coarsest = kCoarsestEvaluation * wave.wavelength();
-  EvaluationSpec evaluation;
-  evaluation.kind = EvaluationSpec::Kind::kSame;
-  const auto is_coarse = [&](const BodySpec& body) { return body.edge && body.edge->far > coarsest; };
-  const bool all_meshed = std::ranges::all_of(scene.bodies, [](const BodySpec& body) { return body.edge.has_value(); });
-  if (!scene.target || !all_meshed ||
-      std::ranges::none_of(scene.bodies, [&](const BodySpec& body) { return body.keep_within || is_coarse(body); })) {
-    return evaluation;
-  }
-  evaluation.kind = EvaluationSpec::Kind::kEdge;
-  evaluation.edge.far = coarsest;
-  evaluation.edge.within = 0.0;
-  double near = std::numeric_limits<double>::infinity();
-  for (const BodySpec& body : scene.bodies) {
-    near = std::min(near, body.edge->near_target.value_or(body.edge->near.empty() ? body.edge->far : near));
-    for (const auto& [landmark, length] : body.edge->near) {
-      evaluation.edge.near[landmark] = kFinerNear * length;
-    }
-    evaluation.edge.within = std::max(evaluation.edge.within, body.edge->within);
-  }
-  if (std::isfinite(near)) {
-    evaluation.edge.near_target = std::min(kFinerNear * near, coarsest);
-  }
-  return evaluation;
-}
-
-/// About how many faces an evaluation has of the whole bodies; 0 if nothing is cut or it has no mesh.
-double faces_of_whole(const Model& model, const std::vector<PlacedBodies::Whole>& whole) {
-  constexpr double kMostForetold = 1e7;
-  const Scene& scene = model.fixed->scene;
-  if (whole.empty() || scene.evaluation.kind == EvaluationSpec::Kind::kNone) {
-    return 0.0;
-  }
-  const BodyEdges edges = evaluation_edges(scene, model.fixed->wave);
-  const auto faces_of = [&](const TriangleMesh& mesh, std::size_t body) {
-    std::optional<EdgeSpec> edge = edges.edge != nullptr ? *edges.edge : scene.bodies[body].edge;
-    if (!edge) {
-      return static_cast<double>(mesh.face_count());
-    }
-    edge->far = std::min(edge->far, edges.coarsest);
-    return wanted_faces({model.plan.own_frame(scene, body)(mesh.vertices()), mesh.triangles()},
-                        sizing_of(scene, model.plan, body, *edge), kMostForetold);
-  };
-  double faces = 0.0;
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    const auto body = static_cast<int>(i);
-    const auto cut = std::ranges::find(whole, body, &PlacedBodies::Whole::owner);
-    if (cut != whole.end()) {
-      faces += faces_of(cut->mesh, i);
-    } else {
-      const Triangles own = faces_where(model.body.mesh.triangles(), [&](Eigen::Index f) {
-        return model.fixed->owner[static_cast<std::size_t>(f)] == body;
-      });
-      faces += faces_of({model.body.mesh.vertices(), own}, i);
-    }
-  }
-  return scene.evaluation.kind == EvaluationSpec::Kind::kSplit ? faces * std::pow(4.0, scene.evaluation.splits) : faces;
-}
-
 /// Too few edges per wavelength near the target make noise of the pressure there, by the solver's mesh or the
 /// evaluation's.
 void require_fine_mesh(const Model& model, const Target& target) {
@@ -248,9 +153,7 @@ void require_fine_mesh(const Model& model, const Target& target) {
       own = std::min(own, near->mean);
     }
   }
-  const double evaluated = model.fixed->scene.evaluation.kind == EvaluationSpec::Kind::kEdge
-                               ? evaluation_resolution(model, target)
-                               : std::numeric_limits<double>::infinity();
+  const double evaluated = model.fixed->evaluation.resolution(model, target);
   if (std::min(own, evaluated) < kFewestSolved) {
     const BodySpec& pressed =
         scene.bodies[static_cast<std::size_t>(model.fixed->owner[static_cast<std::size_t>(target.faces[0])])];
@@ -264,7 +167,108 @@ void require_fine_mesh(const Model& model, const Target& target) {
   }
 }
 
+constexpr double kPiece = 0.25;  // longest edge of what patches are chosen from [wavelengths]
+constexpr double kApart = 0.9;   // of patches [wavelengths]
+
+/// The faces of a body that are solved as its skin; none if it lies beyond as a whole.
+Triangles solved_skin(const PlacedBodies& bodies, int body) {
+  return faces_where(bodies.body.mesh.triangles(), [&](Eigen::Index f) {
+    const auto face = static_cast<std::size_t>(f);
+    return bodies.skin[face] != 0 && bodies.owner[face] == body;
+  });
+}
+
+/// The pieces that no skin of the solving mesh covers.
+SkinPatches uncovered(const SkinPatches& pieces, const PlacedBodies& bodies, int body) {
+  constexpr double kOnSkin = 0.1 * kMillimetre;
+  const Triangles skin = solved_skin(bodies, body);
+  if (skin.cols() == 0) {
+    return pieces;
+  }
+  const FaceTree tree(TriangleMesh(bodies.body.mesh.vertices(), skin));
+  const Points centres = pieces.centres();
+  std::vector<unsigned char> covered(static_cast<std::size_t>(pieces.size()));
+#pragma omp parallel for schedule(dynamic, 256)
+  for (Eigen::Index j = 0; j < pieces.size(); ++j) {
+    covered[static_cast<std::size_t>(j)] = tree.nearest(centres.col(j), kOnSkin).face >= 0 ? 1 : 0;
+  }
+  return picked(pieces, [&](Eigen::Index j) { return covered[static_cast<std::size_t>(j)] == 0; });
+}
+
+/// A body that may stand in the way of sound.
+class Obstacle {
+ public:
+  explicit Obstacle(const TriangleMesh& mesh)
+      : tree_(mesh), low_(mesh.vertices().rowwise().minCoeff()), high_(mesh.vertices().rowwise().maxCoeff()) {}
+
+  /// Whether the way between two points goes through it, where that takes more than 3 mm.
+  bool hides(const Vector3& from, const Vector3& to) const {
+    constexpr double kStep = 3.0 * kMillimetre;
+    const auto steps = static_cast<int>(std::ceil((to - from).norm() / kStep));
+    for (int i = 1; i < steps; ++i) {
+      const Vector3 x = from + static_cast<double>(i) / steps * (to - from);
+      if ((x.array() > low_.array()).all() && (x.array() < high_.array()).all() && tree_.winding_number(x) > 0.5) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  FaceTree tree_;
+  Vector3 low_;
+  Vector3 high_;
+};
+
+/// Share by area of the patches that bodies other than their own hide from more than half of the array.
+double shadowed_share(const Scene& scene, const PlacedBodies& bodies, const TransducerArray& array,
+                      const SkinPatches& patches) {
+  constexpr Eigen::Index kWays = 15;  // of channels, from one patch
+  if (scene.bodies.size() == 1 || array.kind != TransducerArray::Kind::kTransducers) {
+    return 0.0;
+  }
+  std::map<int, Obstacle> obstacles;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const auto body = static_cast<int>(i);
+    const auto whole = std::ranges::find(bodies.whole, body, &PlacedBodies::Whole::owner);
+    obstacles.emplace(body, whole != bodies.whole.end()
+                                ? Obstacle(whole->mesh)
+                                : Obstacle({bodies.body.mesh.vertices(), solved_skin(bodies, body)}));
+  }
+  const Points centres = patches.centres();
+  double hidden_area = 0.0;
+  for (Eigen::Index j = 0; j < patches.size(); ++j) {
+    Eigen::Index hidden = 0;
+    for (Eigen::Index way = 0; way < kWays; ++way) {
+      const Vector3 from = array.positions.col((2 * way + 1) * array.size() / (2 * kWays));
+      hidden += std::ranges::any_of(obstacles, [&](const auto& obstacle) {
+        return obstacle.first != patches.owner[static_cast<std::size_t>(j)] &&
+               obstacle.second.hides(from, centres.col(j));
+      });
+    }
+    hidden_area += 2 * hidden > kWays ? patches.areas(j) : 0.0;
+  }
+  return hidden_area / patches.areas.sum();
+}
+
 }  // namespace
+
+BeyondSkin beyond_skin(const Scene& scene, const PlacedBodies& bodies, const TransducerArray& array, double wavelength,
+                       double per_drive, std::optional<Eigen::Index> count) {
+  SkinPatches pieces;
+  for (const auto& [body, mesh] : bodies.whole) {
+    append(uncovered(pieces_of(mesh, kPiece * wavelength, body), bodies, body), pieces);
+  }
+  if (pieces.empty()) {
+    return {};
+  }
+  const double drives = expected_drives(pieces.centres(), pieces.normals(), pieces.areas, array, wavelength);
+  BeyondSkin beyond{
+      count ? spread(pieces, std::numeric_limits<double>::infinity(), *count)
+            : spread(pieces, kApart * wavelength, static_cast<Eigen::Index>(std::ceil(per_drive * drives)))};
+  beyond.shadowed = shadowed_share(scene, bodies, array, beyond.patches);
+  return beyond;
+}
 
 bool presses(const Model& model, const TriangleMesh& mesh) {
   return model.posture.target && model.posture.target->pressure != 0.0 && hold_faces(mesh, model.boxes);
@@ -361,50 +365,6 @@ OutsideSkin outside_skin(const Model& model) {
   return outside;
 }
 
-bool evaluated_elsewhere(const Model& model) {
-  const EvaluationSpec::Kind kind = model.fixed->scene.evaluation.kind;
-  return kind == EvaluationSpec::Kind::kSplit || evaluates_own_bodies(model) ||
-         (kind == EvaluationSpec::Kind::kSame &&
-          (model.fixed->scene.sensing || solver_mistakes_channels(model.fixed->scene.array)));
-}
-
-bool evaluates_own_bodies(const Model& model) {
-  const EvaluationSpec::Kind kind = model.fixed->scene.evaluation.kind;
-  return kind == EvaluationSpec::Kind::kEdge || (kind != EvaluationSpec::Kind::kNone && !model.beyond.empty());
-}
-
-SkinExtent solved_extent(const Model& model) {
-  return model.fixed->cut.empty() ? SkinExtent::kWhole : SkinExtent::kPart;
-}
-
-Scheme evaluation_scheme(const Scene& scene) {
-  return scene.evaluation.kind == EvaluationSpec::Kind::kSame ? scene.solve.scheme : scene.evaluation.scheme;
-}
-
-EvaluationMesh build_evaluation_mesh(const Model& model, KeptBodies* kept) {
-  const Scene& scene = model.fixed->scene;
-  const int splits = scene.evaluation.kind == EvaluationSpec::Kind::kSplit ? scene.evaluation.splits : 0;
-  const auto split = [splits](TriangleMesh mesh) {
-    for (int i = 0; i < splits; ++i) {
-      mesh = split_faces(mesh);
-    }
-    return mesh;
-  };
-  if (evaluates_own_bodies(model)) {
-    PlacedBodies bodies =
-        build_bodies(scene, model.plan, evaluation_edges(scene, model.fixed->wave), Extent::kWhole, kept);
-    require_closed_surface(bodies.body.mesh, "evaluation");
-    if (splits == 0) {
-      return {std::move(bodies.body.mesh), std::nullopt, std::move(bodies.owner)};
-    }
-    return {split(std::move(bodies.body.mesh)), std::nullopt};
-  }
-  if (evaluated_elsewhere(model)) {
-    return {split(model.truth ? *model.truth : model.body.mesh), splits};
-  }
-  throw std::logic_error("this evaluation has no mesh of its own");
-}
-
 Model build_model(const Scene& scene, KeptBodies* kept, double per_drive) {
   if (kept == nullptr) {
     KeptBodies own;  // a file that is resurfaced is needed several times
@@ -415,8 +375,7 @@ Model build_model(const Scene& scene, KeptBodies* kept, double per_drive) {
   }
   const Wave wave(build_medium(scene.medium, scene.frequency), scene.frequency);
   TransducerArray array = build_array(scene.array, wave);
-  ChannelResponses responses = channel_responses(scene.array);
-  array.response = std::move(responses.solver);
+  array.response = channel_responses(scene.array).solver;
   const auto near_array = [&](const TriangleMesh& mesh) { return nearest_to_array(array, mesh); };
   BodyPlan plan = plan_bodies(scene, near_array, kept);
   require_clear_places(scene, plan, array, kept);
@@ -426,28 +385,17 @@ Model build_model(const Scene& scene, KeptBodies* kept, double per_drive) {
   require_clear_array(scene.array, array, scene, bodies.body.mesh, bodies.owner);
   bodies.body.landmarks.push_back(nearest_landmark(bodies.body.mesh, kNearestToArray, near_array(bodies.body.mesh)));
   const RigidMotion own_frame = plan.own_frame(scene, 0);
-  const auto fixed = std::make_shared<FixedModel>(FixedModel{scene,
-                                                             wave,
-                                                             std::move(array),
-                                                             std::nullopt,
-                                                             std::move(bodies.owner),
-                                                             std::move(bodies.skin),
-                                                             {},
-                                                             beyond.shadowed,
-                                                             0.0,
-                                                             {},
-                                                             {}});
+  const auto fixed = std::make_shared<FixedModel>(FixedModel{.scene = scene,
+                                                             .wave = wave,
+                                                             .array = std::move(array),
+                                                             .owner = std::move(bodies.owner),
+                                                             .skin = std::move(bodies.skin),
+                                                             .shadowed = beyond.shadowed});
   Model model{fixed, scene, std::move(plan), own_frame, std::move(bodies.body), std::move(beyond.patches), {}};
-  if (scene.evaluation.kind == EvaluationSpec::Kind::kAuto) {
-    fixed->scene.evaluation = usual_evaluation(scene, wave);
-  }
   for (const PlacedBodies::Whole& whole : bodies.whole) {
     fixed->cut.push_back(whole.owner);
   }
-  fixed->whole_faces = faces_of_whole(model, bodies.whole);
-  if (solver_mistakes_channels(scene.array)) {
-    fixed->array_truth = {std::move(responses.truth), scene.array.phase_levels.value_or(0)};
-  }
+  fixed->evaluation = build_evaluation(fixed->scene, model, bodies.whole);
   if (scene.target) {
     model.boxes = build_boxes(*scene.target, model);  // where the skin is, not where it is seen
   }

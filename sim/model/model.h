@@ -11,29 +11,34 @@
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/skin_patches.h"
 #include "sim/model/bodies.h"
+#include "sim/model/evaluation.h"
 #include "sim/scene/scene.h"
 
 namespace touchfield {
 
-/// What the array really does, where that is not what the solver assumes.
-struct ArrayTruth {
-  ChannelResponse response;
-  int phase_levels = 0;  // phase levels to which phases are rounded; 0: they are not
+/// What skin of the bodies a mesh is of; figures are of the whole.
+enum class SkinExtent {
+  kWhole,
+  kPart,  // what keep_within leaves
 };
+
+inline std::string to_string(SkinExtent extent) { return extent == SkinExtent::kPart ? "part" : "whole"; }
 
 /// What stays of a model while its bodies move.
 struct FixedModel {
   Scene scene;  // as its motion begins
   Wave wave;
-  TransducerArray array;                  // as the solver assumes it
-  std::optional<ArrayTruth> array_truth;  // what it does instead
-  std::vector<int> owner;                 // M: number of the body a face is of
-  std::vector<unsigned char> skin;        // M: 0 near the caps of keep_within, else 1
-  std::vector<int> cut;                   // numbers of the bodies that keep_within cut
-  double shadowed = 0;                    // BeyondSkin::shadowed
-  double whole_faces = 0;  // about, that an evaluation has of the whole bodies; 0 if nothing is cut or it has no mesh
-  MeshReport report;       // on the solver's mesh
-  std::vector<FieldGrid> fields;
+  TransducerArray array;            // as the solver assumes it
+  std::vector<int> owner;           // M: number of the body a face is of
+  std::vector<unsigned char> skin;  // M: 0 near the caps of keep_within, else 1
+  std::vector<int> cut{};           // numbers of the bodies that keep_within cut
+  double shadowed = 0;              // share of the skin beyond that other bodies hide from more than half of the array
+  Evaluation evaluation{};
+  MeshReport report{};  // on the solver's mesh
+  std::vector<FieldGrid> fields{};
+
+  /// What skin the solving mesh of a run is of; its metrics are of the whole.
+  SkinExtent solved_skin() const { return cut.empty() ? SkinExtent::kWhole : SkinExtent::kPart; }
 };
 
 /// A scene made concrete: everything that a run computes with, in the world's frame. The models of all instants of a
@@ -54,6 +59,22 @@ struct Model {
 inline constexpr double kPatchesOfStills = 2.0;
 inline constexpr double kPatchesOfFrames = 1.2;
 
+/// The skin that keep_within leaves to its incident pressure.
+struct BeyondSkin {
+  SkinPatches patches;
+  double shadowed = 0;  // share of their area that other bodies hide from more than half of the array
+};
+
+/// The skin of bodies beyond keep_within: what no face of the solving mesh with skin = 1 covers. Patches are at most
+/// 0.9 wavelengths apart. There are also at least `per_drive` patches for each drive that is needed to span what all
+/// channels do to that skin (expected_drives). With fewer than one, the phases send sound between the patches.
+///
+/// bodies      of Extent::kSolved
+/// per_drive   kPatchesOfStills or kPatchesOfFrames
+/// count       of patches; none: as said
+BeyondSkin beyond_skin(const Scene& scene, const PlacedBodies& bodies, const TransducerArray& array, double wavelength,
+                       double per_drive, std::optional<Eigen::Index> count = std::nullopt);
+
 /// Builds the mesh, the array, the target's boxes and the grids of a scene and checks that they go together.
 ///
 /// throws   InputError on a mesh that is no closed surface, an unknown landmark, bodies that touch, a transducer inside
@@ -62,46 +83,11 @@ inline constexpr double kPatchesOfFrames = 1.2;
 ///          target unless the scene allows it
 ///
 /// kept        meshes of scenes before this one
-/// per_drive   patches of the skin beyond keep_within (beyond_skin.h)
+/// per_drive   patches of the skin beyond keep_within (beyond_skin)
 Model build_model(const Scene& scene, KeptBodies* kept = nullptr, double per_drive = kPatchesOfStills);
 
 /// Edges per wavelength near the target, by the mean face, below which no pressure there means anything.
 inline constexpr double kFewestSolved = 1.5;
-
-/// The mesh an evaluation computes on, and how it corresponds to the one that was solved.
-struct EvaluationMesh {
-  TriangleMesh mesh;          // in the world's frame
-  std::optional<int> splits;  // how often the faces of the solving mesh were split in four; none: a mesh of its own
-  std::vector<int> owner{};   // M: number of the body a face is of, of a mesh of its own
-};
-
-/// What skin of the bodies a mesh is of; figures are of the whole.
-enum class SkinExtent {
-  kWhole,
-  kPart,  // what keep_within leaves
-};
-
-inline std::string to_string(SkinExtent extent) { return extent == SkinExtent::kPart ? "part" : "whole"; }
-
-/// Whether the evaluation has meshes of the scene's bodies that are not made of the solver's. It has them if edge
-/// lengths are given for it, or if the solver has only a part of the skin that counts.
-bool evaluates_own_bodies(const Model& model);
-
-/// What skin the solving mesh of a run is of; its metrics are of the whole.
-SkinExtent solved_extent(const Model& model);
-
-/// The scheme of the evaluation: that of the solver where the scene gives it none.
-Scheme evaluation_scheme(const Scene& scene);
-
-/// The evaluation mesh of a scene. If the evaluation has edge lengths of its own, it is the bodies meshed again, in the
-/// places of the model's own. Else it is the model's mesh, or that of the whole bodies where the model has parts. That
-/// mesh is taken as it is, or with every face split into four. Whole bodies have edges of at most kCoarsestEvaluation
-/// wavelengths. With sensing it is of the bodies as they are.
-/// throws   InputError as build_model; std::logic_error if the evaluation has no mesh of its own
-EvaluationMesh build_evaluation_mesh(const Model& model, KeptBodies* kept = nullptr);
-
-/// Whether a model is evaluated by one other than itself: on another mesh, or by other channels.
-bool evaluated_elsewhere(const Model& model);
 
 /// The medium of a scene at its frequency.
 Medium build_medium(const MediumSpec& spec, double frequency);

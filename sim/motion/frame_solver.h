@@ -8,9 +8,9 @@
 #include "sim/bem/factored_transfer.h"
 #include "sim/core/progress.h"
 #include "sim/motion/motion_sensor.h"
-#include "sim/run/kept_models.h"
 #include "sim/run/methods.h"
 #include "sim/run/motion_data.h"
+#include "sim/run/skin_scattering.h"
 #include "sim/scene/scene.h"
 #include "solvers/phase/phase_descent.h"
 

@@ -13,8 +13,8 @@
 #include "sim/core/random.h"
 #include "sim/core/require.h"
 #include "sim/core/rigid_motion.h"
-#include "sim/model/array_view.h"
 #include "sim/model/stages.h"
+#include "sim/model/warnings.h"
 
 namespace touchfield {
 
@@ -227,8 +227,8 @@ MovingModel::MovingModel(const Scene& scene, KeptBodies* kept, Progress* progres
         "sensing: applies to a still only. For a motion put the same keys into motion.sensor.noise, which gives every "
         "sample noise of its own, and leave sensing out");
   }
-  if (evaluates_own_bodies(first_)) {
-    const EvaluationMesh evaluation = build_evaluation_mesh(first_, kept);
+  if (first_.fixed->evaluation.kind == Evaluation::Kind::kEdge) {
+    const EvaluationMesh evaluation = first_.fixed->evaluation.mesh(first_, kept);
     evaluating_.emplace(scene, first_.plan, evaluation.mesh, evaluation.owner);
   }
   if (!first_.beyond.empty()) {
@@ -303,17 +303,12 @@ Model MovingModel::at(const MotionState& state) const {
   return model;
 }
 
-std::optional<EvaluationMesh> MovingModel::evaluation_mesh(const Model& model, const MotionState& state) const {
-  if (model.fixed->scene.evaluation.kind == EvaluationSpec::Kind::kNone) {
+std::optional<TriangleMesh> MovingModel::evaluation_mesh(const Model& model, const MotionState& state) const {
+  const Evaluation& evaluation = model.fixed->evaluation;
+  if (evaluation.kind == Evaluation::Kind::kNone) {
     return std::nullopt;
   }
-  if (evaluating_) {
-    return EvaluationMesh{evaluating_->at(model.posture, model.plan, state), std::nullopt, {}};
-  }
-  if (evaluated_elsewhere(model)) {
-    return build_evaluation_mesh(model);
-  }
-  return EvaluationMesh{model.body.mesh, 0, model.fixed->owner};
+  return evaluating_ ? evaluating_->at(model.posture, model.plan, state) : evaluation.mesh(model).mesh;
 }
 
 Vector3 MovingModel::patch(const Model& model) const {

@@ -15,7 +15,6 @@
 #include "sim/mesh/triangle_mesh.h"
 #include "sim/model/model.h"
 #include "sim/model/warnings.h"
-#include "sim/scene/motion_curve.h"
 #include "sim/scene/scene.h"
 #include "sim/scene/varying_number.h"
 
@@ -153,7 +152,7 @@ class MovingModel {
   Model at(const MotionState& state) const;
 
   /// The evaluation mesh of a model that at() gave. There is none where the scene has no evaluation.
-  std::optional<EvaluationMesh> evaluation_mesh(const Model& model, const MotionState& state) const;
+  std::optional<TriangleMesh> evaluation_mesh(const Model& model, const MotionState& state) const;
 
   /// The place of the wanted pattern on the skin [m]. It is the mean centre of the boxes where these follow the skin.
   /// Else it is the skin's point that was nearest to their mean centre at first. That point moves with the skin.

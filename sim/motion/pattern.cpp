@@ -13,8 +13,8 @@
 #include "sim/field/metrics.h"
 #include "sim/model/stages.h"
 #include "sim/model/warnings.h"
-#include "sim/run/kept_models.h"
 #include "sim/run/methods.h"
+#include "sim/run/skin_scattering.h"
 #include "sim/run/solve_model.h"
 #include "sim/run/transfer.h"
 #include "sim/scene/scene_reader.h"
@@ -216,7 +216,7 @@ Motion begun(const Model& model, const PatternClock& clock, const PatternOptions
   const Scene& scene = model.fixed->scene;
   const std::string text = resolved_yaml(scene);
   Remarks remarks = model_remarks(model);
-  if (evaluated_elsewhere(model)) {
+  if (model.fixed->evaluation.elsewhere()) {
     remarks.notes.push_back(
         "own_model: a pattern is evaluated on the skin and with the channels that it is solved for; sensing, "
         "array.tolerances and evaluation do not apply");

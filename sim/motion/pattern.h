@@ -7,7 +7,7 @@
 #include "sim/field/held_signal.h"
 #include "sim/model/model.h"
 #include "sim/run/motion_data.h"
-#include "sim/scene/pattern_spec.h"
+#include "sim/scene/scene.h"
 
 namespace touchfield {
 

@@ -19,10 +19,9 @@
 #include "sim/motion/loop_clock.h"
 #include "sim/motion/motion_prediction.h"
 #include "sim/motion/motion_sensor.h"
-#include "sim/run/evaluation.h"
+#include "sim/run/evaluate_methods.h"
 #include "sim/run/motion_summary.h"
 #include "sim/run/result_warnings.h"
-#include "sim/run/run_field.h"
 #include "sim/run/solve_model.h"
 #include "sim/run/solver_choice.h"
 #include "sim/scene/scene_reader.h"
@@ -134,7 +133,6 @@ class Scorer {
     spec_ = scene.solve.solver;
     spec_.solver = SolverChoice::kAuto;
     spec_.precision = PrecisionChoice::kAuto;
-    scheme_ = scene.evaluation.kind == EvaluationSpec::Kind::kSame ? scene.solve.scheme : scene.evaluation.scheme;
     if (moving.is_rigid()) {
       kept_.expect(static_cast<int>(std::ceil(scene.motion->seconds * scene.motion->score_hz)));
     }
@@ -157,17 +155,15 @@ class Scorer {
     if (!model.boxes.empty()) {
       scored.patch = moving_.patch(model);
     }
-    const std::optional<EvaluationMesh> evaluation = moving_.evaluation_mesh(model, state);
-    if (!evaluation) {
+    scored.mesh = moving_.evaluation_mesh(model, state);
+    if (!scored.mesh) {
       return scored;
     }
-    const TriangleMesh& mesh = evaluation->mesh;
-    scored.mesh = mesh;
-    const ChannelResponse& response =
-        model.fixed->array_truth ? model.fixed->array_truth->response : model.fixed->array.response;
+    const TriangleMesh& mesh = *scored.mesh;
+    const Evaluation& evaluation = model.fixed->evaluation;
     records_.clear();
-    const auto scattering =
-        make_scattering("evaluation", mesh, scheme_, spec_, drives.cols(), model, response, &kept_, records_, silent_);
+    const auto scattering = make_scattering("evaluation", mesh, evaluation.scheme, spec_, drives.cols(), model,
+                                            evaluation.channels.response, &kept_, records_, silent_);
     scored.pressure = scattering->pressure(drives, "evaluation");
     require_finite(fmt::format("evaluation at {:.3f} s", seconds), scored.pressure);
     for (const SolveRecord& record : records_) {
@@ -193,7 +189,6 @@ class Scorer {
  private:
   const MovingModel& moving_;
   SolverSpec spec_;
-  Scheme scheme_;
   KeptModels kept_;
   std::vector<SolveRecord> records_;
   Progress silent_;
@@ -269,7 +264,7 @@ class Player {
                   .seconds = scene.motion->seconds,
                   .array = solved.first().fixed->array,
                   .mesh = solved.at(solved.state(0)).body.mesh,
-                  .solved_skin = solved_extent(solved.first())};
+                  .solved_skin = solved.first().fixed->solved_skin()};
     motion.notes = options_.notes;
     motion.provenance = provenance_now(options_.threads, used_seeds(scene), options_.command_line, text_hash(text));
     return motion;
@@ -307,8 +302,8 @@ class Player {
     for (std::size_t m = 0; m < loops_.size(); ++m) {
       if (const auto& frame = pending_[m].front().frame) {
         const auto number = static_cast<std::size_t>(frame->start.number);
-        drives.col(static_cast<Eigen::Index>(m)) =
-            sounding_drive(motion_.methods[m].frames[number].solution, sensed_.truth->first().fixed->array_truth);
+        drives.col(static_cast<Eigen::Index>(m)) = sounding_drive(
+            motion_.methods[m].frames[number].solution, sensed_.truth->first().fixed->evaluation.channels.phase_levels);
       }
     }
     const Scorer::Scored scored = scorer_->at(at, drives);

@@ -18,7 +18,7 @@
 #include "sim/pictures/canvas.h"
 #include "sim/pictures/picture_parts.h"
 #include "sim/pictures/skin_picture.h"
-#include "sim/run/run_layout.h"
+#include "sim/run/run_data.h"
 
 namespace touchfield {
 

@@ -12,7 +12,6 @@
 #include "sim/pictures/skin_picture.h"
 #include "sim/pictures/skin_sight.h"
 #include "sim/run/motion_file.h"
-#include "sim/run/motion_stages.h"
 #include "sim/run/motion_summary.h"
 #include "sim/run/text_table.h"
 

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "sim/pictures/picture_parts.h"
-#include "sim/run/run_layout.h"
+#include "sim/run/run_data.h"
 
 namespace touchfield {
 

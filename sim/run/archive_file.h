@@ -2,12 +2,37 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
-#include "sim/run/checksum.h"
 #include "sim/run/hdf5_file.h"
 
-/// HDF5 files that end with a checksum line: run.h5 and motion.h5.
 namespace touchfield {
+
+/// The line that ends a run file: "touchfield-crc32 ", eight hexadecimal digits and a newline. The digits are the
+/// CRC-32 (of zlib and PNG) of every byte before the line. HDF5 readers do not look behind a file's own end.
+std::string checksum_line(std::string_view bytes);
+
+enum class Checksum {
+  kAbsent,  // the file does not end with such a line: cut off, or rewritten by another program
+  kCorrect,
+  kWrong,
+};
+
+/// Hears of a file without its line, which another program has changed.
+using Warn = std::function<void(const std::string&)>;
+
+/// Eight hexadecimal digits: the CRC-32 of every byte.
+std::string checksum(std::string_view bytes);
+/// The same of a file.
+/// throws   IoError if it cannot be read
+std::string file_checksum(const std::string& path);
+
+/// Length of the line in bytes.
+inline constexpr std::size_t kChecksumLength = 26;
+
+// HDF5 files that end with a checksum line: run.h5 and motion.h5.
 
 /// What a file says it is by its attributes format and format_version.
 struct ArchiveFormat {
@@ -36,5 +61,9 @@ std::string archive_format(const std::string& path);
 
 /// Calls a check of what was read; its InputError is then one of damage that names the path.
 void require_undamaged(const std::string& path, const std::function<void()>& check);
+
+/// The libraries whose versions change results, files or speed: name and version, as loaded where the library says it,
+/// else as compiled against.
+std::vector<std::pair<std::string, std::string>> library_versions();
 
 }  // namespace touchfield

@@ -12,13 +12,10 @@
 #include "sim/core/text.h"
 #include "sim/core/units.h"
 #include "sim/field/evaluate.h"
-#include "sim/model/evaluation_comparison.h"
-#include "sim/run/cost.h"
-#include "sim/run/expected_steps.h"
+#include "sim/model/evaluation.h"
+#include "sim/run/estimates.h"
 #include "sim/run/methods.h"
-#include "sim/run/resonance_check.h"
-#include "sim/run/speed.h"
-#include "sim/run/transfer.h"
+#include "sim/run/result_warnings.h"
 
 namespace touchfield {
 
@@ -64,44 +61,6 @@ int surface_iterations(const Scene& scene) {
     }
   }
   return iterations;
-}
-
-/// Faces of a mesh by the evaluation's edge lengths: the areas of the model's faces over those asked for in their
-/// places.
-double evaluation_edge_faces(const Model& model) {
-  const Scene& scene = model.fixed->scene;
-  double faces = 0.0;
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    const EdgeSizing sizing = sizing_of(scene, model.plan, i, scene.evaluation.edge);
-    for (Eigen::Index f = 0; f < model.body.mesh.face_count(); ++f) {
-      if (model.fixed->owner[static_cast<std::size_t>(f)] == static_cast<int>(i)) {
-        const double edge = sizing.at(model.plan.to_own(scene, i, model.body.mesh.centroids().col(f)));
-        faces += model.body.mesh.areas()(f) / (std::sqrt(3.0) / 4.0 * edge * edge);
-      }
-    }
-  }
-  return faces;
-}
-
-/// Faces of the evaluation mesh; 0 if it has none of its own.
-double evaluation_faces(const Model& model) {
-  const Scene& scene = model.fixed->scene;
-  const auto faces = static_cast<double>(model.body.mesh.face_count());
-  if (model.fixed->whole_faces > 0) {
-    return model.fixed->whole_faces;
-  }
-  switch (scene.evaluation.kind) {
-    case EvaluationSpec::Kind::kEdge:
-      return evaluation_edge_faces(model);
-    case EvaluationSpec::Kind::kSplit:
-      return faces * std::pow(4.0, scene.evaluation.splits);
-    case EvaluationSpec::Kind::kSame:
-      return scene.sensing ? faces : 0.0;
-    case EvaluationSpec::Kind::kAuto:
-    case EvaluationSpec::Kind::kNone:
-      break;
-  }
-  return 0.0;
 }
 
 /// Seconds of the resonance checks that a run raises: of its first method's scheme and of each without a cure.
@@ -199,7 +158,7 @@ CheckReport check_model(const Model& model, int sharing) {
       spans_channels(scene) ? expected_drives(model.body.mesh, model.fixed->array, model.fixed->wave.wavelength()) : 0;
   // GMRES solves the drives too, LU's solves are counted below.
   const double solves = single_solves(scene) + (report.decision.options.kind == SolverKind::kLu ? 0.0 : drives);
-  const double evaluated = evaluation_faces(model);
+  const double evaluated = model.fixed->evaluation.faces(model);
   const bool iterates = report.decision.options.kind != SolverKind::kLu || evaluated > 0;
   const double steps = iterates ? expected_steps(model, scheme) : 0.0;
   const ModelCost own = scattering_cost(report.decision, scheme, m, unknowns, solves, steps, product, own_grid);
@@ -233,10 +192,11 @@ CheckReport check_model(const Model& model, int sharing) {
   if (evaluated > 0) {
     body.faces = evaluated;
     const GridChoice evaluation_grid = solver_grid(body, model.fixed->wave, {});
-    const SolverDecision evaluation = choose_solver({}, evaluation_scheme(scene), static_cast<Eigen::Index>(evaluated),
-                                                    available_memory(), 1, evaluation_grid.seconds);
+    const SolverDecision evaluation =
+        choose_solver({}, model.fixed->evaluation.scheme, static_cast<Eigen::Index>(evaluated), available_memory(), 1,
+                      evaluation_grid.seconds);
     const double scale = std::pow(evaluated / m, 2);
-    const ModelCost cost = scattering_cost(evaluation, evaluation_scheme(scene), evaluated, evaluated, 1.0, steps,
+    const ModelCost cost = scattering_cost(evaluation, model.fixed->evaluation.scheme, evaluated, evaluated, 1.0, steps,
                                            scale * product, evaluation_grid);
     const auto methods = static_cast<double>(scene.solve.methods.size());
     bytes += cost.bytes + kComplex * evaluated * 4.0 * methods * 30.0;
@@ -313,7 +273,7 @@ Json check_value(const Model& model, const CheckReport& report, const Remarks& m
           {"precision", precision_name(report.decision.options)},
           {"solver_reason", report.decision.reason},
           {"evaluation_faces", report.evaluation_faces},
-          {"evaluation", report.evaluation_faces > 0 ? to_string(evaluation_scheme(scene)) : ""},
+          {"evaluation", report.evaluation_faces > 0 ? to_string(model.fixed->evaluation.scheme) : ""},
           {"warnings", remarks.warnings},
           {"notes", remarks.notes},
           {"note", report.note},

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <functional>
 #include <iterator>
-#include <numeric>
 #include <type_traits>
 #include <utility>
 
@@ -18,85 +16,9 @@ namespace touchfield::hdf5 {
 
 namespace {
 
-static_assert(std::is_same_v<hid_t, std::int64_t> && std::is_same_v<herr_t, int>);
-static_assert(sizeof(hsize_t) == sizeof(std::uint64_t));
-
 constexpr std::uint64_t kCompressFrom = 1 << 15;   // [bytes]; below, chunks cost more than they save
 constexpr std::uint64_t kChunk = 1 << 20;          // [bytes]
 constexpr std::size_t kMemoryIncrement = 1 << 24;  // [bytes] by which a file in memory grows
-
-/// The most detailed of the errors that the library has noted.
-std::string reason() {
-  std::string text = "no reason given";
-  H5Ewalk2(
-      H5E_DEFAULT, H5E_WALK_UPWARD,
-      [](unsigned depth, const H5E_error2_t* error, void* out) -> herr_t {
-        if (depth == 0 && error->desc != nullptr) {
-          *static_cast<std::string*>(out) = error->desc;
-        }
-        return 0;
-      },
-      &text);
-  return text;
-}
-
-template <class Failure>
-[[noreturn]] void fail(const std::string& place, std::string_view what) {
-  throw Failure(fmt::format("{}: {}", place, what));
-}
-
-/// The result of a library call, or its error: "PLACE: WHAT (REASON)".
-template <class Failure = IoError, class Result>
-Result checked(Result result, const std::string& place, std::string_view what) {
-  if (result < 0) {
-    fail<Failure>(place, fmt::format("{} ({})", what, reason()));
-  }
-  return result;
-}
-
-template <class Failure = IoError>
-Handle checked_handle(std::int64_t id, Handle::Close close, const std::string& place, std::string_view what) {
-  return {checked<Failure>(id, place, what), close};
-}
-
-std::string joined(const std::string& place, const std::string& name) {
-  return place.ends_with('/') ? place + name : fmt::format("{}/{}", place, name);
-}
-
-std::string attribute_place(const std::string& place, const std::string& name) {
-  return fmt::format("{}: attribute {}", place, name);
-}
-
-/// In memory: Complex as {r, i}, and texts of variable length as pointers.
-Handle complex_type() {
-  Handle type(H5Tcreate(H5T_COMPOUND, sizeof(Complex)), H5Tclose);
-  H5Tinsert(type.id(), "r", 0, H5T_NATIVE_DOUBLE);
-  H5Tinsert(type.id(), "i", sizeof(double), H5T_NATIVE_DOUBLE);
-  return type;
-}
-
-Handle text_type() {
-  Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-  H5Tset_size(type.id(), H5T_VARIABLE);
-  H5Tset_cset(type.id(), H5T_CSET_UTF8);
-  return type;
-}
-
-template <class T>
-Handle element_type() {
-  if constexpr (std::is_same_v<T, Complex>) {
-    return complex_type();
-  } else if constexpr (std::is_same_v<T, double>) {
-    return {H5Tcopy(H5T_NATIVE_DOUBLE), H5Tclose};
-  } else if constexpr (std::is_same_v<T, int>) {
-    return {H5Tcopy(H5T_NATIVE_INT), H5Tclose};
-  } else if constexpr (std::is_same_v<T, std::int64_t>) {
-    return {H5Tcopy(H5T_NATIVE_INT64), H5Tclose};
-  } else {
-    static_assert(std::is_same_v<T, unsigned char>);
-    return {H5Tcopy(H5T_NATIVE_UINT8), H5Tclose};
-  }
-}
 
 Handle scalar_space() { return {H5Screate(H5S_SCALAR), H5Sclose}; }
 
@@ -116,10 +38,6 @@ std::vector<const char*> c_texts(const std::vector<std::string>& texts, const st
     pointers.push_back(text.c_str());
   }
   return pointers;
-}
-
-std::uint64_t bytes_of(const Shape& shape, std::uint64_t element) {
-  return std::accumulate(shape.begin(), shape.end(), element, std::multiplies<>());
 }
 
 /// Compressed if it is large, in chunks of about kChunk bytes, cut along the slowest indices first.
@@ -175,6 +93,94 @@ Handle create_in_memory(const std::string& path) {
   return checked_handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation.id(), access.id()), H5Fclose, path,
                         "cannot create");
 }
+
+}  // namespace
+
+Group Group::create(const std::string& name) const {
+  const std::string place = joined(place_, name);
+  const Handle list(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
+  keep_order(list, place);
+  return {checked_handle(H5Gcreate2(handle_.id(), name.c_str(), H5P_DEFAULT, list.id(), H5P_DEFAULT), H5Gclose, place,
+                         "cannot create"),
+          place};
+}
+
+void Group::link(const std::string& name, const std::string& target) const {
+  checked(H5Lcreate_soft(target.c_str(), handle_.id(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), joined(place_, name),
+          "cannot link");
+}
+
+void Group::set_attribute(const std::string& name, const std::string& text) const {
+  write_text_attribute(handle_.id(), name, text, attribute_place(place_, name));
+}
+
+void Group::set_attribute(const std::string& name, double value) const {
+  write_attribute(handle_.id(), name, H5T_NATIVE_DOUBLE, scalar_space(), &value, attribute_place(place_, name));
+}
+
+void Group::set_attribute(const std::string& name, int value) const {
+  write_attribute(handle_.id(), name, H5T_NATIVE_INT, scalar_space(), &value, attribute_place(place_, name));
+}
+
+void Group::set_attribute(const std::string& name, const std::vector<std::string>& texts) const {
+  const std::string place = attribute_place(place_, name);
+  write_attribute(handle_.id(), name, text_type().id(), simple_space({texts.size()}, place),
+                  static_cast<const void*>(c_texts(texts, place).data()), place);
+}
+
+bool Group::has_attribute(const std::string& name) const {
+  return checked(H5Aexists(handle_.id(), name.c_str()), attribute_place(place_, name), "cannot look up") > 0;
+}
+
+template <class T>
+void Group::write(const std::string& name, const T* values, const Shape& shape, const std::string& unit) const {
+  const std::string place = joined(place_, name);
+  write_dataset(handle_.id(), name, element_type<T>(), simple_space(shape, place), storage(shape, sizeof(T), place),
+                values, unit, place);
+}
+
+void Group::write_text(const std::string& name, const std::string& text) const {
+  const std::string place = joined(place_, name);
+  write_dataset(handle_.id(), name, text_type(), scalar_space(), storage({}, sizeof(char*), place),
+                static_cast<const void*>(c_texts({text}, place).data()), "text", place);
+}
+
+void Group::write_texts(const std::string& name, const std::vector<std::string>& texts) const {
+  const std::string place = joined(place_, name);
+  const Shape shape = {texts.size()};
+  write_dataset(handle_.id(), name, text_type(), simple_space(shape, place), storage(shape, sizeof(char*), place),
+                static_cast<const void*>(c_texts(texts, place).data()), "text", place);
+}
+
+template void Group::write(const std::string&, const double*, const Shape&, const std::string&) const;
+template void Group::write(const std::string&, const int*, const Shape&, const std::string&) const;
+template void Group::write(const std::string&, const std::int64_t*, const Shape&, const std::string&) const;
+template void Group::write(const std::string&, const unsigned char*, const Shape&, const std::string&) const;
+template void Group::write(const std::string&, const Complex*, const Shape&, const std::string&) const;
+
+MutedErrors::MutedErrors() {
+  H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
+
+MutedErrors::~MutedErrors() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
+
+MemoryFile::MemoryFile(std::string path) : path_(std::move(path)), file_(create_in_memory(path_)) {}
+
+Group MemoryFile::root() const {
+  const std::string place = path_ + ": /";
+  return {checked_handle(H5Gopen2(file_.id(), "/", H5P_DEFAULT), H5Gclose, place, "cannot open"), place};
+}
+
+std::string MemoryFile::bytes() const {
+  checked(H5Fflush(file_.id(), H5F_SCOPE_GLOBAL), path_, "cannot finish");
+  const ssize_t size = checked(H5Fget_file_image(file_.id(), nullptr, 0), path_, "cannot measure");
+  std::string bytes(static_cast<std::size_t>(size), '\0');
+  checked(H5Fget_file_image(file_.id(), bytes.data(), bytes.size()), path_, "cannot copy");
+  return bytes;
+}
+
+namespace {
 
 /// A link that leads into another file is not followed, not even by way of a soft link.
 Handle links_within_the_file() {
@@ -354,96 +360,6 @@ T number_of(const Values& values) {
 }
 
 }  // namespace
-
-Handle::~Handle() {
-  if (id_ >= 0) {
-    close_(id_);
-  }
-}
-
-Group Group::create(const std::string& name) const {
-  const std::string place = joined(place_, name);
-  const Handle list(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
-  keep_order(list, place);
-  return {checked_handle(H5Gcreate2(handle_.id(), name.c_str(), H5P_DEFAULT, list.id(), H5P_DEFAULT), H5Gclose, place,
-                         "cannot create"),
-          place};
-}
-
-void Group::link(const std::string& name, const std::string& target) const {
-  checked(H5Lcreate_soft(target.c_str(), handle_.id(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), joined(place_, name),
-          "cannot link");
-}
-
-void Group::set_attribute(const std::string& name, const std::string& text) const {
-  write_text_attribute(handle_.id(), name, text, attribute_place(place_, name));
-}
-
-void Group::set_attribute(const std::string& name, double value) const {
-  write_attribute(handle_.id(), name, H5T_NATIVE_DOUBLE, scalar_space(), &value, attribute_place(place_, name));
-}
-
-void Group::set_attribute(const std::string& name, int value) const {
-  write_attribute(handle_.id(), name, H5T_NATIVE_INT, scalar_space(), &value, attribute_place(place_, name));
-}
-
-void Group::set_attribute(const std::string& name, const std::vector<std::string>& texts) const {
-  const std::string place = attribute_place(place_, name);
-  write_attribute(handle_.id(), name, text_type().id(), simple_space({texts.size()}, place),
-                  static_cast<const void*>(c_texts(texts, place).data()), place);
-}
-
-bool Group::has_attribute(const std::string& name) const {
-  return checked(H5Aexists(handle_.id(), name.c_str()), attribute_place(place_, name), "cannot look up") > 0;
-}
-
-template <class T>
-void Group::write(const std::string& name, const T* values, const Shape& shape, const std::string& unit) const {
-  const std::string place = joined(place_, name);
-  write_dataset(handle_.id(), name, element_type<T>(), simple_space(shape, place), storage(shape, sizeof(T), place),
-                values, unit, place);
-}
-
-void Group::write_text(const std::string& name, const std::string& text) const {
-  const std::string place = joined(place_, name);
-  write_dataset(handle_.id(), name, text_type(), scalar_space(), storage({}, sizeof(char*), place),
-                static_cast<const void*>(c_texts({text}, place).data()), "text", place);
-}
-
-void Group::write_texts(const std::string& name, const std::vector<std::string>& texts) const {
-  const std::string place = joined(place_, name);
-  const Shape shape = {texts.size()};
-  write_dataset(handle_.id(), name, text_type(), simple_space(shape, place), storage(shape, sizeof(char*), place),
-                static_cast<const void*>(c_texts(texts, place).data()), "text", place);
-}
-
-template void Group::write(const std::string&, const double*, const Shape&, const std::string&) const;
-template void Group::write(const std::string&, const int*, const Shape&, const std::string&) const;
-template void Group::write(const std::string&, const std::int64_t*, const Shape&, const std::string&) const;
-template void Group::write(const std::string&, const unsigned char*, const Shape&, const std::string&) const;
-template void Group::write(const std::string&, const Complex*, const Shape&, const std::string&) const;
-
-MutedErrors::MutedErrors() {
-  H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-}
-
-MutedErrors::~MutedErrors() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
-
-MemoryFile::MemoryFile(std::string path) : path_(std::move(path)), file_(create_in_memory(path_)) {}
-
-Group MemoryFile::root() const {
-  const std::string place = path_ + ": /";
-  return {checked_handle(H5Gopen2(file_.id(), "/", H5P_DEFAULT), H5Gclose, place, "cannot open"), place};
-}
-
-std::string MemoryFile::bytes() const {
-  checked(H5Fflush(file_.id(), H5F_SCOPE_GLOBAL), path_, "cannot finish");
-  const ssize_t size = checked(H5Fget_file_image(file_.id(), nullptr, 0), path_, "cannot measure");
-  std::string bytes(static_cast<std::size_t>(size), '\0');
-  checked(H5Fget_file_image(file_.id(), bytes.data(), bytes.size()), path_, "cannot copy");
-  return bytes;
-}
 
 Handle Content::object(const std::string& name) const {
   const std::string place = joined(place_, name);

@@ -3,34 +3,14 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
+
+#include "sim/run/hdf5_calls.h"
 
 /// A thin layer over the HDF5 C library: identifiers that close themselves, and errors that name file, place and
 /// HDF5's own reason. Element types T are double, int, std::int64_t, unsigned char and Complex (a compound {r, i}).
 namespace touchfield::hdf5 {
-
-using Shape = std::vector<std::uint64_t>;  // slowest index first, as HDF5 counts
-
-/// An HDF5 identifier; closed by its owner.
-class Handle {
- public:
-  using Close = int (*)(std::int64_t);
-
-  Handle(std::int64_t id, Close close) : id_(id), close_(close) {}
-  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
-  Handle(const Handle&) = delete;
-  Handle& operator=(const Handle&) = delete;
-  Handle& operator=(Handle&&) = delete;
-  ~Handle();
-
-  std::int64_t id() const { return id_; }
-
- private:
-  std::int64_t id_;
-  Close close_;
-};
 
 /// Keeps HDF5 from printing its errors while it lives.
 class MutedErrors {

@@ -9,8 +9,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
-#include "sim/run/archive_parts.h"
-#include "sim/run/motion_stages.h"
+#include "sim/run/motion_summary.h"
 #include "sim/run/run_archive.h"
 #include "sim/run/run_file.h"
 

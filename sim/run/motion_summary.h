@@ -4,9 +4,25 @@
 #include <utility>
 #include <vector>
 
+#include "sim/core/json.h"
 #include "sim/run/motion_data.h"
+#include "sim/run/run_text.h"
 
+/// What files, tables and pictures of a motion read off its frames and scores.
 namespace touchfield {
+
+/// All stages, in the order in which they first appear.
+std::vector<std::string> stages_of(const std::vector<StageSeconds>& all);
+std::vector<std::string> stages_of(const std::vector<MotionFrame>& frames);
+
+/// How long a stage took [s]; NaN if there was none.
+double stage_seconds(const StageSeconds& stages, const std::string& stage);
+inline double stage_seconds(const MotionFrame& frame, const std::string& stage) {
+  return stage_seconds(frame.seconds, stage);
+}
+
+/// How far the target's patch is from where the shown frame's sample has it [m]; NaN while the array shows no frame.
+double shown_displacement(const MotionScore& score);
 
 /// What became of a number over a motion. NaN is left out; where nothing is left all but `count` are NaN.
 struct Statistics {
@@ -51,5 +67,32 @@ const Statistics& statistics_of(const MotionSummary& summary, double Metrics::*m
 /// The summary as columns of a table: NAME_mean, NAME_median, NAME_p95, NAME_worst and NAME_count of every metric, of
 /// displacement_m, age_s, latency_s and frame_seconds, then frames, silent, lost, late, dropped and scores.
 std::vector<std::pair<std::string, double>> summary_columns(const MotionSummary& summary);
+
+/// motion.csv: a header line and one line per score and method: method, time_s, frame, age_s, dx_mm, dy_mm, dz_mm,
+/// displacement_mm, every metric. NaN is written as "nan"; displacements are NaN while the array shows no
+/// frame. Whole or not at all.
+void write_motion_csv(const std::string& path, const Motion& motion);
+
+/// frames.csv: a header line and one line per frame and method. Whole or not at all. Its columns:
+///
+///   method, frame, sampled_s, started_s, late_s, shown_s, pose_time_s
+///   silent, lost                   0 or 1
+///   skin_off_mm, patch_off_mm     SkinOff
+///   target_off_mm
+///   cost                          after the last step
+///   steps, status
+///   seconds_STAGE                 for every stage
+void write_frames_csv(const std::string& path, const Motion& motion);
+
+/// The methods side by side, one per line: error over the motion, level, displacement and age of what is felt, frames.
+/// If the scores are of a part of the body, its label comes first.
+std::string motion_table(const Motion& motion);
+
+/// motion_value has the meshes, array and provenance of a motion, method_values its methods with the columns of their
+/// summary. describe_motion is text for a person. It has the former, the methods with their frames, latencies and
+/// stages, and motion_table.
+Json motion_value(const Motion& motion);
+Json method_values(const Motion& motion);
+std::string describe_motion(const Motion& motion);
 
 }  // namespace touchfield

@@ -14,8 +14,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "sim/run/result_text.h"
-#include "sim/run/run_layout.h"
+#include "sim/run/run_data.h"
+#include "sim/run/run_text.h"
 #include "sim/run/text_table.h"
 
 namespace touchfield {

@@ -20,7 +20,7 @@
 #include "sim/core/json.h"
 #include "sim/core/require.h"
 #include "sim/core/version.h"
-#include "sim/run/run_file.h"
+#include "sim/run/text_table.h"
 
 namespace touchfield {
 

@@ -6,9 +6,8 @@
 #include <fmt/format.h>
 
 #include "sim/run/archive_file.h"
-#include "sim/run/archive_parts.h"
 #include "sim/run/run_archive.h"
-#include "sim/run/run_layout.h"
+#include "sim/run/run_data.h"
 
 namespace touchfield {
 

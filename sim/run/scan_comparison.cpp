@@ -10,8 +10,7 @@
 #include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/clearance.h"
-#include "sim/run/run_field.h"
-#include "sim/run/run_file.h"
+#include "sim/run/evaluate_methods.h"
 #include "sim/run/text_table.h"
 
 namespace touchfield {
@@ -79,8 +78,7 @@ void apply_fit(ScanComparison& comparison, bool complex) {
   comparison.largest_relative = largest / loudest;
 }
 
-}  // namespace
-
+/// throws   InputError if all of one of the two are 0
 ScanFit fit_scan(const Eigen::VectorXcd& computed, const Eigen::VectorXcd& measured, bool complex) {
   const double length = computed.norm();
   const double wanted = measured.norm();
@@ -108,6 +106,8 @@ ScanFit fit_scan(const Eigen::VectorXcd& computed, const Eigen::VectorXcd& measu
                  wanted;
   return fit;
 }
+
+}  // namespace
 
 ScanComparison compare_scan(const Run& run, const Wave& wave, const std::string& method,
                             const MeasuredPoints& measured) {

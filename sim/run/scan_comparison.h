@@ -5,7 +5,7 @@
 
 #include "sim/core/json.h"
 #include "sim/run/run_data.h"
-#include "sim/scene/measured_points.h"
+#include "sim/scene/number_files.h"
 
 namespace touchfield {
 
@@ -22,9 +22,6 @@ struct ScanFit {
   double correlation = kNotComputed;
   double about_means = kNotComputed;  // of magnitudes: the correlation of what is left without their means
 };
-
-/// throws   InputError if all of one of the two are 0
-ScanFit fit_scan(const Eigen::VectorXcd& computed, const Eigen::VectorXcd& measured, bool complex);
 
 /// A measured point and what the run has there.
 struct ScanPoint {

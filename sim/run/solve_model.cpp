@@ -13,14 +13,12 @@
 #include "sim/core/text.h"
 #include "sim/core/version.h"
 #include "sim/gpu/gpu_library.h"
-#include "sim/model/evaluation_comparison.h"
+#include "sim/model/evaluation.h"
 #include "sim/model/stages.h"
-#include "sim/run/evaluation.h"
+#include "sim/run/estimates.h"
+#include "sim/run/evaluate_methods.h"
 #include "sim/run/methods.h"
-#include "sim/run/resonance_check.h"
 #include "sim/run/result_warnings.h"
-#include "sim/run/run_field.h"
-#include "sim/run/speed.h"
 #include "sim/scene/scene_reader.h"
 #include "solvers/linear/instruction_level.h"
 #include "solvers/phase/optimality_bound.h"
@@ -36,16 +34,15 @@ Run begin_run(const Model& model, const SolveOptions& options) {
   const Scene& scene = model.fixed->scene;
   const std::string text = resolved_yaml(scene);
   Provenance provenance = provenance_now(options.threads, used_seeds(scene), options.command_line, text_hash(text));
-  const bool evaluated_by_itself = scene.evaluation.kind == EvaluationSpec::Kind::kSame && !evaluated_elsewhere(model);
-  const std::string evaluation = evaluated_by_itself ? "same" : "none";
+  const Evaluation& evaluation = model.fixed->evaluation;
   Run run{.name = scene.name,
           .scene = text,
           .mesh = model.body.mesh,
           .array = model.fixed->array,
-          .array_truth = model.fixed->array_truth,
+          .array_truth = evaluation.other_channels ? std::optional(evaluation.channels) : std::nullopt,
           .frequency = model.fixed->wave.frequency(),
-          .evaluation = evaluation,
-          .solved_skin = solved_extent(model),
+          .evaluation = to_string(evaluation.elsewhere() ? Evaluation::Kind::kNone : evaluation.kind),
+          .solved_skin = model.fixed->solved_skin(),
           .provenance = std::move(provenance)};
   if (!scene.bodies.front().name.empty()) {
     for (const BodySpec& body : scene.bodies) {
@@ -184,8 +181,7 @@ MethodResult solve_method(const MethodSpec& method, Models& models, const Model&
                           [&] { return solver.scattering().pressure(drives, "pressure of " + method.name); });
   note_solve(run, progress);
   require_finite("method " + method.name, result.pressure);
-  if (scene.evaluation.kind == EvaluationSpec::Kind::kSame && !evaluated_elsewhere(model) &&
-      method.scheme != scene.solve.scheme) {
+  if (model.fixed->evaluation.kind == Evaluation::Kind::kSame && method.scheme != scene.solve.scheme) {
     SkinScattering& own = models.of(scene.solve.scheme).scattering();
     result.evaluation_pressure = timed(progress, result.seconds, "evaluation", fmt::format("evaluate {}", method.name),
                                        [&] { return own.pressure(drives, "evaluation of " + method.name); });
@@ -340,7 +336,7 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
   }
   warn_of_conditioning(models.of(first.scheme), run, progress);
   check_resonances(spec, models, run, progress);
-  if (evaluated_elsewhere(model)) {
+  if (model.fixed->evaluation.elsewhere()) {
     evaluate_elsewhere(
         model, options, [&]() -> SkinScattering& { return models.of(spec.scheme).scattering(); }, run, progress);
   }

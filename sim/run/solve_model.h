@@ -6,7 +6,7 @@
 #include "sim/core/progress.h"
 #include "sim/model/model.h"
 #include "sim/run/run_data.h"
-#include "sim/run/solve_options.h"
+#include "sim/run/skin_scattering.h"
 
 namespace touchfield {
 

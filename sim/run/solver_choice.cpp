@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <stdexcept>
-
-#include <fmt/format.h>
 
 #include "sim/core/program_start.h"
 #include "sim/gpu/body_on_card.h"

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <limits>
+#include <malloc.h>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -11,13 +14,9 @@
 #include "sim/core/version.h"
 #include "sim/field/metrics.h"
 #include "sim/mesh/topology.h"
-#include "sim/model/evaluation_comparison.h"
-#include "sim/run/accuracy.h"
-#include "sim/run/cost.h"
-#include "sim/run/expected_steps.h"
+#include "sim/model/evaluation.h"
+#include "sim/run/estimates.h"
 #include "sim/run/methods.h"
-#include "sim/run/peak_memory.h"
-#include "sim/run/speed.h"
 
 namespace touchfield {
 
@@ -25,6 +24,27 @@ namespace {
 
 constexpr double kReferenceEdge = 0.6;  // of the finest rung's
 constexpr double kMemoryShare = 0.9;    // of the free memory that a rung may be expected to take
+
+/// Starts to count the process's largest resident memory again. Returns false where the system cannot: then
+/// peak_memory_mib() continues counting from the start of the process.
+bool reset_peak_memory() {
+  malloc_trim(0);  // what is free goes back first, or it would count
+  std::ofstream file("/proc/self/clear_refs");
+  file << "5" << std::flush;
+  return file.good();
+}
+
+/// NaN where the system does not say.
+double peak_memory_mib() {
+  std::ifstream status("/proc/self/status");
+  std::string line;
+  while (std::getline(status, line)) {
+    if (line.rfind("VmHWM:", 0) == 0) {
+      return std::stod(line.substr(6)) / 1024.0;
+    }
+  }
+  return std::numeric_limits<double>::quiet_NaN();
+}
 
 /// Whether the bodies' faces are those of files, so that a study cannot choose their size.
 bool from_file(const Scene& scene) {
@@ -232,6 +252,10 @@ std::vector<Model> study_models(Scene scene, const StudyOptions& options) {
   return models;
 }
 
+namespace {
+
+/// Sets `pareto` of every rung: true if no other has at most its error_reference in at most its seconds, one of the two
+/// smaller. A rung without both numbers is never marked.
 void mark_pareto(std::vector<StudyRung>& rungs) {
   const auto has_both = [](const StudyRung& rung) {
     return std::isfinite(rung.seconds) && std::isfinite(rung.error_reference);
@@ -244,6 +268,8 @@ void mark_pareto(std::vector<StudyRung>& rungs) {
                   });
   }
 }
+
+}  // namespace
 
 Json rung_value(const StudyRung& rung) {
   return {{"scheme", rung.scheme},

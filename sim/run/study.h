@@ -7,6 +7,7 @@
 #include "sim/bem/scattering_solver.h"
 #include "sim/core/json.h"
 #include "sim/core/progress.h"
+#include "sim/field/metrics.h"
 #include "sim/model/model.h"
 
 namespace touchfield {
@@ -35,10 +36,6 @@ struct StudyRung {
   bool pareto = false;                    // no rung is both as fast and as exact, and better in one
   std::string status = "ok";              // or why it has no numbers
 };
-
-/// Sets `pareto` of every rung: true if no other has at most its error_reference in at most its seconds, one of the two
-/// smaller. A rung without both numbers is never marked.
-void mark_pareto(std::vector<StudyRung>& rungs);
 
 /// A rung by the names of its members: a line of study.csv and of Python's table.
 Json rung_value(const StudyRung& rung);

@@ -1,7 +1,6 @@
 #include "sim/run/sweep_files.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 
 #include <fmt/format.h>
@@ -10,8 +9,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/json.h"
 #include "sim/core/text.h"
-#include "sim/run/checksum.h"
-#include "sim/run/run_file.h"
+#include "sim/run/archive_file.h"
 #include "sim/run/text_table.h"
 
 namespace touchfield {

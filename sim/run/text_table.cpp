@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "sim/core/files.h"
 #include "sim/core/units.h"
 
 namespace touchfield {
@@ -193,17 +194,19 @@ std::string csv_field(std::string_view text) {
   return quoted + '"';
 }
 
-}  // namespace
-
+/// A line of a CSV file; fields are quoted only where RFC 4180 asks for it.
 std::string csv_line(const std::vector<std::string>& fields) {
   std::vector<std::string> quoted;
   std::ranges::transform(fields, std::back_inserter(quoted), csv_field);
   return fmt::format("{}\n", fmt::join(quoted, ","));
 }
 
+/// As many digits as it takes to read the number back exactly; "nan" where nothing was computed.
 std::string csv_number(double value) {
   return std::isnan(value) ? "nan" : fmt::format("{}", value);  // fmt gives a NaN's sign
 }
+
+}  // namespace
 
 std::string aligned_table(const std::vector<std::vector<std::string>>& rows, const std::vector<std::size_t>& left) {
   std::vector<std::size_t> widths(rows.front().size(), 0);
@@ -290,5 +293,7 @@ std::string csv_text(const Json& columns, const Json& rows) {
 }
 
 std::string lines_text(const Json& object) { return lines_of(object, kLeastWidth, 0, {}); }
+
+void write_text_file(const std::string& path, const std::string& text) { write_atomically(path, {text}); }
 
 }  // namespace touchfield

@@ -12,12 +12,6 @@
 /// which text shows in percent. JSON has every digit.
 namespace touchfield {
 
-/// A line of a CSV file; fields are quoted only where RFC 4180 asks for it.
-std::string csv_line(const std::vector<std::string>& fields);
-
-/// As many digits as it takes to read the number back exactly; "nan" where nothing was computed.
-std::string csv_number(double value);
-
 /// Rows of equally many columns, as wide as they need, with two spaces before each column. The first column and those
 /// in `left` are aligned to the left, the others to the right.
 std::string aligned_table(const std::vector<std::vector<std::string>>& rows, const std::vector<std::size_t>& left = {});
@@ -42,5 +36,8 @@ std::string csv_text(const Json& columns, const Json& rows);
 /// A line for every entry of an object, "label  value", long objects indented; an array of objects as a table; nothing
 /// for what is null or empty.
 std::string lines_text(const Json& object);
+
+/// Writes text to a file, whole or not at all.
+void write_text_file(const std::string& path, const std::string& text);
 
 }  // namespace touchfield

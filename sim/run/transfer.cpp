@@ -1,9 +1,7 @@
 #include "sim/run/transfer.h"
 
-#include <algorithm>
 #include <cmath>
 #include <complex>
-#include <limits>
 #include <utility>
 
 #include <fmt/format.h>

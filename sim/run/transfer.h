@@ -3,7 +3,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "sim/field/skin_problems.h"
 #include "sim/run/skin_scattering.h"

@@ -2,7 +2,6 @@
 
 #include <complex>
 #include <filesystem>
-#include <functional>
 
 #include <fmt/format.h>
 #include <vtkCellArray.h>
@@ -24,7 +23,7 @@
 #include "sim/core/files.h"
 #include "sim/core/require.h"
 #include "sim/run/motion_file.h"
-#include "sim/run/run_layout.h"
+#include "sim/run/run_data.h"
 
 namespace touchfield {
 

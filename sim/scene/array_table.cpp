@@ -1,10 +1,58 @@
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "sim/scene/number_files.h"
+#include "sim/scene/scene.h"
 #include "sim/scene/scene_table.h"
+
+namespace touchfield {
+
+namespace {
+
+struct ChannelCounter {
+  Eigen::Index operator()(const GridArray& grid) const { return Eigen::Index{grid.count[0]} * grid.count[1]; }
+  Eigen::Index operator()(const Autd3Array& autd3) const {
+    const Eigen::Index units = autd3.layout ? Eigen::Index{(*autd3.layout)[0]} * (*autd3.layout)[1]
+                                            : static_cast<Eigen::Index>(autd3.units.size());
+    return units * autd3_unit(autd3.pitch).positions.cols();
+  }
+  Eigen::Index operator()(const SonicsurfaceArray&) const { return sonicsurface_layout().positions.cols(); }
+  Eigen::Index operator()(const PositionsArray& list) const { return list.points.cols(); }
+  Eigen::Index operator()(const PlaneWaveArray&) const { return 1; }
+};
+
+bool belongs(ResponseOf in, ResponseOf array) { return in == ResponseOf::kBoth || in == array; }
+
+ChannelResponse response_of(const ArraySpec& spec, ResponseOf array) {
+  ChannelResponse response;
+  if (spec.calibration && belongs(spec.calibration->in, array)) {
+    const auto count = static_cast<Eigen::Index>(spec.calibration->gain.size());
+    response = {Eigen::Map<const Eigen::VectorXd>(spec.calibration->gain.data(), count),
+                Eigen::Map<const Eigen::VectorXd>(spec.calibration->phase.data(), count)};
+  }
+  if (spec.tolerances && belongs(spec.tolerances->in, array)) {
+    response = product(response, random_response(channel_count(spec), *spec.tolerances, spec.tolerances->seed));
+  }
+  return response;
+}
+
+}  // namespace
+
+Eigen::Index channel_count(const ArraySpec& spec) { return std::visit(ChannelCounter{}, spec.layout); }
+
+ChannelResponses channel_responses(const ArraySpec& spec) {
+  return {response_of(spec, ResponseOf::kSolver), response_of(spec, ResponseOf::kTruth)};
+}
+
+bool solver_mistakes_channels(const ArraySpec& spec) {
+  return (spec.calibration && spec.calibration->in != ResponseOf::kBoth) ||
+         (spec.tolerances && spec.tolerances->in != ResponseOf::kBoth) || spec.phase_levels;
+}
+
+}  // namespace touchfield
 
 namespace touchfield::schema {
 
@@ -117,6 +165,95 @@ Codec<PlaneWaveArray> plane_wave_codec() {
       .key("direction", &PlaneWaveArray::direction, direction, "Direction of travel, of any length.")
       .key("amplitude_pa", &PlaneWaveArray::amplitude, number(kPlain, above(0)), "Pressure amplitude [Pa].")
       .codec();
+}
+
+Codec<ResponseOf> response_of_codec() {
+  return choice<ResponseOf>(
+      {{"both", ResponseOf::kBoth}, {"solver", ResponseOf::kSolver}, {"truth", ResponseOf::kTruth}});
+}
+
+constexpr const char* kIn =
+    "Channels with these responses. both: those of the solver and of the true array. solver: a wrong assumption of the "
+    "solver. truth: the true array only; the evaluation and the fields include them, the solver does not.";
+
+/// What a calibration lists must be one a channel.
+bool check_listed(const Input& calibration, const char* key, std::size_t count, Eigen::Index channels) {
+  if (count == static_cast<std::size_t>(channels)) {
+    return true;
+  }
+  const Entry* entry = calibration.node().find(key);
+  return (entry ? calibration.at(*entry) : calibration)
+      .problem(fmt::format("{} value{}, must be {}: one per channel", count, count == 1 ? "" : "s", channels));
+}
+
+Codec<CalibrationSpec> calibration_codec() {
+  return Map<CalibrationSpec>()
+      .maybe("file", &CalibrationSpec::file, file(), "calibration.csv",
+             "A table with a header and one row per channel: channel (from 0), gain, phase_rad or phase_deg, and "
+             "optionally alive (0 or 1).")
+      .maybe(
+          "gain", &CalibrationSpec::gain, list_of(number(kPlain, between(0, 10)), 1, kMostListed), "[1, 0.9]",
+          "Instead of a file the gains, one per channel: the measured pressure divided by the designed one; 0 is dead.")
+      .maybe("phase_rad", &CalibrationSpec::phase, list_of(number(kPlain, {}), 1, kMostListed), "[0, 0.2]",
+             "The phases, one per channel [rad], each added to that of the drive.")
+      .needed_with({"gain"})
+      .key("in", &CalibrationSpec::in, response_of_codec(), kIn)
+      .exactly_one({"file", "gain"})
+      .codec();
+}
+
+Codec<ToleranceSpec> tolerance_codec() {
+  const Unit percent = Unit::power_of_ten(-2);
+  return Map<ToleranceSpec>()
+      .key("gain_percent", &ToleranceSpec::gain, number(percent, between(0, 100)),
+           "Standard deviation of the gains, normal about 1 [%]; negative values become 0.")
+      .shown_as("10")
+      .key("phase_deg", &ToleranceSpec::phase, number(kDegrees, between(0, 360)),
+           "Standard deviation of the phases, normal about 0 [deg].")
+      .key("dead_percent", &ToleranceSpec::dead, number(percent, between(0, 100)),
+           "Probability that a channel is dead [%].")
+      .key("seed", &ToleranceSpec::seed, seed(), "Seed of the random responses.")
+      .key("in", &ToleranceSpec::in, response_of_codec(), kIn)
+      .codec();
+}
+
+/// Reads the calibration file of an array with good keys. Reports and returns false if the file, or the list in its
+/// place, does not fit the channels. Dead transducers of a positions file get the gain 0 instead. Then a calibration as
+/// well is an error.
+bool check_calibration(const Input& array, ArraySpec& spec) {
+  const Entry* entry = array.node().find("calibration");
+  if (auto* positions = std::get_if<PositionsArray>(&spec.layout); positions && !positions->dead.empty()) {
+    if (entry) {
+      return array.at(*entry).problem("array.positions.file says which transducers are dead; leave one of them out");
+    }
+    const auto channels = static_cast<std::size_t>(positions->points.cols());
+    spec.calibration = CalibrationSpec{};
+    spec.calibration->gain.assign(channels, 1.0);
+    spec.calibration->phase.assign(channels, 0.0);
+    for (const Eigen::Index dead : std::exchange(positions->dead, {})) {
+      spec.calibration->gain[static_cast<std::size_t>(dead)] = 0.0;
+    }
+    return true;
+  }
+  if (!entry || !spec.calibration) {
+    return true;
+  }
+  const Input in = array.at(*entry);
+  CalibrationSpec& calibration = *spec.calibration;
+  const Eigen::Index channels = channel_count(spec);
+  if (calibration.file.empty()) {
+    const bool good = check_listed(in, "gain", calibration.gain.size(), channels);
+    return check_listed(in, "phase_rad", calibration.phase.size(), channels) && good;
+  }
+  auto file = read_named(in.key("file"),
+                         [&] { return read_calibration(calibration.file, static_cast<std::size_t>(channels)); });
+  if (!file) {
+    return false;
+  }
+  calibration.gain = std::move(file->gain);
+  calibration.phase = std::move(file->phase);
+  calibration.file.clear();
+  return true;
 }
 
 }  // namespace

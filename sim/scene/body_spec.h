@@ -6,12 +6,21 @@
 #include <variant>
 #include <vector>
 
+#include "sim/core/types.h"
 #include "sim/field/target.h"
 #include "sim/hand/hand.h"
 #include "sim/mesh/remesh/mesh_quality.h"
-#include "sim/scene/placement.h"
+#include "sim/scene/body_spec.h"
 
 namespace touchfield {
+
+/// A rigid motion: the anchor (a landmark, or the body's or array's own origin if empty) lands on `at` after a rotation
+/// about the anchor, extrinsic about x, y, z.
+struct Placement {
+  std::string landmark;
+  Vector3 at = Vector3::Zero();      // [m]
+  Vector3 angles = Vector3::Zero();  // [rad]
+};
 
 struct HandShape {
   std::string pose = HandOptions{}.pose;

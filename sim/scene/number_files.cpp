@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <string_view>
+#include <system_error>
 
 #include <fmt/format.h>
 
@@ -119,6 +122,114 @@ CalibrationFile read_calibration(const std::string& path, std::size_t channels) 
   require(missing == line_of.end(), "{}: channel {} is missing; the array has {}", path, missing - line_of.begin(),
           counted(static_cast<std::int64_t>(channels), "channel", "channels"));
   return file;
+}
+
+}  // namespace touchfield::schema
+
+namespace touchfield {
+
+namespace {
+
+constexpr std::size_t kMostPoints = 1'000'000;  // a robot scans what nobody would type
+constexpr std::size_t kMostBytes = std::size_t{64} << 20U;
+
+}  // namespace
+
+MeasuredPoints read_measured_points(const std::string& path) {
+  using schema::Unit;
+  const Unit millimetres = Unit::power_of_ten(-3);
+  const Unit plain = Unit::power_of_ten(0);
+  const schema::NumberTable table = schema::read_number_table(
+      path, {.known = {{.name = "x_mm", .unit = millimetres, .required = true, .length = true},
+                       {.name = "y_mm", .unit = millimetres, .required = true, .length = true},
+                       {.name = "z_mm", .unit = millimetres, .required = true, .length = true},
+                       {.name = "p_pa", .unit = plain, .range = schema::at_least(0)},
+                       {.name = "p_re", .unit = plain},
+                       {.name = "p_im", .unit = plain}},
+             .rows = "points",
+             .most = kMostPoints,
+             .most_bytes = kMostBytes});
+  const bool complex = table.has("p_re");
+  require(complex != table.has("p_pa") && complex == table.has("p_im"),
+          "{}: the header must name p_pa, or p_re and p_im", path);
+  const auto column = [&](const char* name) {
+    const std::vector<double>& values = table.columns.at(name);
+    return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+  };
+  MeasuredPoints measured;
+  measured.lines = table.lines;
+  measured.complex = complex;
+  measured.points.resize(3, static_cast<Eigen::Index>(table.rows()));
+  measured.points.row(0) = column("x_mm").transpose();
+  measured.points.row(1) = column("y_mm").transpose();
+  measured.points.row(2) = column("z_mm").transpose();
+  measured.pressure = (complex ? column("p_re") : column("p_pa")).cast<Complex>();
+  if (complex) {
+    measured.pressure += Complex(0, 1) * column("p_im");
+  }
+  return measured;
+}
+
+}  // namespace touchfield
+
+namespace touchfield::schema {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_file(const fs::path& path) {
+  std::error_code error;
+  return fs::is_regular_file(path, error);
+}
+
+bool is_folder(const fs::path& path) {
+  std::error_code error;
+  return fs::is_directory(path, error);
+}
+
+/// A row of the table.
+/// throws   InputError without the place
+MeshSeries::Mesh mesh_of(const MeshSeries& series, std::string_view file, std::string_view time) {
+  const auto seconds = parse_decimal(time);
+  const auto rule = seconds ? Range{}.broken_by(*seconds) : std::optional<std::string>("a number, such as 1.5");
+  if (rule) {
+    throw InputError(fmt::format("time_s = {} must be {}", quoted_for_message(std::string(time)), *rule));
+  }
+  const std::string path = (fs::path(series.folder) / file).lexically_normal().string();
+  require(!file.empty() && is_file(path), "file = {} must be that of a mesh in meshes.folder",
+          file.empty() ? "no value" : quoted_for_message(std::string(file)));
+  const double before = series.meshes.empty() ? -Range::kLargest : series.meshes.back().seconds;
+  require(series.meshes.empty() || *seconds > before,
+          "time_s = {:.15g} must be after {:.15g}, that of the row before it", *seconds, before);
+  return {path, *seconds};
+}
+
+}  // namespace
+
+bool read_mesh_times(const Input& in, MeshShape& mesh) {
+  MeshSeries& series = *mesh.series;
+  if (!is_folder(series.folder)) {
+    return in.key("folder").problem(fmt::format("{} must be a folder", series.folder));
+  }
+  const auto read = read_named(in.key("times"), [&] {
+    std::size_t time = 0;
+    read_table(
+        series.times, kMostTextBytes,
+        [&](const Cells& names) {
+          time = names.front() == "time_s" ? 0 : 1;
+          require(names.size() == 2 && names[time] == "time_s" && names[1 - time] == "file",
+                  "a header file,time_s must come first");
+        },
+        [&](int, const Cells& row) {
+          series.meshes.push_back(mesh_of(series, row[1 - time], row[time]));
+          require(series.meshes.size() <= kMostListed, "too many meshes, must be at most {}", kMostListed);
+        });
+    require(!series.meshes.empty(), "{}: no mesh in it, must hold at least one", series.times);
+    return series.meshes.front().file;
+  });
+  mesh.file = read.value_or("");
+  return read.has_value();
 }
 
 }  // namespace touchfield::schema

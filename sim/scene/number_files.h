@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "sim/core/types.h"
+#include "sim/scene/body_spec.h"
+#include "sim/scene/input.h"
 
 /// Files of numbers that a scene names. Each reader throws InputError as number_table.h says.
 namespace touchfield::schema {
@@ -37,5 +39,35 @@ struct CalibrationFile {
 ///
 /// channels   of the array
 CalibrationFile read_calibration(const std::string& path, std::size_t channels);
+
+}  // namespace touchfield::schema
+
+namespace touchfield {
+
+/// Pressures that somebody measured in the air, e.g. with a microphone.
+struct MeasuredPoints {
+  Points points;              // 3 x J [m], in the world's frame
+  Eigen::VectorXcd pressure;  // J, in any unit; without phases their magnitudes
+  bool complex = false;       // whether there are phases
+  std::vector<int> lines;     // J: of the file
+};
+
+/// A table with a header and one row per point: x_mm, y_mm, z_mm and p_pa, a magnitude, or p_re and p_im; # starts a
+/// comment. A phase follows the time factor exp(-i omega t): it grows on the way from the source.
+///
+/// throws   InputError that names the first fault as file:line: what, rule
+MeasuredPoints read_measured_points(const std::string& path);
+
+}  // namespace touchfield
+
+namespace touchfield::schema {
+
+/// Reads the table of times of a series whose keys were good: a header file,time_s (in either order) and one row per
+/// mesh; # starts a comment. Files count from the series' folder. Fills in its meshes, and the first as the mesh's
+/// file.
+///
+/// in        the map that holds `folder` and `times`
+/// returns   false after a report: no such folder or file, a time that is no number or not after the one before it
+bool read_mesh_times(const Input& in, MeshShape& mesh);
 
 }  // namespace touchfield::schema

@@ -9,7 +9,7 @@
 #include "sim/core/files.h"
 #include "sim/core/require.h"
 #include "sim/core/text.h"
-#include "sim/scene/suggest.h"
+#include "sim/scene/schema_info.h"
 
 namespace touchfield::schema {
 

@@ -10,7 +10,7 @@
 #include "sim/scene/input.h"
 #include "sim/scene/quantity.h"
 #include "sim/scene/schema.h"
-#include "sim/scene/text_file.h"
+#include "sim/scene/yaml_tree.h"
 
 /// Tables of files: a header that names the columns, then rows. # starts a comment.
 namespace touchfield::schema {

@@ -1,14 +1,18 @@
 #include "sim/scene/scene_reader.h"
 
 #include <algorithm>
-#include <stdexcept>
+#include <map>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include "sim/core/errors.h"
 #include "sim/core/files.h"
 #include "sim/scene/input.h"
-#include "sim/scene/overrides.h"
 #include "sim/scene/scene_table.h"
-#include "sim/scene/text_file.h"
+#include "sim/scene/schema_info.h"
+#include "sim/scene/yaml_tree.h"
 
 namespace touchfield {
 
@@ -96,6 +100,297 @@ EdgeSpec EdgeSpec::scaled(double factor) const {
     length *= factor;
   }
   return other;
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+using schema::contains;
+using schema::KeyInfo;
+using schema::MapInfo;
+using schema::Node;
+using schema::TypeInfo;
+using Kind = TypeInfo::Kind;
+
+// ---- JSON Schema
+
+Json value_json(const Node& node) {
+  Json json;
+  switch (node.kind) {
+    case Node::Kind::kNull:
+      break;
+    case Node::Kind::kScalar:
+      if (node.text == "true" || node.text == "false") {
+        json = node.text == "true";
+      } else if (node.quoted || !schema::parse_decimal(node.text)) {
+        json = node.text;
+      } else {
+        json = Json::parse(node.text);
+      }
+      break;
+    case Node::Kind::kList:
+      json = Json::array();
+      for (const auto& item : node.items) {
+        json.push_back(value_json(item));
+      }
+      break;
+    case Node::Kind::kMap:
+      json = Json::object();
+      for (const auto& entry : node.entries) {
+        json[entry.key] = value_json(entry.value);
+      }
+      break;
+  }
+  return json;
+}
+
+Json number_json(double value) { return Json::parse(schema::decimal_text(value)); }
+
+Json type_json(const TypeInfo& type);
+
+// What the choice of one key of a group asks of the others.
+Json alternative_json(const MapInfo& info, const std::string& chosen) {
+  Json required = {chosen};
+  Json properties = Json::object();
+  for (const auto& key : info.keys) {
+    if (!key.fits(chosen)) {
+      properties[key.name] = false;
+    }
+    if (key.required && contains(key.only_with, chosen)) {
+      required.push_back(key.name);
+    }
+    for (const auto& [other, count] : key.items_with) {
+      if (other == chosen) {
+        properties[key.name] = {{"minItems", count}, {"maxItems", count}};
+      }
+    }
+  }
+  Json json = {{"required", required}};
+  if (!properties.empty()) {
+    json["properties"] = properties;
+  }
+  return json;
+}
+
+Json map_json(const MapInfo& info) {
+  Json json = {{"type", "object"}, {"additionalProperties", false}};
+  Json required = Json::array();
+  Json properties = Json::object();
+  for (const auto& key : info.keys) {
+    if (key.required && key.only_with.empty()) {
+      required.push_back(key.name);
+    }
+    Json property = {{"description", key.help}};
+    property.update(type_json(key.type));
+    if (!key.fallback.empty()) {
+      property["default"] = value_json(schema::parse_yaml(key.fallback, 0));
+    }
+    if (const Node example = schema::example_of(key); schema::flow_text(example) != key.fallback) {
+      property["examples"] = Json::array({value_json(example)});
+    }
+    properties[key.name] = property;
+  }
+  if (!required.empty()) {
+    json["required"] = required;
+  }
+  json["properties"] = properties;
+  if (info.group && info.group->required) {
+    json["oneOf"] = Json::array();
+    for (const auto& key : info.group->keys) {
+      json["oneOf"].push_back(alternative_json(info, key));
+    }
+  } else if (info.group) {
+    json["not"] = {{"required", info.group->keys}};
+  }
+  return json;
+}
+
+Json number_type_json(const TypeInfo& type) {
+  const auto& range = type.range;
+  Json json = {{"type", type.kind == Kind::kInteger ? "integer" : "number"}};
+  json[range.low_excluded ? "exclusiveMinimum" : "minimum"] = number_json(range.low.value_or(-schema::Range::kLargest));
+  json["maximum"] = number_json(range.high.value_or(schema::Range::kLargest));
+  return json;
+}
+
+Json type_json(const TypeInfo& type) {
+  const std::string name_pattern = fmt::format("^[A-Za-z0-9_-]{{1,{}}}$", schema::kLongestName);
+  switch (type.kind) {
+    case Kind::kNumber:
+    case Kind::kInteger:
+      return number_type_json(type);
+    case Kind::kFlag:
+      return {{"type", "boolean"}};
+    case Kind::kWord:
+      return {{"enum", type.words}};
+    case Kind::kName:
+      return {{"type", "string"}, {"pattern", name_pattern}};
+    case Kind::kText:
+    case Kind::kFile:
+      return {{"type", "string"}, {"minLength", type.fewest}};
+    case Kind::kList: {
+      Json json = {{"type", "array"}, {"items", type_json(type.of.front())}};
+      if (type.fewest > 0) {
+        json["minItems"] = type.fewest;
+      }
+      if (type.most != TypeInfo::kNoLimit) {
+        json["maxItems"] = type.most;
+      }
+      if (type.distinct) {
+        json["uniqueItems"] = true;
+      }
+      return json;
+    }
+    case Kind::kMap:
+      return map_json(*type.map);
+    case Kind::kTable:
+      return {{"type", "object"},
+              {"propertyNames", {{"pattern", name_pattern}}},
+              {"additionalProperties", type_json(type.of.front())}};
+    case Kind::kAny: {
+      Json json = {{"anyOf", Json::array()}};
+      for (const auto& part : type.of) {
+        json["anyOf"].push_back(type_json(part));
+      }
+      return json;
+    }
+  }
+  return {};
+}
+
+// ---- Markdown
+
+// The map that a value of this type is or may hold.
+const MapInfo* map_within(const TypeInfo& type) {
+  if (type.map) {
+    return type.map.get();
+  }
+  for (const auto& part : type.of) {
+    if (const MapInfo* map = map_within(part)) {
+      return map;
+    }
+  }
+  return nullptr;
+}
+
+std::string escaped(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '|') {
+      result += '\\';
+    }
+    result += c;
+  }
+  return result;
+}
+
+// Whether the key must be given, its default, and an example unless the default is one.
+std::string need_text(const KeyInfo& key) {
+  std::vector<std::string> parts;
+  const bool shows_default = !key.fallback.empty() && key.type.kind != Kind::kMap;
+  if (shows_default) {
+    parts.push_back("`" + key.fallback + "`");
+  }
+  const std::string needed = key.required ? "required" : "only";
+  if (!key.only_with.empty()) {
+    parts.push_back(fmt::format("{} with {}", needed, fmt::join(key.only_with, ", ")));
+  } else if (key.required) {
+    parts.push_back(needed);
+  }
+  const std::string example = schema::flow_text(schema::example_of(key));
+  if (!shows_default || example != key.fallback) {
+    parts.push_back(fmt::format("e.g. `{}`", escaped(example)));
+  }
+  return fmt::format("{}", fmt::join(parts, "; "));
+}
+
+std::string value_text(const KeyInfo& key) {
+  std::string value = escaped(phrase(key.type));
+  for (const auto& [other, count] : key.items_with) {
+    value += fmt::format("; {} with {}", count, other);
+  }
+  return value;
+}
+
+class MarkdownPage {
+ public:
+  void section(const std::string& path, const MapInfo& info) {
+    if (!path.empty()) {
+      text_ += fmt::format("\n## `{}`\n", path);
+    }
+    const auto [first, is_new] = written_.emplace(&info, path);
+    if (!is_new) {
+      text_ += fmt::format("\nThe keys of `{}`.\n", first->second);
+      return;
+    }
+    if (info.keys.empty()) {
+      text_ += "\nNo keys: `{}`.\n";
+      return;
+    }
+    if (info.group) {
+      text_ += fmt::format("\n{} one of {}.\n", info.group->required ? "Exactly" : "At most",
+                           fmt::join(info.group->keys, ", "));
+    }
+    text_ += "\n| key | value | default, example | meaning |\n|---|---|---|---|\n";
+    for (const auto& key : info.keys) {
+      text_ += fmt::format("| `{}` | {} | {} | {} |\n", key.name, value_text(key), need_text(key), escaped(key.help));
+    }
+    for (const auto& key : info.keys) {
+      const std::string name = path.empty() ? key.name : path + "." + key.name;
+      if (const MapInfo* map = map_within(key.type)) {
+        section(name + (key.type.kind == Kind::kList ? "[]" : ""), *map);
+      }
+    }
+  }
+
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+  std::map<const MapInfo*, std::string> written_;  // and the section that has its keys
+};
+
+constexpr const char* kPageHead = R"(# Scenes
+
+A scene is a YAML file that describes a run: the transducers, the body that scatters their sound, the part of its skin
+to press on, and the methods that find the phases. `touchfield run scenes/quick.yaml` runs a scene. `touchfield check`
+checks it without solving anything. `touchfield check --resolved` prints it with all defaults.
+
+- Every key has an example in the tables: its default, or a value after "e.g.". A default of a map is that of its keys.
+- The key of a number names its unit. Nothing else is converted.
+- A key that is not listed here, is given twice, has the wrong type or is out of its range is an error. All errors of a
+  scene are reported together, each as `file:line:column: path: problem, rule`.
+- Positive numbers must be at least 1e-9. Numbers without a bound must be at most 1e9 in magnitude.
+- A scene file has at most 2 MiB and 200,000 values. An alias counts as all the values that it stands for. The same
+  limits hold for a file of positions or phases, which has at most 10,000 of them.
+- The name of a file in a scene is relative to the scene's folder.
+- `--set key.path=value` changes a value for one run: `--set solve.iterations=10`. For an item of a list (numbered from
+  0) write `--set body.place.at_mm.2=250` or `at_mm[2]`. Missing maps on the path are made. The value is YAML. `null`
+  removes a key, so `--set array.grid=null --set array.plane_wave={}` replaces one alternative by another. The name of
+  a file in `--set` is relative to the working directory.
+- `template.yaml` is a commented scene to start from. With `schema.json` editors complete and check a scene that has
+  the line `# yaml-language-server: $schema=schema.json`.
+
+World coordinates: an array lies in the plane z = 0 and emits along +z unless it is moved. Rotations are in degrees
+about the fixed x, then y, then z axis.
+
+The tables below and `schema.json` are generated from the table that the scene reader uses.
+
+## A scene
+)";
+
+}  // namespace
+
+std::string schema_markdown() {
+  MarkdownPage page;
+  page.section("", *schema::scene_codec().type.map);
+  return kPageHead + page.text();
+}
+
+std::string schema_json() {
+  Json json = {{"$schema", "https://json-schema.org/draft/2020-12/schema"}, {"title", "touchfield scene"}};
+  json.update(map_json(*schema::scene_codec().type.map));
+  return json.dump(2) + "\n";
 }
 
 }  // namespace touchfield

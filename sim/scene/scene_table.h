@@ -1,7 +1,6 @@
 #pragma once
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "sim/scene/scene.h"
@@ -19,12 +18,6 @@ inline const Unit kPlain = Unit::power_of_ten(0);
 const Codec<Scene>& scene_codec();
 
 Codec<ArraySpec> array_codec();
-Codec<CalibrationSpec> calibration_codec();
-Codec<ToleranceSpec> tolerance_codec();
-/// Reads the calibration file of an array with good keys. Reports and returns false if the file, or the list in its
-/// place, does not fit the channels. Dead transducers of a positions file get the gain 0 instead. Then a calibration as
-/// well is an error.
-bool check_calibration(const Input& array, ArraySpec& spec);
 Codec<BodySpec> body_codec();
 /// Several bodies, each with a name.
 Codec<std::vector<BodySpec>> bodies_codec();
@@ -37,9 +30,6 @@ Codec<MotionSpec::Sensor> sensor_codec();
 Codec<HandShape> hand_codec();
 /// Noise on a skin as a sensor sees it.
 Codec<SensingNoise> sensing_codec();
-/// The schemes of the boundary elements.
-Codec<Scheme> scheme_codec();
-Codec<std::vector<FieldSpec>> fields_codec();
 
 /// A number, or a word for none.
 Codec<std::optional<double>> number_or(const std::string& none, const Codec<double>& number);

@@ -9,8 +9,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "sim/scene/suggest.h"
-#include "sim/scene/text_file.h"
+#include "sim/scene/schema_info.h"
+#include "sim/scene/yaml_tree.h"
 
 namespace touchfield::schema {
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sim/scene/quantity.h"
+#include "sim/scene/yaml_tree.h"
 
 namespace touchfield::schema {
 
@@ -80,13 +81,30 @@ bool is_name(const std::string& text);
 
 bool contains(const std::vector<std::string>& list, const std::string& item);
 
-/// The type itself, or the first of its alternatives, that is of this kind; null if there is none.
-const TypeInfo* of_kind(const TypeInfo& type, TypeInfo::Kind kind);
-
-/// The key of a map of this type; null if the type is no map or knows no such key.
-const KeyInfo* known_key(const TypeInfo& type, std::string_view name);
-
 /// What a value of this type is, as it follows "must be": "a list of 3 numbers > 0".
 std::string phrase(const TypeInfo& type, bool with_range = true);
+
+// Values that a scene may have, derived from the tables of its maps.
+
+/// A value of a key: the example of its row, otherwise its default, otherwise derived from its type. A derived map has
+/// the keys that it must have, and at least one. A default that is empty is not an example.
+Node example_of(const KeyInfo& key);
+
+/// A map with this value of a key, and with examples of the other keys that it then must have.
+Node example_with(const MapInfo& info, const std::string& name, const Node& value);
+
+/// Smallest number of insertions, deletions, replacements and swaps of neighbours that turn a into b
+/// (optimal string alignment: no letter is edited twice).
+std::size_t edit_distance(std::string_view a, std::string_view b);
+
+/// A key without the unit it ends in: radius_cm -> radius, source_pa_m -> source.
+std::string_view without_unit(std::string_view key);
+
+/// The one of `words` that differs from `text` in the fewest letters; empty if none is near.
+std::string nearest_word(const std::vector<std::string>& words, std::string_view text);
+
+/// The known key that an unknown one was probably meant to be, as it is written from this map. It is a key of the map
+/// with another unit or a few other letters, or a key of a map one level below ("box.size_mm"). Empty if none is near.
+std::string nearest_key(const MapInfo& map, std::string_view unknown);
 
 }  // namespace touchfield::schema

@@ -7,7 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "sim/core/renamed.h"
-#include "sim/scene/suggest.h"
+#include "sim/scene/schema_info.h"
 
 namespace touchfield::schema {
 

@@ -12,6 +12,73 @@ namespace touchfield::schema {
 
 namespace {
 
+Codec<EdgeSpec> graded_codec() {
+  using Edges = EdgeSpec;
+  const auto length = number(kMillimetres, above(0));
+  return Map<Edges>()
+      .required("far", &Edges::far, length, "3", "Edge length where no shorter one is requested [mm].")
+      .maybe("near_target", &Edges::near_target, length, "1.2", "Edge length near the centre of every target box [mm].")
+      .key("near", &Edges::near, table_of(length), "Edge length near landmarks of this body [mm].")
+      .shown_as("{thumb_pad: 1.2}")
+      .key("within_mm", &Edges::within, number(kMillimetres, {.low = 0.0, .high = {}}),
+           "Distance from these places within which their edge length applies [mm].")
+      .key("growth", &Edges::growth, number(kPlain, between(0.02, 0.6)),
+           "Growth of the edge length beyond that distance, per distance.")
+      .check([](const Input& in, Edges& edges, bool good) {
+        if (!good || edges.graded()) {
+          return good;
+        }
+        return in.problem("must have near_target or near in addition to far");
+      })
+      .codec();
+}
+
+}  // namespace
+
+Codec<EdgeSpec> edge_codec() {
+  const auto uniform = kept_in(&EdgeSpec::far, number(kMillimetres, above(0)));
+  return either<EdgeSpec>(
+      uniform, graded_codec(), [](const EdgeSpec& edges) { return !edges.graded(); },
+      [](const Node& node) { return node.kind != Node::Kind::kMap; });
+}
+
+bool check_hand_edges(const Input& edges) {
+  const auto check = [](const Input& edge) {
+    const auto rule = kHandEdge.broken_by(*parse_decimal(edge.node().text));
+    if (rule) {
+      edge.must_be(*rule + " for a hand");
+    }
+    return !rule;
+  };
+  if (edges.node().kind != Node::Kind::kMap) {
+    return check(edges);
+  }
+  bool good = true;
+  for (const char* key : {"far", "near_target"}) {
+    const Entry* entry = edges.node().find(key);
+    good = (!entry || check(edges.at(*entry))) && good;
+  }
+  if (const Entry* near = edges.node().find("near")) {
+    for (const Entry& entry : near->value.entries) {
+      if (!entry.value.removed) {
+        good = check(edges.at(*near).at(entry)) && good;
+      }
+    }
+  }
+  return good;
+}
+
+namespace {
+
+/// The schemes of the boundary elements.
+Codec<Scheme> scheme_codec() {
+  std::vector<std::pair<std::string, Scheme>> names;
+  for (const Scheme scheme : all_schemes()) {
+    names.emplace_back(to_string(scheme), scheme);
+  }
+  return choice<Scheme>(std::move(names));
+}
+
 Codec<int> iterations_codec() { return integer(between(1, 100000)); }
 
 Codec<StartSpec> make_start_codec() {
@@ -254,14 +321,6 @@ bool complete_methods(const Input& in, SolveSpec& solve, bool good) {
 
 }  // namespace
 
-Codec<Scheme> scheme_codec() {
-  std::vector<std::pair<std::string, Scheme>> names;
-  for (const Scheme scheme : all_schemes()) {
-    names.emplace_back(to_string(scheme), scheme);
-  }
-  return choice<Scheme>(std::move(names));
-}
-
 Codec<SolveSpec> solve_codec() {
   return Map<SolveSpec>()
       .required("methods", &SolveSpec::methods,
@@ -288,6 +347,61 @@ Codec<SolveSpec> solve_codec() {
       .part(&SolveSpec::solver, solver_keys())
       .check(complete_methods)
       .codec();
+}
+
+namespace {
+
+Codec<EvaluationSpec> own_model_codec() {
+  return Map<EvaluationSpec>()
+      .key("scheme", &EvaluationSpec::scheme, scheme_codec(), "Scheme of the evaluation mesh.")
+      .maybe(
+          "edge_mm", &EvaluationSpec::edge, edge_codec(), "1.4",
+          fmt::format("Edge length of an evaluation mesh [mm], as edge_mm of a body; for a hand {}.", kHandEdge.text()))
+      .written_if([](const EvaluationSpec& evaluation) { return evaluation.kind == EvaluationSpec::Kind::kEdge; })
+      .maybe("split", &EvaluationSpec::splits, integer(between(1, 2)), "1",
+             "The solving mesh, with every face split into four this many times; instead of edge_mm.")
+      .exactly_one({"edge_mm", "split"})
+      .check([](const Input& in, EvaluationSpec& evaluation, bool good) {
+        if (good) {
+          evaluation.kind = in.node().find("edge_mm") ? EvaluationSpec::Kind::kEdge : EvaluationSpec::Kind::kSplit;
+        }
+        return good;
+      })
+      .codec();
+}
+
+}  // namespace
+
+Codec<EvaluationSpec> evaluation_codec() {
+  const auto bare =
+      kept_in(&EvaluationSpec::kind, choice<EvaluationSpec::Kind>({{"auto", EvaluationSpec::Kind::kAuto},
+                                                                   {"same", EvaluationSpec::Kind::kSame},
+                                                                   {"none", EvaluationSpec::Kind::kNone}}));
+  return either<EvaluationSpec>(bare, own_model_codec(), [](const EvaluationSpec& evaluation) {
+    return evaluation.kind != EvaluationSpec::Kind::kEdge && evaluation.kind != EvaluationSpec::Kind::kSplit;
+  });
+}
+
+bool check_evaluation(const Input& in, const Scene& scene) {
+  const Entry* entry = in.node().find("evaluation");
+  if (entry && scene.evaluation.kind == EvaluationSpec::Kind::kNone && solver_mistakes_channels(scene.array)) {
+    return in.at(*entry).problem(
+        "none, but the solver does not know the true responses of the channels: the scene must have an evaluation");
+  }
+  if (!entry || entry->value.kind != Node::Kind::kMap) {
+    return true;
+  }
+  const Input evaluation = in.at(*entry);
+  bool good = true;
+  if (scene.evaluation.kind == EvaluationSpec::Kind::kEdge && !scene.bodies.empty()) {
+    good = check_near(evaluation.key("edge_mm"), landmark_names(scene.bodies)) && good;
+  }
+  const bool any_hand = std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                                    [](const BodySpec& body) { return std::holds_alternative<HandShape>(body.shape); });
+  if (scene.evaluation.kind == EvaluationSpec::Kind::kEdge && any_hand) {
+    good = check_hand_edges(evaluation.key("edge_mm")) && good;
+  }
+  return good;
 }
 
 }  // namespace touchfield::schema

@@ -1,7 +1,12 @@
 #include "sim/scene/sweep_reader.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <numbers>
+#include <optional>
+#include <random>
 #include <set>
 #include <system_error>
 
@@ -12,11 +17,10 @@
 #include "sim/core/require.h"
 #include "sim/core/text.h"
 #include "sim/scene/input.h"
-#include "sim/scene/random_range.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/scene/schema.h"
 #include "sim/scene/schema_map.h"
-#include "sim/scene/text_file.h"
+#include "sim/scene/yaml_tree.h"
 
 namespace touchfield {
 
@@ -55,6 +59,97 @@ Part times(const Part& part, const Part& next) {
     }
   }
   return product;
+}
+
+/// Uniform numbers in [0, 1), the same everywhere: the standard library's distributions differ from one to another.
+class Uniform {
+ public:
+  explicit Uniform(std::uint64_t seed) : engine_(seed) {}
+  double operator()() { return static_cast<double>(engine_() >> 11U) * 0x1p-53; }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+/// What a random value of a sweep is drawn from.
+///
+///   uniform   first .. second
+///   integer   first, first + 1, ..., second
+///   log       first .. second, its logarithm uniform
+///   normal    mean first, standard deviation second
+struct RandomRange {
+  enum class Kind { kUniform, kInteger, kLog, kNormal };
+  Kind kind = Kind::kUniform;
+  double first = 0;
+  double second = 1;
+
+  /// A value as a scene spells it. Every kind takes two numbers, so that a draw does not depend on the others' kinds.
+  std::string draw(Uniform& uniform) const;
+};
+
+/// The finite number that a scalar is; nothing if it is none, or quoted.
+std::optional<double> number_in(const Node& node) {
+  const auto value = node.kind == Node::Kind::kScalar && !node.quoted ? number_of<double>(node.text) : std::nullopt;
+  return value && std::isfinite(*value) ? value : std::nullopt;
+}
+
+std::string RandomRange::draw(Uniform& uniform) const {
+  const double u = uniform();
+  const double v = uniform();
+  switch (kind) {
+    case Kind::kUniform:
+      return fmt::format("{}", first + u * (second - first));
+    case Kind::kInteger:
+      return fmt::format("{:.0f}", first + std::floor(u * (second - first + 1.0)));
+    case Kind::kLog:
+      return fmt::format("{}", first * std::pow(second / first, u));
+    case Kind::kNormal:
+      return fmt::format("{}",
+                         first + second * std::sqrt(-2.0 * std::log1p(-u)) * std::cos(2.0 * std::numbers::pi * v));
+  }
+  return "";
+}
+
+/// Reads [low, high], {integer: [low, high]}, {log: [low, high]} or {normal: [mean, sigma]}. Adds a problem and returns
+/// nothing if the value has another form or its numbers do not make a range.
+std::optional<RandomRange> read_range(const Entry& entry, Reading& reading) {
+  const Node* pair = &entry.value;
+  RandomRange range;
+  if (pair->kind == Node::Kind::kMap && pair->entries.size() == 1) {
+    const std::string& kind = pair->entries.front().key;
+    range.kind = kind == "integer"  ? RandomRange::Kind::kInteger
+                 : kind == "log"    ? RandomRange::Kind::kLog
+                 : kind == "normal" ? RandomRange::Kind::kNormal
+                                    : RandomRange::Kind::kUniform;
+    pair = range.kind == RandomRange::Kind::kUniform ? pair : &pair->entries.front().value;
+  }
+  const bool two = pair->kind == Node::Kind::kList && pair->items.size() == 2;
+  const auto first = two ? number_in(pair->items[0]) : std::nullopt;
+  const auto second = two ? number_in(pair->items[1]) : std::nullopt;
+  if (!first || !second) {
+    reading.add(entry.value.place, fmt::format("random.ranges.{}: must be [low, high], {{integer: [low, high]}}, "
+                                               "{{log: [low, high]}} or {{normal: [mean, sigma]}}",
+                                               entry.key));
+    return std::nullopt;
+  }
+  range.first = *first;
+  range.second = *second;
+  const bool whole = range.first == std::floor(range.first) && range.second == std::floor(range.second);
+  const char* rule = nullptr;
+  if (range.kind == RandomRange::Kind::kNormal) {
+    rule = range.second >= 0 ? nullptr : "sigma >= 0";
+  } else if (!(range.first <= range.second)) {
+    rule = "low <= high";
+  } else if (range.kind == RandomRange::Kind::kLog && !(range.first > 0)) {
+    rule = "low > 0";
+  } else if (range.kind == RandomRange::Kind::kInteger && !whole) {
+    rule = "whole numbers";
+  }
+  if (rule != nullptr) {
+    reading.add(entry.value.place, fmt::format("random.ranges.{}: must have {}", entry.key, rule));
+    return std::nullopt;
+  }
+  return range;
 }
 
 class SweepFile {
@@ -145,17 +240,17 @@ class SweepFile {
     if (table.kind != Node::Kind::kMap || table.entries.empty()) {
       in.key("ranges").must_be("a map of paths to ranges");
     }
-    std::vector<std::pair<std::string, schema::RandomRange>> ranges;
+    std::vector<std::pair<std::string, RandomRange>> ranges;
     for (const Entry& entry : table.entries) {
       claim(entry, "random");
-      if (const auto range = schema::read_range(entry, reading_)) {
+      if (const auto range = read_range(entry, reading_)) {
         ranges.emplace_back(entry.key, *range);
       }
     }
     if (reading_.failed()) {
       return {};
     }
-    schema::Uniform uniform(seed);
+    Uniform uniform(seed);
     Part part(static_cast<std::size_t>(count));
     for (auto& changes : part) {
       for (const auto& [path, range] : ranges) {

@@ -8,7 +8,7 @@
 #include "sim/cameras/pose_fit.h"
 #include "sim/mesh/io/file_text.h"
 #include "sim/mesh/remesh/edit_mesh.h"
-#include "sim/model/evaluation_comparison.h"
+#include "sim/model/evaluation.h"
 #include "sim/pictures/skin_picture.h"
 #include "sim/run/methods.h"
 #include "sim/run/sweep_files.h"

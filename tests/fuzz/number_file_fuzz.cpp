@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "sim/scene/measured_points.h"
 #include "sim/scene/number_files.h"
 #include "tests/fuzz/fuzz_support.h"
 

@@ -1,9 +1,8 @@
-#include "sim/model/beyond_skin.h"
-
 #include <cmath>
 
 #include "sim/core/progress.h"
 #include "sim/mesh/query/face_tree.h"
+#include "sim/model/model.h"
 #include "sim/run/methods.h"
 #include "sim/run/solve_model.h"
 #include "tests/support/solve_support.h"
@@ -66,7 +65,7 @@ TEST(BeyondSkin, OtherBodiesLieBeyondAsAWhole) {
   const double sphere = 4 * std::acos(-1.0) * 64e-6;
   EXPECT_NEAR(model.beyond.areas.sum() / sphere, 1.0, 0.03);
   EXPECT_NEAR((model.beyond.centres().colwise() - Vector3(70e-3, 0, 60e-3)).colwise().norm().mean(), 8e-3, 0.3e-3);
-  const EvaluationMesh evaluation = build_evaluation_mesh(model);
+  const EvaluationMesh evaluation = model.fixed->evaluation.mesh(model);
   EXPECT_THAT(evaluation.owner, Contains(1));
   // It has to be there where it is pressed on, or where nothing may lie beyond.
   EXPECT_THROW(

@@ -74,8 +74,8 @@ TEST(Model, TheEvaluationHasTheWholeBodyWhateverItIs) {
     SCOPED_TRACE(evaluation);
     const Model model =
         small_model({"body.capsule.length_mm=40", "body.keep_within_mm=11", std::string("evaluation=") + evaluation});
-    EXPECT_TRUE(evaluated_elsewhere(model));
-    const EvaluationMesh mesh = build_evaluation_mesh(model);
+    EXPECT_TRUE(model.fixed->evaluation.elsewhere());
+    const EvaluationMesh mesh = model.fixed->evaluation.mesh(model);
     EXPECT_NEAR(mesh.mesh.total_area() / skin, 1.0, 0.01);
     EXPECT_LE(mesh.mesh.mean_edge(), 1.05 * kCoarsestEvaluation * model.fixed->wave.wavelength());
   }
@@ -95,13 +95,13 @@ TEST(Model, AnEvaluationByItselfIsFineWhereTheSolverIsCoarse) {
 }
 
 TEST(Model, TheEvaluationHasItsOwnMeshWhereTheSceneSaysSo) {
-  EXPECT_FALSE(evaluated_elsewhere(small_model()));
+  EXPECT_FALSE(small_model().fixed->evaluation.elsewhere());
   const Model split = small_model({"evaluation={split: 1}"});
-  EXPECT_TRUE(evaluated_elsewhere(split));
-  EXPECT_EQ(build_evaluation_mesh(split).mesh.face_count(), 4 * split.body.mesh.face_count());
+  EXPECT_TRUE(split.fixed->evaluation.elsewhere());
+  EXPECT_EQ(split.fixed->evaluation.mesh(split).mesh.face_count(), 4 * split.body.mesh.face_count());
   const Model noisy = small_model({"sensing={noise_mm_rms: 0.3, correlation_mm: 5, seed: 1}"});
   ASSERT_TRUE(noisy.truth.has_value());
-  EXPECT_EQ(build_evaluation_mesh(noisy).mesh.vertices(), noisy.truth->vertices());
+  EXPECT_EQ(noisy.fixed->evaluation.mesh(noisy).mesh.vertices(), noisy.truth->vertices());
   EXPECT_NE(noisy.body.mesh.vertices(), noisy.truth->vertices());
 }
 

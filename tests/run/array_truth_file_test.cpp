@@ -2,6 +2,7 @@
 #include "sim/run/hdf5_file.h"
 #include "sim/run/run_compare.h"
 #include "sim/run/run_file.h"
+#include "sim/run/run_text.h"
 #include "tests/support/output_support.h"
 #include "tests/support/testing.h"
 

@@ -7,7 +7,7 @@
 #include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
-#include "sim/run/run_field.h"
+#include "sim/run/evaluate_methods.h"
 #include "sim/run/solve_model.h"
 #include "tests/support/solve_support.h"
 

@@ -19,11 +19,11 @@ TEST(Check, ForetellsTheFacesOfTheEvaluation) {
       SCOPED_TRACE(std::string(evaluation) + ", " + kept);
       const Model model = small_model({"body.capsule.length_mm=40", std::string("body.keep_within_mm=") + kept,
                                        std::string("evaluation=") + evaluation});
-      if (!evaluated_elsewhere(model)) {
+      if (!model.fixed->evaluation.elsewhere()) {
         EXPECT_EQ(check_model(model).evaluation_faces, 0);
         continue;
       }
-      const auto faces = static_cast<double>(build_evaluation_mesh(model).mesh.face_count());
+      const auto faces = static_cast<double>(model.fixed->evaluation.mesh(model).mesh.face_count());
       EXPECT_NEAR(static_cast<double>(check_model(model).evaluation_faces) / faces, 1.0, 0.2);
     }
   }

@@ -1,9 +1,7 @@
-#include "sim/run/expected_steps.h"
-
 #include <gtest/gtest.h>
 
 #include "sim/bem/scattering_solver.h"
-#include "sim/run/accuracy.h"
+#include "sim/run/estimates.h"
 #include "tests/support/solve_support.h"
 
 namespace touchfield::expected_steps_test {

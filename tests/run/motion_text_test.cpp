@@ -1,5 +1,3 @@
-#include "sim/run/motion_text.h"
-
 #include <sstream>
 
 #include "sim/run/motion_summary.h"

@@ -1,8 +1,7 @@
-#include "sim/run/run_field.h"
-
 #include <algorithm>
 #include <functional>
 
+#include "sim/run/evaluate_methods.h"
 #include "sim/run/solve_model.h"
 #include "tests/support/far_field.h"
 #include "tests/support/solve_support.h"

@@ -3,7 +3,7 @@
 #include <functional>
 #include <string>
 
-#include "sim/run/checksum.h"
+#include "sim/run/archive_file.h"
 #include "sim/run/hdf5_file.h"
 #include "sim/run/run_file.h"
 #include "tests/support/output_support.h"

@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 
 #include "sim/run/hdf5_file.h"
+#include "sim/run/text_table.h"
 #include "tests/support/output_support.h"
 #include "tests/support/result_file_support.h"
 #include "tests/support/same_support.h"

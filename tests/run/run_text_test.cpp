@@ -1,8 +1,9 @@
+#include "sim/run/run_text.h"
+
 #include <sstream>
 
 #include <nlohmann/json.hpp>
 
-#include "sim/run/run_file.h"
 #include "sim/run/text_table.h"
 #include "tests/support/output_support.h"
 #include "tests/support/testing.h"

@@ -6,8 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "sim/run/run_field.h"
-#include "sim/run/run_file.h"
+#include "sim/run/evaluate_methods.h"
 #include "sim/run/solve_model.h"
 #include "sim/run/text_table.h"
 #include "tests/support/files.h"

@@ -7,7 +7,7 @@
 #include "sim/core/json.h"
 #include "sim/field/metrics.h"
 #include "sim/mesh/query/face_tree.h"
-#include "sim/run/run_file.h"
+#include "sim/run/run_text.h"
 #include "sim/run/solve_model.h"
 #include "tests/support/solve_support.h"
 #include "tests/support/testing.h"
@@ -95,7 +95,7 @@ TEST(SoundLevels, APointInsideTheEvaluationMeshAloneHasNoneAndAWarning) {
                                               "solve.methods=[focus]", "body.edge_mm=4"};
   const Model plain = small_model(evaluated);
   const TriangleMesh& mesh = plain.body.mesh;
-  const FaceTree evaluation(build_evaluation_mesh(plain).mesh);
+  const FaceTree evaluation(plain.fixed->evaluation.mesh(plain).mesh);
   const auto depth = [&](Eigen::Index face) {
     const Vector3 x = mesh.centroids().col(face);
     return evaluation.winding_number(x) > 0.5 ? evaluation.nearest(x).distance : 0.0;

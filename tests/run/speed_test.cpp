@@ -1,10 +1,9 @@
-#include "sim/run/speed.h"
-
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
 #include <thread>
 
+#include "sim/run/estimates.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::speed_test {

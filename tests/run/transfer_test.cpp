@@ -3,7 +3,7 @@
 #include "sim/bem/scattering_system.h"
 #include "sim/core/rigid_motion.h"
 #include "sim/hand/shapes.h"
-#include "sim/run/kept_models.h"
+#include "sim/run/skin_scattering.h"
 #include "solvers/linear/low_rank.h"
 #include "solvers/phase/surface.h"
 #include "tests/support/testing.h"

@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "sim/scene/text_file.h"
+#include "sim/scene/yaml_tree.h"
 #include "tests/support/scene_support.h"
 
 namespace touchfield {

@@ -6,7 +6,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "sim/scene/measured_points.h"
 #include "sim/scene/number_files.h"
 #include "tests/support/scene_support.h"
 #include "tests/support/testing.h"

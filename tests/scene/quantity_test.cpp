@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "sim/scene/suggest.h"
+#include "sim/scene/schema_info.h"
 
 namespace touchfield::schema {
 namespace {

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/scene/scene_table.h"
-#include "sim/scene/schema_example.h"
+#include "sim/scene/schema_info.h"
 #include "tests/support/scene_support.h"
 
 namespace touchfield {

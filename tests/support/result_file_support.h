@@ -5,7 +5,7 @@
 #include <random>
 #include <string>
 
-#include "sim/run/checksum.h"
+#include "sim/run/archive_file.h"
 #include "sim/run/hdf5_file.h"
 #include "tests/support/files.h"
 #include "tests/support/testing.h"

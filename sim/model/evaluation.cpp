@@ -1,4 +1,4 @@
-#include "sim/model/evaluation_comparison.h"
+#include "sim/model/evaluation.h"
 
 #include <cmath>
 

@@ -1,11 +1,9 @@
-#include "sim/run/run_layout.h"
+#include "sim/run/run_data.h"
 
 #include <algorithm>
 #include <bit>
 #include <cctype>
-#include <cmath>
 #include <cstdint>
-#include <string_view>
 
 #include <fmt/format.h>
 

@@ -1,38 +1,119 @@
-#include "sim/run/evaluation.h"
+#include "sim/run/evaluate_methods.h"
 
 #include <memory>
+#include <numbers>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "sim/acoustics/nonlinearity.h"
 #include "sim/core/errors.h"
+#include "sim/core/sincos.h"
 #include "sim/field/metrics.h"
-#include "sim/model/evaluation_comparison.h"
+#include "sim/gpu/field_on_card.h"
+#include "sim/model/evaluation.h"
 #include "sim/model/stages.h"
-#include "sim/run/kept_models.h"
-#include "sim/run/run_field.h"
 
 namespace touchfield {
+
+namespace {
+
+constexpr double kLeastPairsOnCard = 1e7;  // of points and faces: fewer take the processor milliseconds
+
+/// A column a method.
+template <class Column>
+Eigen::MatrixXcd columns_of(const Run& run, Eigen::Index rows, const Column& column) {
+  Eigen::MatrixXcd columns(rows, static_cast<Eigen::Index>(run.methods.size()));
+  for (std::size_t s = 0; s < run.methods.size(); ++s) {
+    columns.col(static_cast<Eigen::Index>(s)) = column(run.methods[s]);
+  }
+  return columns;
+}
+
+const Eigen::VectorXcd& evaluated_pressure(const MethodResult& method, const TriangleMesh& mesh) {
+  if (method.evaluation_pressure.size() != mesh.face_count()) {
+    throw InputError(
+        fmt::format("method {}: the evaluation mesh has no pressure of it, which its field needs", method.name));
+  }
+  return method.evaluation_pressure;
+}
+
+FieldValues field_by(Gpu* gpu, const TriangleMesh& mesh, const TransducerArray& array, const Wave& wave,
+                     const Points& points, const Eigen::MatrixXcd& surface, const Eigen::MatrixXcd& drive) {
+  const double pairs = static_cast<double>(points.cols()) * static_cast<double>(mesh.face_count());
+  if (gpu == nullptr || pairs < kLeastPairsOnCard) {
+    return evaluate_field(mesh, array, wave, points, surface, drive);
+  }
+  FarField far = far_field_on_card(*gpu, kFarDistance, mesh, array, wave, points, surface, drive);
+  return with_near_faces(mesh, wave, points, surface, std::move(far.pressure), far.winding, far.near);
+}
+
+}  // namespace
+
+Eigen::MatrixXcd drives_of(const Run& run) {
+  return columns_of(run, run.array.size(), [](const MethodResult& method) { return drive(method.solution); });
+}
+
+Eigen::MatrixXcd pressures_of(const Run& run) {
+  return columns_of(run, run.mesh.face_count(), [](const MethodResult& method) { return method.pressure; });
+}
+
+Eigen::VectorXcd sounding_drive(PhaseSolution solution, int phase_levels) {
+  if (phase_levels > 0) {
+    for (double& phase : solution.phases) {
+      phase = 2.0 * std::numbers::pi * phase_step(phase, phase_levels) / phase_levels;
+    }
+  }
+  return drive(solution);
+}
+
+namespace {
+
+/// The drives that sound: rounded to the steps of the true array.
+Eigen::MatrixXcd sounding_drives(const Run& run) {
+  const int levels = run.array_truth ? run.array_truth->phase_levels : 0;
+  return columns_of(run, run.array.size(),
+                    [&](const MethodResult& method) { return sounding_drive(method.solution, levels); });
+}
+
+}  // namespace
+
+const TriangleMesh& field_mesh(const Run& run) {
+  return run.has_fields_of_evaluation() ? run.evaluation_model->mesh : run.mesh;
+}
+
+FieldValues run_field(const Run& run, const Wave& wave, const Points& points, Gpu* gpu) {
+  const TriangleMesh& mesh = field_mesh(run);
+  if (!run.has_fields_of_evaluation()) {
+    return field_by(gpu, mesh, run.array, wave, points, pressures_of(run), drives_of(run));
+  }
+  TransducerArray array = run.array;
+  if (run.array_truth) {
+    array.response = run.array_truth->response;
+  }
+  const auto pressures = columns_of(run, mesh.face_count(), [&](const MethodResult& method) -> const Eigen::VectorXcd& {
+    return evaluated_pressure(method, mesh);
+  });
+  return field_by(gpu, mesh, array, wave, points, pressures, sounding_drives(run));
+}
 
 namespace {
 
 /// The evaluation's pressures of the drives that sound. Where only the channels are others the system is the solver's,
 /// made and factorised already.
 std::unique_ptr<SkinScattering> evaluation_scattering(const Model& model, const SolveOptions& options,
-                                                      const TriangleMesh& mesh, Scheme scheme,
+                                                      const TriangleMesh& mesh,
                                                       const std::function<SkinScattering&()>& own, Run& run,
                                                       Progress& progress) {
-  const ChannelResponse& response =
-      model.fixed->array_truth ? model.fixed->array_truth->response : model.fixed->array.response;
-  if (model.fixed->scene.evaluation.kind == EvaluationSpec::Kind::kSame && !model.truth &&
-      !evaluates_own_bodies(model)) {
-    return std::make_unique<SkinScattering>(own(), response);
+  const Evaluation& evaluation = model.fixed->evaluation;
+  if (evaluation.kind == Evaluation::Kind::kTruth && !model.truth) {
+    return std::make_unique<SkinScattering>(own(), evaluation.channels.response);
   }
   SolverSpec spec = model.fixed->scene.solve.solver;
   spec.solver = SolverChoice::kAuto;
   spec.precision = PrecisionChoice::kAuto;
-  return make_scattering("evaluation", mesh, scheme, spec, static_cast<Eigen::Index>(run.methods.size()), model,
-                         response, options.models, run.solves, progress);
+  return make_scattering("evaluation", mesh, evaluation.scheme, spec, static_cast<Eigen::Index>(run.methods.size()),
+                         model, evaluation.channels.response, options.models, run.solves, progress);
 }
 
 }  // namespace
@@ -68,9 +149,7 @@ void evaluate_method(MethodResult& result, const TriangleMesh& mesh, const Surfa
     pressure.cwiseAbs().maxCoeff(&loudest);
     const Vector3 at = mesh.centroids().col(loudest);
     TransducerArray array = model.fixed->array;
-    if (model.fixed->array_truth) {
-      array.response = model.fixed->array_truth->response;
-    }
+    array.response = model.fixed->evaluation.channels.response;
     result.shock_distance_share = shock_distance_share(array, model.fixed->wave, drive(result.solution),
                                                        wave_front_begin(array, model.fixed->wave, at), at);
   }
@@ -79,11 +158,11 @@ void evaluate_method(MethodResult& result, const TriangleMesh& mesh, const Surfa
 void evaluate_elsewhere(const Model& model, const SolveOptions& options, const std::function<SkinScattering&()>& own,
                         Run& run, Progress& progress) {
   const Scene& scene = model.fixed->scene;
+  const Evaluation& evaluation = model.fixed->evaluation;
   const EvaluationMesh evaluation_mesh = timed(progress, run.seconds, "evaluation_mesh", "evaluation mesh",
-                                               [&] { return build_evaluation_mesh(model, options.bodies); });
+                                               [&] { return evaluation.mesh(model, options.bodies); });
   const TriangleMesh& mesh = evaluation_mesh.mesh;
-  const Scheme scheme = evaluation_scheme(scene);
-  EvaluationModel evaluation_model{to_string(scheme), mesh, std::nullopt};
+  EvaluationModel evaluation_model{to_string(evaluation.scheme), mesh, std::nullopt};
   if (scene.target) {
     evaluation_model.target = build_target(model, mesh);
     if (!scene.target->pressure) {  // the scale that was found for the solving mesh
@@ -94,7 +173,7 @@ void evaluate_elsewhere(const Model& model, const SolveOptions& options, const s
   auto scattering =
       timed(progress, run.seconds, "evaluation_set_up",
             fmt::format("set up the evaluation mesh: {} on {} faces", evaluation_model.scheme, mesh.face_count()),
-            [&] { return evaluation_scattering(model, options, mesh, scheme, own, run, progress); });
+            [&] { return evaluation_scattering(model, options, mesh, own, run, progress); });
   progress.detail(describe_decision(*scattering));
   const Eigen::MatrixXcd pressures =
       timed(progress, run.seconds, "evaluation", fmt::format("evaluate {} methods", run.methods.size()),
@@ -121,9 +200,7 @@ void evaluate_elsewhere(const Model& model, const SolveOptions& options, const s
     run.methods[s].metrics.evaluation_difference = differences(column);
     run.methods[s].metrics.evaluation_difference_target = target_differences(column);
   }
-  run.evaluation = evaluates_own_bodies(model)                             ? "edge"
-                   : scene.evaluation.kind == EvaluationSpec::Kind::kSplit ? "split"
-                                                                           : "truth";
+  run.evaluation = to_string(evaluation.kind);
   run.evaluation_model = std::move(evaluation_model);
 }
 

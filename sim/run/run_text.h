@@ -1,0 +1,50 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/core/json.h"
+#include "sim/run/run_data.h"
+
+namespace touchfield {
+
+/// A share as "12.34 %"; "-" where nothing was computed.
+std::string percent_text(double fraction);
+
+/// Text within XML or HTML.
+std::string markup_text(const std::string& text);
+
+std::string array_text(const TransducerArray& array);
+
+Json mesh_size(const TriangleMesh& mesh);
+Json provenance_value(const Provenance& provenance);
+Json stage_values(const std::vector<std::pair<std::string, double>>& stages);
+
+/// A page in HTML about a run. It has pictures, the figures of each method, what to cite (BibTeX), warnings and
+/// provenance. A paragraph for the methods section of a paper has all settings that matter.
+///
+/// pictures   names of files beside the page; of planes and setup those that are there
+std::string run_report(const Run& run, const std::vector<std::string>& pictures);
+
+/// The methods side by side, one per line, with the gap to the optimality bound where it was computed. If the metrics
+/// are of a part of the body, its label comes first. If the scene asked for the best pressure, that pressure and its
+/// method come last.
+std::string methods_table(const Run& run);
+
+/// levels_value has the sound levels at the fields of one point, one row per point and method. It also has the limits
+/// that are published for the frequency, one row per limit. levels_text is both as text, empty without such fields.
+Json levels_value(const Run& run);
+std::string levels_text(const Run& run);
+
+/// run_value has the name, mesh and array sizes, solutions and provenance of a run, method_values its methods with
+/// every metric. describe_run is the former with methods_table, as text for a person.
+Json run_value(const Run& run);
+Json method_values(const Run& run);
+std::string describe_run(const Run& run);
+
+/// metrics.csv: a header line and one line per method: name, method, scheme, every metric, status. NaN is
+/// written as "nan". Whole or not at all.
+void write_metrics_csv(const std::string& path, const Run& run);
+
+}  // namespace touchfield
