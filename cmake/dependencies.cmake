@@ -29,7 +29,6 @@ find_path(TOUCHFIELD_SPNG_INCLUDE spng.h REQUIRED)
 add_library(touchfield_spng INTERFACE)
 target_link_libraries(touchfield_spng INTERFACE ${TOUCHFIELD_SPNG})
 target_include_directories(touchfield_spng SYSTEM INTERFACE ${TOUCHFIELD_SPNG_INCLUDE})
-find_path(TOUCHFIELD_NANOFLANN_INCLUDE nanoflann.hpp REQUIRED)
 
 # The serial HDF5: VTK's packages also bring the MPI one.
 set(HDF5_PREFER_PARALLEL OFF)

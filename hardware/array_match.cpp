@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include "sim/core/box_tree.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
 
@@ -16,17 +16,11 @@ namespace {
 
 // Median distance of a transducer to its nearest neighbour; 0 for a single one.
 double pitch_of(const Points& points) {
-  std::vector<double> nearest;
-  for (Eigen::Index n = 0; n < points.cols(); ++n) {
-    double least = std::numeric_limits<double>::infinity();
-    for (Eigen::Index m = 0; m < points.cols(); ++m) {
-      if (m != n) least = std::min(least, (points.col(n) - points.col(m)).squaredNorm());
-    }
-    nearest.push_back(std::sqrt(least));
-  }
-  const auto middle = nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2);
-  std::nth_element(nearest.begin(), middle, nearest.end());
-  return nearest.size() < 2 ? 0 : *middle;
+  if (points.cols() < 2) return 0;
+  Eigen::VectorXd squared = nearest_neighbours(points).squared;
+  double* const middle = squared.data() + squared.size() / 2;
+  std::nth_element(squared.data(), middle, squared.data() + squared.size());
+  return std::sqrt(*middle);
 }
 
 // Distances from the middle, sorted: the same for the same places in another order.

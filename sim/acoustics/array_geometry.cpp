@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <stdexcept>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "sim/core/box_tree.h"
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
 #include "sim/core/text.h"
@@ -24,73 +24,6 @@ constexpr double kEvenPitch = 1.01;         // largest over least of an array wh
 constexpr double kFlat = 0.05e-3;           // [m]: an extent below it is not shown
 constexpr double kSameAxis = 0.9999;        // cosine, about 0.8 degrees
 constexpr double kRounding = 1e-9;          // of distances
-
-/// Finds nearest neighbours among points: halves of halves along the longer side of each.
-class NearestPoints {
- public:
-  explicit NearestPoints(const Points& points)
-      : points_(points), order_(static_cast<std::size_t>(points.cols())), axes_(order_.size()) {
-    std::iota(order_.begin(), order_.end(), Eigen::Index{0});
-    halve(0, order_.size());
-  }
-
-  struct Neighbour {
-    Eigen::Index index = -1;
-    double squared = std::numeric_limits<double>::infinity();
-  };
-  Neighbour nearest(Eigen::Index of) const {
-    Neighbour found;
-    search(0, order_.size(), of, found);
-    return found;
-  }
-
- private:
-  /// The point in the middle of a range parts it: those before lie on one side along its axis.
-  void halve(std::size_t begin, std::size_t end) {
-    if (end - begin < 2) {
-      return;
-    }
-    Vector3 low = points_.col(order_[begin]);
-    Vector3 high = low;
-    for (std::size_t i = begin; i < end; ++i) {
-      low = low.cwiseMin(points_.col(order_[i]));
-      high = high.cwiseMax(points_.col(order_[i]));
-    }
-    Eigen::Index axis = 0;
-    (high - low).maxCoeff(&axis);
-    const std::size_t middle = begin + (end - begin) / 2;
-    const auto at = [&](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
-    std::nth_element(at(begin), at(middle), at(end),
-                     [&](Eigen::Index a, Eigen::Index b) { return points_(axis, a) < points_(axis, b); });
-    axes_[middle] = axis;
-    halve(begin, middle);
-    halve(middle + 1, end);
-  }
-
-  void search(std::size_t begin, std::size_t end, Eigen::Index of, Neighbour& found) const {
-    if (begin == end) {
-      return;
-    }
-    const std::size_t middle = begin + (end - begin) / 2;
-    const Eigen::Index here = order_[middle];
-    if (here != of) {
-      const double squared = (points_.col(here) - points_.col(of)).squaredNorm();
-      if (squared < found.squared) {
-        found = {here, squared};
-      }
-    }
-    const double beyond = points_(axes_[middle], of) - points_(axes_[middle], here);
-    const bool below = beyond < 0;
-    below ? search(begin, middle, of, found) : search(middle + 1, end, of, found);
-    if (beyond * beyond < found.squared) {
-      below ? search(middle + 1, end, of, found) : search(begin, middle, of, found);
-    }
-  }
-
-  const Points& points_;
-  std::vector<Eigen::Index> order_;
-  std::vector<Eigen::Index> axes_;  // by place in order_
-};
 
 /// "(0.00, -0.50, 0.87)", without -0.
 std::string direction_text(const Vector3& direction) {
@@ -135,20 +68,17 @@ ArrayGeometry array_geometry(const TransducerArray& array) {
   if (array.size() < 2) {
     return geometry;
   }
-  const NearestPoints points(array.positions);
+  const Neighbours neighbours = nearest_neighbours(array.positions);
   double least = std::numeric_limits<double>::infinity();
-  double largest = 0;
   for (Eigen::Index n = 0; n < array.size(); ++n) {
-    const NearestPoints::Neighbour neighbour = points.nearest(n);
-    largest = std::max(largest, neighbour.squared);
-    if (neighbour.squared < (1 - kRounding) * least) {
-      least = neighbour.squared;
+    if (neighbours.squared(n) < (1 - kRounding) * least) {
+      least = neighbours.squared(n);
       geometry.nearest[0] = n;
-      geometry.nearest[1] = neighbour.index;
+      geometry.nearest[1] = neighbours.number[static_cast<std::size_t>(n)];
     }
   }
   geometry.least_pitch = std::sqrt(least);
-  geometry.largest_pitch = std::sqrt(largest);
+  geometry.largest_pitch = std::sqrt(neighbours.squared.maxCoeff());
   return geometry;
 }
 

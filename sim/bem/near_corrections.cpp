@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/mesh/query/face_tree.h"
+#include "sim/core/box_tree.h"
 
 namespace touchfield {
 

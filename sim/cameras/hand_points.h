@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "sim/cameras/depth_camera.h"
+#include "sim/core/box_tree.h"
 #include "sim/core/units.h"
-#include "sim/mesh/query/face_tree.h"
 
 namespace touchfield {
 

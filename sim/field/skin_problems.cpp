@@ -182,17 +182,13 @@ double expected_drives(const Points& centroids, const Points& normals, const Eig
     return 1.0;
   }
   constexpr Eigen::Index kStride = 7;  // some hundred channels tell as much as all
+  const Neighbours neighbours = nearest_neighbours(array.positions);
   double pitches = 0.0;
   double etendue = 0.0;
   Eigen::Index sampled = 0;
   for (Eigen::Index n = 0; n < array.size(); n += kStride) {
     const Vector3 x = array.positions.col(n);
     const Vector3 axis = array.axes.col(n);
-    double nearest = std::numeric_limits<double>::infinity();
-    for (Eigen::Index m = 0; m < array.size(); ++m) {
-      const double distance = (array.positions.col(m) - x).squaredNorm();
-      nearest = distance > 0 ? std::min(nearest, distance) : nearest;
-    }
     double sum = 0.0;
     for (Eigen::Index j = 0; j < areas.size(); ++j) {
       const Vector3 way = centroids.col(j) - x;
@@ -200,7 +196,7 @@ double expected_drives(const Points& centroids, const Points& normals, const Eig
       const double square = way.squaredNorm();
       sum += seen > 0 && axis.dot(way) > 0 ? areas(j) * seen / (square * square) : 0.0;
     }
-    pitches += std::isfinite(nearest) ? nearest : 0.0;
+    pitches += array.size() > 1 ? neighbours.squared(n) : 0.0;
     etendue += sum;
     ++sampled;
   }

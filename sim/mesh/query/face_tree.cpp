@@ -1,23 +1,12 @@
 #include "sim/mesh/query/face_tree.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
-#include <numeric>
-#include <utility>
 
 #include "sim/mesh/face_shape.h"
 
 namespace touchfield {
-
-namespace {
-
-double squared_distance(const Box& box, const Vector3& x) {
-  return (box.min() - x).cwiseMax(x - box.max()).cwiseMax(0.0).squaredNorm();
-}
-
-}  // namespace
 
 std::vector<Box> boxes_round_faces(const TriangleMesh& mesh, double touch) {
   std::vector<Box> boxes;
@@ -29,37 +18,6 @@ std::vector<Box> boxes_round_faces(const TriangleMesh& mesh, double touch) {
                        (face.rowwise().maxCoeff().array() + margin).matrix());
   }
   return boxes;
-}
-
-BoxTree::BoxTree(const std::vector<Box>& boxes) : numbers_(boxes.size()) {
-  std::iota(numbers_.begin(), numbers_.end(), 0);
-  build(boxes, 0, boxes.size());
-  boxes_.reserve(boxes.size());
-  for (const Eigen::Index i : numbers_) {
-    boxes_.push_back(boxes[static_cast<std::size_t>(i)]);
-  }
-}
-
-std::size_t BoxTree::build(const std::vector<Box>& boxes, std::size_t first, std::size_t count) {
-  constexpr std::size_t kBoxesPerNode = 4;
-  const auto box = [&](Eigen::Index i) -> const Box& { return boxes[static_cast<std::size_t>(i)]; };
-  const auto begin = numbers_.begin() + static_cast<std::ptrdiff_t>(first);
-  const auto end = begin + static_cast<std::ptrdiff_t>(count);
-  Node node{Box(), first, count, 0};
-  std::for_each(begin, end, [&](Eigen::Index i) { node.box.extend(box(i)); });
-  const std::size_t number = nodes_.size();
-  nodes_.push_back(node);
-  if (count > kBoxesPerNode) {
-    Eigen::Index axis = 0;
-    node.box.sizes().maxCoeff(&axis);
-    const std::size_t half = count / 2;
-    std::nth_element(begin, begin + static_cast<std::ptrdiff_t>(half), end, [&](Eigen::Index i, Eigen::Index j) {
-      return box(i).min()(axis) + box(i).max()(axis) < box(j).min()(axis) + box(j).max()(axis);
-    });
-    build(boxes, first, half);
-    nodes_[number].second_child = build(boxes, first + half, count - half);
-  }
-  return number;
 }
 
 FaceTree::FaceTree(const TriangleMesh& mesh) : tree_(boxes_round_faces(mesh, 0.0)) {
@@ -97,45 +55,19 @@ FaceTree::Moments FaceTree::moments_of(const TriangleMesh& mesh, const BoxTree::
 
 template <class Allowed>
 SkinPoint FaceTree::search(const Vector3& x, double within, const Allowed& allowed) const {
-  struct Waiting {
-    std::size_t node;
-    double squared;
-  };
-  std::array<Waiting, BoxTree::kStack> stack;
-  std::size_t waiting = 0;
-  const auto squared_to = [&](std::size_t n) { return squared_distance(tree_.nodes()[n].box, x); };
   SkinPoint best{-1, Vector3::Zero(), std::numeric_limits<double>::infinity()};
   double least = within * within;
-  stack[waiting++] = {0, squared_to(0)};
-  while (waiting > 0) {
-    const auto [n, squared] = stack[--waiting];
-    if (squared >= least) {
-      continue;
+  tree_.approach(x, least, [&](std::size_t place) {
+    const Leaf& leaf = leaves_[place];
+    if (!allowed(leaf)) {
+      return;
     }
-    const BoxTree::Node& node = tree_.nodes()[n];
-    if (!node.has_children()) {
-      for (std::size_t i = node.first; i < node.first + node.count; ++i) {
-        const Leaf& leaf = leaves_[i];
-        if (!allowed(leaf)) {
-          continue;
-        }
-        const Vector3 at = nearest_on_triangle(leaf.a, leaf.b, leaf.c, x);
-        const double to_leaf = (at - x).squaredNorm();
-        if (to_leaf < least) {
-          least = to_leaf;
-          best = {leaf.face, at, 0};
-        }
-      }
-      continue;
+    const Vector3 at = nearest_on_triangle(leaf.a, leaf.b, leaf.c, x);
+    if (const double squared = (at - x).squaredNorm(); squared < least) {
+      least = squared;
+      best = {leaf.face, at, 0};
     }
-    Waiting near{n + 1, squared_to(n + 1)};
-    Waiting far{node.second_child, squared_to(node.second_child)};
-    if (far.squared < near.squared) {
-      std::swap(near, far);
-    }
-    stack[waiting++] = far;
-    stack[waiting++] = near;
-  }
+  });
   if (best.face >= 0) {
     best.distance = std::sqrt(least);
   }
@@ -153,7 +85,7 @@ SkinPoint FaceTree::nearest_facing(const Vector3& x, const Vector3& direction, d
 
 void FaceTree::centroids_within(const Vector3& x, double radius, std::vector<Eigen::Index>& found) const {
   found.clear();
-  tree_.walk([&](std::size_t n) { return squared_distance(tree_.nodes()[n].box, x) <= radius * radius; },
+  tree_.walk([&](std::size_t n) { return tree_.squared_distance(n, x) <= radius * radius; },
              [&](std::size_t place) {
                const Leaf& leaf = leaves_[place];
                if (((leaf.a + leaf.b + leaf.c) / 3.0 - x).squaredNorm() <= radius * radius) {

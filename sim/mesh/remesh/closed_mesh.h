@@ -56,8 +56,6 @@ struct ClosedMesh {
 /// throws    InputError that names the faults left: holes and the like, or faces without area that cannot be removed
 ClosedMesh closed_mesh(const FileSurface& surface, double unit, const std::string& name);
 
-inline std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
-
 /// The faces of a file that have an area, each once, seen from outside as far as that can be told.
 struct OrientedSoup {
   TriangleMesh mesh;

@@ -8,6 +8,7 @@
 
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/query/face_tree.h"
+#include "sim/mesh/remesh/edit_mesh.h"
 #include "sim/mesh/topology.h"
 
 namespace touchfield {
@@ -15,8 +16,6 @@ namespace touchfield {
 namespace {
 
 using Index = Eigen::Index;
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 bool any_holds(const std::vector<Ball>& balls, const Vector3& x) {
   return std::ranges::any_of(balls, [&](const Ball& ball) { return ball.holds(x); });

@@ -1,12 +1,15 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <functional>
 #include <vector>
 
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
+
+inline std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
 /// Half-edges of a closed oriented manifold whose connectivity changes. Sides 3 f, 3 f + 1, 3 f + 2 go round face f.
 /// Knows no geometry. Vertices and faces that are removed leave a gap in the numbering until `compact`.
@@ -86,7 +89,6 @@ class EditMesh {
   Triangles compact(std::vector<int>& old_numbers) const;
 
  private:
-  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
   int next_around(int side) const { return opposite(previous(side)); }
   bool adjacent(int a, int b) const { return side_between(a, b) >= 0; }
   void join(int side, int other);

@@ -16,6 +16,7 @@
 #include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/query/skin_patches.h"
 #include "sim/mesh/remesh/closed_mesh.h"
+#include "sim/mesh/remesh/edit_mesh.h"
 #include "sim/mesh/remesh/remesh.h"
 #include "sim/mesh/remesh/surface_remesh.h"
 #include "sim/mesh/topology.h"
