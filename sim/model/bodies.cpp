@@ -4,21 +4,18 @@
 #include <cmath>
 #include <iterator>
 #include <map>
-#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
-#include "sim/core/rigid_motion.h"
 #include "sim/core/text.h"
 #include "sim/core/units.h"
 #include "sim/field/target.h"
 #include "sim/mesh/query/clearance.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/remesh/cut.h"
-#include "sim/model/meshed_body.h"
 #include "sim/scene/scene_reader.h"
 
 namespace touchfield {

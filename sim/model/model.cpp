@@ -16,7 +16,6 @@
 #include "sim/core/rigid_motion.h"
 #include "sim/core/text.h"
 #include "sim/core/units.h"
-#include "sim/field/skin_problems.h"
 #include "sim/field/target.h"
 #include "sim/gpu/gpu_library.h"
 #include "sim/mesh/query/clearance.h"

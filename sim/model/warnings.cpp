@@ -229,74 +229,6 @@ void remark_on_part(const Model& model, Remarks& remarks) {
   }
 }
 
-}  // namespace
-
-void add(const Remarks& more, Remarks& remarks) {
-  remarks.warnings.insert(remarks.warnings.end(), more.warnings.begin(), more.warnings.end());
-  remarks.notes.insert(remarks.notes.end(), more.notes.begin(), more.notes.end());
-}
-
-Remarks model_remarks(const Model& model) {
-  Remarks remarks = played_remarks(model);
-  if (model.fixed->scene.motion) {
-    remarks.notes.insert(
-        remarks.notes.begin(),
-        "still: `run` ignores the scene's motion and uses its other keys as they are; `play` plays the motion");
-  }
-  return remarks;
-}
-
-Remarks played_remarks(const Model& model) {
-  const TriangleMesh& mesh = model.body.mesh;
-  const auto target =
-      model.posture.target && hold_faces(mesh, model.boxes) ? std::optional(build_target(model)) : std::nullopt;
-  Remarks remarks{model.plan.warnings, {}};
-  warn_of_crossings(mesh, remarks);
-  warn_of_coarse_mesh(model, target, remarks);
-  const MeshRisks risks = mesh_risks(counts_near_target(model, target) ? surroundings(mesh, *target) : mesh);
-  if (risks.smallest_angle < kSmallestAngle) {
-    remarks.warnings.push_back(
-        fmt::format("slivers: a face has an angle of {:.2f} degrees {}; it should have {:.0f} or more",
-                    risks.smallest_angle / kDegree, at(risks.angle_at), kSmallestAngle / kDegree));
-  }
-  if (risks.size_jump > kLargestJump) {
-    remarks.warnings.push_back(fmt::format(
-        "size_jump: two faces that share an edge differ {:.1f} times in size {}; it should be {:.0f} at most",
-        risks.size_jump, at(risks.jump_at), kLargestJump));
-  }
-  if (risks.gap < kNearestParts) {
-    remarks.warnings.push_back(
-        fmt::format("narrow_gap: two parts of the skin are {:.2f} edges of air apart {}; the gap needs edges no longer "
-                    "than its width",
-                    risks.gap, at(risks.gap_at)));
-  }
-  if (risks.thickness < kThinnestBody) {
-    remarks.warnings.push_back(
-        fmt::format("thin_body: the body is {:.2f} edges thick {}; its two sides need edges no longer than that",
-                    risks.thickness, at(risks.thickness_at)));
-  }
-  std::ranges::copy(array_warnings(model.fixed->array, model.fixed->wave.wavelength()),
-                    std::back_inserter(remarks.warnings));
-  warn_of_body_behind(model, remarks);
-  warn_of_near_source(model, remarks);
-  if (target) {
-    warn_of_both_sides(mesh, *target, remarks);
-  }
-  const ArrayView view = array_view(model);
-  if (std::string warning = facing_warning(view); !warning.empty()) {
-    remarks.warnings.push_back(std::move(warning));
-  }
-  note_landmarks(model.plan, remarks);
-  if (std::string note = near_field_note(view, model); !note.empty()) {
-    remarks.notes.push_back(std::move(note));
-  }
-  note_own_evaluation(model, edges_per_wavelength(mesh, model.fixed->wave.wavelength()), remarks);
-  remark_on_part(model, remarks);
-  return remarks;
-}
-
-namespace {
-
 using Index = Eigen::Index;
 
 constexpr double kAlike = 0.5;       // cosine between the axes of a part: 60 degrees
@@ -384,6 +316,70 @@ std::vector<BoxView> box_views(const Model& model, const Target& target) {
 }
 
 }  // namespace
+
+void add(const Remarks& more, Remarks& remarks) {
+  remarks.warnings.insert(remarks.warnings.end(), more.warnings.begin(), more.warnings.end());
+  remarks.notes.insert(remarks.notes.end(), more.notes.begin(), more.notes.end());
+}
+
+Remarks model_remarks(const Model& model) {
+  Remarks remarks = played_remarks(model);
+  if (model.fixed->scene.motion) {
+    remarks.notes.insert(
+        remarks.notes.begin(),
+        "still: `run` ignores the scene's motion and uses its other keys as they are; `play` plays the motion");
+  }
+  return remarks;
+}
+
+Remarks played_remarks(const Model& model) {
+  const TriangleMesh& mesh = model.body.mesh;
+  const auto target =
+      model.posture.target && hold_faces(mesh, model.boxes) ? std::optional(build_target(model)) : std::nullopt;
+  Remarks remarks{model.plan.warnings, {}};
+  warn_of_crossings(mesh, remarks);
+  warn_of_coarse_mesh(model, target, remarks);
+  const MeshRisks risks = mesh_risks(counts_near_target(model, target) ? surroundings(mesh, *target) : mesh);
+  if (risks.smallest_angle < kSmallestAngle) {
+    remarks.warnings.push_back(
+        fmt::format("slivers: a face has an angle of {:.2f} degrees {}; it should have {:.0f} or more",
+                    risks.smallest_angle / kDegree, at(risks.angle_at), kSmallestAngle / kDegree));
+  }
+  if (risks.size_jump > kLargestJump) {
+    remarks.warnings.push_back(fmt::format(
+        "size_jump: two faces that share an edge differ {:.1f} times in size {}; it should be {:.0f} at most",
+        risks.size_jump, at(risks.jump_at), kLargestJump));
+  }
+  if (risks.gap < kNearestParts) {
+    remarks.warnings.push_back(
+        fmt::format("narrow_gap: two parts of the skin are {:.2f} edges of air apart {}; the gap needs edges no longer "
+                    "than its width",
+                    risks.gap, at(risks.gap_at)));
+  }
+  if (risks.thickness < kThinnestBody) {
+    remarks.warnings.push_back(
+        fmt::format("thin_body: the body is {:.2f} edges thick {}; its two sides need edges no longer than that",
+                    risks.thickness, at(risks.thickness_at)));
+  }
+  std::ranges::copy(array_warnings(model.fixed->array, model.fixed->wave.wavelength()),
+                    std::back_inserter(remarks.warnings));
+  warn_of_body_behind(model, remarks);
+  warn_of_near_source(model, remarks);
+  if (target) {
+    warn_of_both_sides(mesh, *target, remarks);
+  }
+  const ArrayView view = array_view(model);
+  if (std::string warning = facing_warning(view); !warning.empty()) {
+    remarks.warnings.push_back(std::move(warning));
+  }
+  note_landmarks(model.plan, remarks);
+  if (std::string note = near_field_note(view, model); !note.empty()) {
+    remarks.notes.push_back(std::move(note));
+  }
+  note_own_evaluation(model, edges_per_wavelength(mesh, model.fixed->wave.wavelength()), remarks);
+  remark_on_part(model, remarks);
+  return remarks;
+}
 
 ArrayView array_view(const Model& model) {
   ArrayView view;

@@ -6,8 +6,6 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <utility>
-#include <vector>
 #include <zlib.h>
 
 #include <Eigen/Core>
@@ -61,21 +59,6 @@ uLong crc_of(std::ifstream& file, std::streamoff size, const std::string& path) 
   return crc;
 }
 
-}  // namespace
-
-std::string checksum(std::string_view bytes) {
-  return digits_of(crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
-}
-
-std::string checksum_line(std::string_view bytes) { return line_of(checksum(bytes)); }
-
-std::string file_checksum(const std::string& path) {
-  auto [file, size] = opened(path);
-  return digits_of(crc_of(file, size, path));
-}
-
-namespace {
-
 /// Compares a file with the line at its end.
 /// throws   IoError if it cannot be read
 Checksum check_file(const std::string& path) {
@@ -128,6 +111,17 @@ std::string format_of(const hdf5::Content& root) {
 }
 
 }  // namespace
+
+std::string checksum(std::string_view bytes) {
+  return digits_of(crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+}
+
+std::string checksum_line(std::string_view bytes) { return line_of(checksum(bytes)); }
+
+std::string file_checksum(const std::string& path) {
+  auto [file, size] = opened(path);
+  return digits_of(crc_of(file, size, path));
+}
 
 void write_archive(const std::string& path, const hdf5::MemoryFile& file) {
   const std::string bytes = file.bytes();

@@ -34,44 +34,6 @@ double seconds_of(const Work& work) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-}  // namespace
-
-double product_seconds(const TriangleMesh& mesh, const Wave& wave) {
-  constexpr Eigen::Index kTimedPairs = 30'000'000;
-  const Eigen::Index rows = std::min({mesh.face_count(), Eigen::Index{1024}, kTimedPairs / mesh.face_count() + 1});
-  const LayerSum<float> sum(mesh, wave.wavenumber(), 0.0);
-  const Eigen::MatrixXcd x = Eigen::MatrixXcd::Ones(mesh.face_count(), 1);
-  sum.apply_head(Layer::kDouble, x, std::min<Eigen::Index>(rows, 16));  // wakes the threads
-  double seconds = std::numeric_limits<double>::infinity();
-  for (int trial = 0; trial < 3; ++trial) {  // the fastest: others wait for a thread
-    seconds = std::min(seconds, seconds_of([&] { sum.apply_head(Layer::kDouble, x, rows); }));
-  }
-  constexpr double kPairs = 0.55;  // time by pairs over time row by row
-  return kPairs * seconds * static_cast<double>(mesh.face_count()) / static_cast<double>(rows);
-}
-
-Speed speed_of(const std::function<void()>& work, double operations) {
-  constexpr int kTrials = 2;       // the first one also wakes the threads
-  constexpr double kGuess = 1e10;  // of a core of about 2015 in double precision
-  std::string fault = "it took no time";
-  try {
-    double fastest = std::numeric_limits<double>::infinity();
-    for (int trial = 0; trial < kTrials; ++trial) {
-      fastest = std::min(fastest, seconds_of(work));
-    }
-    const double flops = operations / fastest;
-    if (std::isfinite(flops) && flops > 0) {
-      return {flops, ""};
-    }
-  } catch (const std::exception& error) {
-    fault = error.what();
-  }
-  return {kGuess * omp_get_max_threads(),
-          fmt::format("this machine's speed could not be measured ({}): times are guesses", fault)};
-}
-
-namespace {
-
 Speed measure_lu(Eigen::Index size) {
   // Entries of length one without a pattern, and a diagonal that outweighs its row: far from singular.
   Eigen::MatrixXcd matrix(size, size);
@@ -96,12 +58,6 @@ const Speed& speed_at(double rows) {
   return speed;
 }
 
-}  // namespace
-
-const Speed& measured_speed(double rows) { return speed_at<0>(rows); }
-
-namespace {
-
 constexpr double kLuFlops = 8.0 / 3.0;  // complex operations counted as real ones, times n^3
 constexpr double kNearPairs = 220;      // a face, of Burton-Miller's near corrections on a uniform mesh
 constexpr double kNearBytes = 24;       // a pair, while they are gathered
@@ -110,48 +66,6 @@ constexpr double kMillerCost = 1.3;     // of a product with W over one with D a
 
 /// What Burton-Miller's near corrections take while they are gathered, on a uniform mesh [bytes].
 double near_memory(double faces) { return kNearBytes * kNearPairs * faces; }
-
-}  // namespace
-
-ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double faces, double unknowns, double solves,
-                          double steps, double product, const GridChoice& grid) {
-  ModelCost cost;
-  const SolverOptions& options = decision.options;
-  cost.bytes = solver_memory(static_cast<Eigen::Index>(unknowns), options, 1);
-  const bool miller = traits(scheme).burton_miller;
-  if (miller) {
-    cost.bytes += near_memory(faces);
-    cost.seconds += kNearCost * kNearPairs * product / faces;
-  }
-  if (traits(scheme).interior_points) {
-    cost.bytes += 16.0 * faces * (unknowns - faces);
-  }
-  const double in_double = 2.2 * product * (miller ? kMillerCost : 1.0);  // the residual
-  if (options.kind == SolverKind::kLu) {
-    const double speed = options.precision == Precision::kSingle ? 1.9 : 1.0;
-    const Speed& measured = measured_speed(unknowns);
-    cost.seconds += kLuFlops * unknowns * unknowns * unknowns / (speed * measured.flops) + in_double * solves;
-    cost.note = measured.note;
-  } else if (options.kind == SolverKind::kFft) {
-    const double share = product_share(options.kind, static_cast<Eigen::Index>(unknowns), grid.seconds);
-    constexpr double kOnce = 3.0;    // to make the grid, in products
-    constexpr double kRounds = 3.0;  // of refinement, beyond what grids reach
-    cost.bytes += grid.memory;
-    cost.seconds += options.tolerance < 5.0 * kFinestGridTolerance ? kRounds * solves * in_double : 0.0;
-    cost.seconds += (solves * steps + kOnce) * share * product * kMillerCost;
-  } else {
-    const double step = options.precision == Precision::kSingle ? product * (miller ? kMillerCost : 1.0) : in_double;
-    cost.seconds += solves * (steps * step + in_double);
-  }
-  return cost;
-}
-
-double chief_points(const Model& model) {
-  const double spacing = SystemOptions{}.chief_spacing * model.fixed->wave.wavelength();
-  return std::max(0.0, model.fixed->report.volume) / std::pow(spacing, 3);
-}
-
-namespace {
 
 constexpr int kSources = 16;
 constexpr std::uint64_t kSeed = 1;
@@ -241,10 +155,88 @@ void compare_split(const Model& model, AccuracyReport& report, Progress& progres
   }
 }
 
-/// The edge length at which an error would fall to a wanted one [m]: the schemes are of first order in it.
-double edge_for_error(double edge, double error, double wanted) { return edge * wanted / error; }
+constexpr double kMillerSteps = 25;
+constexpr double kPlainSteps = 200;
+constexpr Eigen::Index kSmall = 15000;  // faces: the run takes seconds
+constexpr double kCoarseEdge = 0.7;     // wavelengths
+constexpr double kCaught = 32;          // steps on the coarse copy from which on sound is caught somewhere
+constexpr double kGrowth = 0.35;
 
 }  // namespace
+
+double product_seconds(const TriangleMesh& mesh, const Wave& wave) {
+  constexpr Eigen::Index kTimedPairs = 30'000'000;
+  const Eigen::Index rows = std::min({mesh.face_count(), Eigen::Index{1024}, kTimedPairs / mesh.face_count() + 1});
+  const LayerSum<float> sum(mesh, wave.wavenumber(), 0.0);
+  const Eigen::MatrixXcd x = Eigen::MatrixXcd::Ones(mesh.face_count(), 1);
+  sum.apply_head(Layer::kDouble, x, std::min<Eigen::Index>(rows, 16));  // wakes the threads
+  double seconds = std::numeric_limits<double>::infinity();
+  for (int trial = 0; trial < 3; ++trial) {  // the fastest: others wait for a thread
+    seconds = std::min(seconds, seconds_of([&] { sum.apply_head(Layer::kDouble, x, rows); }));
+  }
+  constexpr double kPairs = 0.55;  // time by pairs over time row by row
+  return kPairs * seconds * static_cast<double>(mesh.face_count()) / static_cast<double>(rows);
+}
+
+Speed speed_of(const std::function<void()>& work, double operations) {
+  constexpr int kTrials = 2;       // the first one also wakes the threads
+  constexpr double kGuess = 1e10;  // of a core of about 2015 in double precision
+  std::string fault = "it took no time";
+  try {
+    double fastest = std::numeric_limits<double>::infinity();
+    for (int trial = 0; trial < kTrials; ++trial) {
+      fastest = std::min(fastest, seconds_of(work));
+    }
+    const double flops = operations / fastest;
+    if (std::isfinite(flops) && flops > 0) {
+      return {flops, ""};
+    }
+  } catch (const std::exception& error) {
+    fault = error.what();
+  }
+  return {kGuess * omp_get_max_threads(),
+          fmt::format("this machine's speed could not be measured ({}): times are guesses", fault)};
+}
+
+const Speed& measured_speed(double rows) { return speed_at<0>(rows); }
+
+ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double faces, double unknowns, double solves,
+                          double steps, double product, const GridChoice& grid) {
+  ModelCost cost;
+  const SolverOptions& options = decision.options;
+  cost.bytes = solver_memory(static_cast<Eigen::Index>(unknowns), options, 1);
+  const bool miller = traits(scheme).burton_miller;
+  if (miller) {
+    cost.bytes += near_memory(faces);
+    cost.seconds += kNearCost * kNearPairs * product / faces;
+  }
+  if (traits(scheme).interior_points) {
+    cost.bytes += 16.0 * faces * (unknowns - faces);
+  }
+  const double in_double = 2.2 * product * (miller ? kMillerCost : 1.0);  // the residual
+  if (options.kind == SolverKind::kLu) {
+    const double speed = options.precision == Precision::kSingle ? 1.9 : 1.0;
+    const Speed& measured = measured_speed(unknowns);
+    cost.seconds += kLuFlops * unknowns * unknowns * unknowns / (speed * measured.flops) + in_double * solves;
+    cost.note = measured.note;
+  } else if (options.kind == SolverKind::kFft) {
+    const double share = product_share(options.kind, static_cast<Eigen::Index>(unknowns), grid.seconds);
+    constexpr double kOnce = 3.0;    // to make the grid, in products
+    constexpr double kRounds = 3.0;  // of refinement, beyond what grids reach
+    cost.bytes += grid.memory;
+    cost.seconds += options.tolerance < 5.0 * kFinestGridTolerance ? kRounds * solves * in_double : 0.0;
+    cost.seconds += (solves * steps + kOnce) * share * product * kMillerCost;
+  } else {
+    const double step = options.precision == Precision::kSingle ? product * (miller ? kMillerCost : 1.0) : in_double;
+    cost.seconds += solves * (steps * step + in_double);
+  }
+  return cost;
+}
+
+double chief_points(const Model& model) {
+  const double spacing = SystemOptions{}.chief_spacing * model.fixed->wave.wavelength();
+  return std::max(0.0, model.fixed->report.volume) / std::pow(spacing, 3);
+}
 
 Eigen::VectorXcd free_focus(const Model& model) {
   const Eigen::MatrixXcd row = incident_matrix(model.fixed->array, model.fixed->wave, centre_of_interest(model));
@@ -291,10 +283,10 @@ AccuracyReport measure_accuracy(const Model& model, Progress& progress) {
 }
 
 void add_accuracy(Json& check, const AccuracyReport& report, double edge) {
-  // First order: the split mesh has half the error, so twice the difference is the error.
+  // First order in the edge: the split mesh has half the error, so twice the difference is the error.
   const bool split = !std::isnan(report.split_body);
   const double error = split ? 2.0 * report.split_body : report.body.rms;
-  const auto edge_for = [&](double wanted) { return edge_for_error(edge, error, wanted) / kMillimetre; };
+  const auto edge_for = [&](double wanted) { return edge * wanted / error / kMillimetre; };
   check.update({{"accuracy_indicator", fmt::format("{} sources inside; the target's surroundings: {:.0f} mm",
                                                    report.sources, report.reach / kMillimetre)},
                 {"accuracy_l2", report.body.rms},
@@ -311,17 +303,6 @@ void add_accuracy(Json& check, const AccuracyReport& report, double edge) {
                   {"for_1_percent", edge_for(0.01)},
                   {"by", split ? "twice the difference to the split mesh" : "the indicator"}}}});
 }
-
-namespace {
-
-constexpr double kMillerSteps = 25;
-constexpr double kPlainSteps = 200;
-constexpr Eigen::Index kSmall = 15000;  // faces: the run takes seconds
-constexpr double kCoarseEdge = 0.7;     // wavelengths
-constexpr double kCaught = 32;          // steps on the coarse copy from which on sound is caught somewhere
-constexpr double kGrowth = 0.35;
-
-}  // namespace
 
 double expected_steps(const Model& model, Scheme scheme) {
   if (!traits(scheme).burton_miller) {

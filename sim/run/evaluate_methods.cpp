@@ -48,56 +48,12 @@ FieldValues field_by(Gpu* gpu, const TriangleMesh& mesh, const TransducerArray& 
   return with_near_faces(mesh, wave, points, surface, std::move(far.pressure), far.winding, far.near);
 }
 
-}  // namespace
-
-Eigen::MatrixXcd drives_of(const Run& run) {
-  return columns_of(run, run.array.size(), [](const MethodResult& method) { return drive(method.solution); });
-}
-
-Eigen::MatrixXcd pressures_of(const Run& run) {
-  return columns_of(run, run.mesh.face_count(), [](const MethodResult& method) { return method.pressure; });
-}
-
-Eigen::VectorXcd sounding_drive(PhaseSolution solution, int phase_levels) {
-  if (phase_levels > 0) {
-    for (double& phase : solution.phases) {
-      phase = 2.0 * std::numbers::pi * phase_step(phase, phase_levels) / phase_levels;
-    }
-  }
-  return drive(solution);
-}
-
-namespace {
-
 /// The drives that sound: rounded to the steps of the true array.
 Eigen::MatrixXcd sounding_drives(const Run& run) {
   const int levels = run.array_truth ? run.array_truth->phase_levels : 0;
   return columns_of(run, run.array.size(),
                     [&](const MethodResult& method) { return sounding_drive(method.solution, levels); });
 }
-
-}  // namespace
-
-const TriangleMesh& field_mesh(const Run& run) {
-  return run.has_fields_of_evaluation() ? run.evaluation_model->mesh : run.mesh;
-}
-
-FieldValues run_field(const Run& run, const Wave& wave, const Points& points, Gpu* gpu) {
-  const TriangleMesh& mesh = field_mesh(run);
-  if (!run.has_fields_of_evaluation()) {
-    return field_by(gpu, mesh, run.array, wave, points, pressures_of(run), drives_of(run));
-  }
-  TransducerArray array = run.array;
-  if (run.array_truth) {
-    array.response = run.array_truth->response;
-  }
-  const auto pressures = columns_of(run, mesh.face_count(), [&](const MethodResult& method) -> const Eigen::VectorXcd& {
-    return evaluated_pressure(method, mesh);
-  });
-  return field_by(gpu, mesh, array, wave, points, pressures, sounding_drives(run));
-}
-
-namespace {
 
 /// The evaluation's pressures of the drives that sound. Where only the channels are others the system is the solver's,
 /// made and factorised already.
@@ -117,6 +73,42 @@ std::unique_ptr<SkinScattering> evaluation_scattering(const Model& model, const 
 }
 
 }  // namespace
+
+Eigen::MatrixXcd drives_of(const Run& run) {
+  return columns_of(run, run.array.size(), [](const MethodResult& method) { return drive(method.solution); });
+}
+
+Eigen::MatrixXcd pressures_of(const Run& run) {
+  return columns_of(run, run.mesh.face_count(), [](const MethodResult& method) { return method.pressure; });
+}
+
+Eigen::VectorXcd sounding_drive(PhaseSolution solution, int phase_levels) {
+  if (phase_levels > 0) {
+    for (double& phase : solution.phases) {
+      phase = 2.0 * std::numbers::pi * phase_step(phase, phase_levels) / phase_levels;
+    }
+  }
+  return drive(solution);
+}
+
+const TriangleMesh& field_mesh(const Run& run) {
+  return run.has_fields_of_evaluation() ? run.evaluation_model->mesh : run.mesh;
+}
+
+FieldValues run_field(const Run& run, const Wave& wave, const Points& points, Gpu* gpu) {
+  const TriangleMesh& mesh = field_mesh(run);
+  if (!run.has_fields_of_evaluation()) {
+    return field_by(gpu, mesh, run.array, wave, points, pressures_of(run), drives_of(run));
+  }
+  TransducerArray array = run.array;
+  if (run.array_truth) {
+    array.response = run.array_truth->response;
+  }
+  const auto pressures = columns_of(run, mesh.face_count(), [&](const MethodResult& method) -> const Eigen::VectorXcd& {
+    return evaluated_pressure(method, mesh);
+  });
+  return field_by(gpu, mesh, array, wave, points, pressures, sounding_drives(run));
+}
 
 void note_solve(const Run& run, Progress& progress) {
   const SolveRecord& solve = run.solves.back();

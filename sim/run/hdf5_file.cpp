@@ -4,7 +4,6 @@
 #include <array>
 #include <iterator>
 #include <type_traits>
-#include <utility>
 
 #include <fmt/ranges.h>
 #include <hdf5.h>

@@ -11,7 +11,6 @@
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
 #include "sim/field/metrics.h"
-#include "sim/field/skin_problems.h"
 #include "sim/gpu/gpu.h"
 #include "sim/model/model.h"
 #include "sim/run/run_file.h"
@@ -30,12 +29,28 @@ Eigen::MatrixXcd random_starts(Eigen::Index size, const StartSpec& start) {
   return starts;
 }
 
-Run read_previous(const MethodSpec& method) {
-  try {
-    return read_run_file(method.start.file);
-  } catch (const Error& error) {
-    throw InputError(fmt::format("start of {}: {}", method.name, error.what()));
+/// Phases of the finished run that a method starts from (`start: {previous: RUN.h5}`), of its method of the same name
+/// or, if the start names none and there is none, of its first.
+Eigen::VectorXd previous_phases(const MethodSpec& method, Eigen::Index channels) {
+  const StartSpec& start = method.start;
+  const Run run = [&] {
+    try {
+      return read_run_file(start.file);
+    } catch (const Error& error) {
+      throw InputError(fmt::format("start of {}: {}", method.name, error.what()));
+    }
+  }();
+  auto found = std::ranges::find(run.methods, start.method.empty() ? method.name : start.method, &MethodResult::name);
+  if (found == run.methods.end() && start.method.empty()) {
+    found = run.methods.begin();
   }
+  require(found != run.methods.end(), "start of {}: {} has no method {}", method.name, start.file,
+          start.method.empty() ? "at all" : start.method);
+  if (found->solution.phases.size() != channels) {
+    throw InputError(fmt::format("start of {}: {} has {} channels, the array here has {}", method.name, start.file,
+                                 found->solution.phases.size(), channels));
+  }
+  return found->solution.phases;
 }
 
 Eigen::VectorXcd unit_drives(const Eigen::VectorXd& phases) {
@@ -131,22 +146,6 @@ void leave_out_dead(const ChannelResponse& response, PhaseSolution& solution) {
       solution.amplitudes(n) = 0.0;
     }
   }
-}
-
-Eigen::VectorXd previous_phases(const MethodSpec& method, Eigen::Index channels) {
-  const StartSpec& start = method.start;
-  const Run run = read_previous(method);
-  auto found = std::ranges::find(run.methods, start.method.empty() ? method.name : start.method, &MethodResult::name);
-  if (found == run.methods.end() && start.method.empty()) {
-    found = run.methods.begin();
-  }
-  require(found != run.methods.end(), "start of {}: {} has no method {}", method.name, start.file,
-          start.method.empty() ? "at all" : start.method);
-  if (found->solution.phases.size() != channels) {
-    throw InputError(fmt::format("start of {}: {} has {} channels, the array here has {}", method.name, start.file,
-                                 found->solution.phases.size(), channels));
-  }
-  return found->solution.phases;
 }
 
 void require_fitting_phases(const MethodSpec& method, Eigen::Index channels) {

@@ -20,13 +20,6 @@ constexpr int kScaleTrials = 9;
 /// A channel that the solver knows to be dead has no bearing on any cost: it is not driven.
 void leave_out_dead(const ChannelResponse& response, PhaseSolution& solution);
 
-/// Phases of the finished run that a method starts from (`start: {previous: RUN.h5}`), of its method of the same name
-/// or, if the start names none and there is none, of its first.
-///
-/// channels   of the array they are for
-/// throws     InputError if the file cannot be read as a run, has no such method or not as many channels
-Eigen::VectorXd previous_phases(const MethodSpec& method, Eigen::Index channels);
-
 /// throws   InputError if a method's fixed phases, or those of the run that it starts from, do not fit the channels, or
 ///          that run cannot be read
 void require_fitting_phases(const MethodSpec& method, Eigen::Index channels);

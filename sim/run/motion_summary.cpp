@@ -10,7 +10,6 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/core/units.h"
-#include "sim/run/run_text.h"
 #include "sim/run/text_table.h"
 
 namespace touchfield {
@@ -40,13 +39,37 @@ double stage_seconds(const StageSeconds& stages, const std::string& stage) {
 
 namespace {
 
-/// All stages of a frame [s].
-double total_seconds(const MotionFrame& frame) {
-  double sum = 0.0;
-  for (const auto& [stage, seconds] : frame.seconds) {
-    sum += seconds;
+Worst worst_of(double Metrics::*metric) {
+  const bool more_is_better = metric == &Metrics::correlation || metric == &Metrics::mean_inside_pa ||
+                              metric == &Metrics::reached_share || metric == &Metrics::force_target_n;
+  return more_is_better ? Worst::kSmallest : Worst::kLargest;
+}
+
+std::string in_ms(double seconds) { return table_number(1e3 * seconds, "{:.1f}"); }
+
+/// Counts and times of a method, and what its frames took by stage: the median, and the 95th percentile.
+Json method_value(const MotionMethod& method) {
+  const MotionSummary over = summary(method);
+  std::vector<std::string> stages;
+  for (const std::string& stage : stages_of(method.frames)) {
+    std::vector<double> seconds;
+    std::ranges::transform(method.frames, std::back_inserter(seconds),
+                           [&](const MotionFrame& frame) { return stage_seconds(frame, stage); });
+    const Statistics over_frames = statistics(std::move(seconds));
+    stages.push_back(fmt::format("{} {} ({})", stage, in_ms(over_frames.median), in_ms(over_frames.p95)));
   }
-  return sum;
+  return {{"name", method.name},
+          {"method", method.method},
+          {"scheme", method.scheme},
+          {"frames", over.frames},
+          {"silent", over.silent},
+          {"lost", over.lost},
+          {"late", over.late},
+          {"dropped", over.dropped},
+          {"scores", over.scores},
+          {"latency_ms", fmt::format("{} ({}), worst {}", in_ms(over.latency.median), in_ms(over.latency.p95),
+                                     in_ms(over.latency.worst))},
+          {"stages_ms", fmt::format("{}", fmt::join(stages, ", "))}};
 }
 
 }  // namespace
@@ -54,16 +77,6 @@ double total_seconds(const MotionFrame& frame) {
 double shown_displacement(const MotionScore& score) {
   return score.frame < 0 ? kNotComputed : score.displacement.norm();
 }
-
-namespace {
-
-Worst worst_of(double Metrics::*metric) {
-  const bool more_is_better = metric == &Metrics::correlation || metric == &Metrics::mean_inside_pa ||
-                              metric == &Metrics::reached_share || metric == &Metrics::force_target_n;
-  return more_is_better ? Worst::kSmallest : Worst::kLargest;
-}
-
-}  // namespace
 
 double percentile(std::vector<double> values, double share) {
   if (values.empty()) {
@@ -102,7 +115,8 @@ MotionSummary summary(const MotionMethod& method) {
     result.late += frame.late > 0 ? 1 : 0;
     latencies.push_back(frame.shown - frame.sampled);
     if (!frame.silent) {
-      seconds.push_back(total_seconds(frame));
+      seconds.push_back(std::accumulate(frame.seconds.begin(), frame.seconds.end(), 0.0,
+                                        [](double sum, const auto& stage) { return sum + stage.second; }));
     }
   }
   result.latency = statistics(std::move(latencies));
@@ -151,50 +165,6 @@ std::vector<std::pair<std::string, double>> summary_columns(const MotionSummary&
   return columns;
 }
 
-namespace {
-
-std::string in_ms(double seconds) { return table_number(1e3 * seconds, "{:.1f}"); }
-
-/// Those of all methods, in the order in which they first appear.
-std::vector<std::string> all_stages(const Motion& motion) {
-  std::vector<std::string> all;
-  for (const MotionMethod& method : motion.methods) {
-    for (const std::string& stage : stages_of(method.frames)) {
-      if (std::ranges::find(all, stage) == all.end()) {
-        all.push_back(stage);
-      }
-    }
-  }
-  return all;
-}
-
-/// Counts and times of a method, and what its frames took by stage: the median, and the 95th percentile.
-Json method_value(const MotionMethod& method) {
-  const MotionSummary over = summary(method);
-  std::vector<std::string> stages;
-  for (const std::string& stage : stages_of(method.frames)) {
-    std::vector<double> seconds;
-    std::ranges::transform(method.frames, std::back_inserter(seconds),
-                           [&](const MotionFrame& frame) { return stage_seconds(frame, stage); });
-    const Statistics over_frames = statistics(std::move(seconds));
-    stages.push_back(fmt::format("{} {} ({})", stage, in_ms(over_frames.median), in_ms(over_frames.p95)));
-  }
-  return {{"name", method.name},
-          {"method", method.method},
-          {"scheme", method.scheme},
-          {"frames", over.frames},
-          {"silent", over.silent},
-          {"lost", over.lost},
-          {"late", over.late},
-          {"dropped", over.dropped},
-          {"scores", over.scores},
-          {"latency_ms", fmt::format("{} ({}), worst {}", in_ms(over.latency.median), in_ms(over.latency.p95),
-                                     in_ms(over.latency.worst))},
-          {"stages_ms", fmt::format("{}", fmt::join(stages, ", "))}};
-}
-
-}  // namespace
-
 void write_motion_csv(const std::string& path, const Motion& motion) {
   const auto row_of = [&](const MotionMethod& method, const MotionScore& score) {
     const Vector3 moved = score.frame < 0 ? Vector3::Constant(kNotComputed) : Vector3(1e3 * score.displacement);
@@ -217,7 +187,11 @@ void write_motion_csv(const std::string& path, const Motion& motion) {
 }
 
 void write_frames_csv(const std::string& path, const Motion& motion) {
-  const std::vector<std::string> stages = all_stages(motion);
+  std::vector<StageSeconds> all;
+  for (const MotionMethod& method : motion.methods) {
+    std::ranges::transform(method.frames, std::back_inserter(all), &MotionFrame::seconds);
+  }
+  const std::vector<std::string> stages = stages_of(all);
   const auto row_of = [&](const MotionMethod& method, const MotionFrame& frame) {
     const PhaseSolution& solution = frame.solution;
     Json row = {{"method", method.name},

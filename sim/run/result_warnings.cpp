@@ -129,6 +129,11 @@ void remark_nonlinearity(const Run& run, Remarks& remarks) {
   }
 }
 
+constexpr double kTolerance = 1e-3;
+constexpr int kMaxSteps = 60;
+constexpr double kFreeSeconds = 0.25;  // spent on the resonance check whatever the run takes
+constexpr double kShare = 0.5;         // of the run's own solving
+
 }  // namespace
 
 std::vector<const MethodResult*> methods_below_wanted(const Run& run) {
@@ -152,15 +157,6 @@ Remarks result_remarks(const Run& run, double most) {
   remark_nonlinearity(run, remarks);
   return remarks;
 }
-
-namespace {
-
-constexpr double kTolerance = 1e-3;
-constexpr int kMaxSteps = 60;
-constexpr double kFreeSeconds = 0.25;  // spent on the resonance check whatever the run takes
-constexpr double kShare = 0.5;         // of the run's own solving
-
-}  // namespace
 
 double resonance_check_seconds(bool plain, double product) { return (plain ? 15.0 : kMaxSteps) * product; }
 

@@ -14,7 +14,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "sim/run/run_data.h"
 #include "sim/run/run_text.h"
 #include "sim/run/text_table.h"
 

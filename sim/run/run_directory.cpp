@@ -16,7 +16,6 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/core/errors.h"
-#include "sim/core/files.h"
 #include "sim/core/json.h"
 #include "sim/core/require.h"
 #include "sim/core/version.h"

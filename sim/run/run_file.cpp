@@ -5,9 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/run/archive_file.h"
 #include "sim/run/run_archive.h"
-#include "sim/run/run_data.h"
 
 namespace touchfield {
 

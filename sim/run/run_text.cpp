@@ -12,7 +12,6 @@
 #include "sim/core/files.h"
 #include "sim/core/units.h"
 #include "sim/field/metrics.h"
-#include "sim/run/run_data.h"
 #include "sim/run/run_text.h"
 #include "sim/run/text_table.h"
 #include "solvers/phase/phase_methods.h"
@@ -80,6 +79,134 @@ Json solve_values(const Run& run) {
   return solves;
 }
 
+Json method_row(const MethodResult& method) {
+  Json value = {{"name", method.name}, {"method", method.method}, {"scheme", method.scheme}};
+  for (const MetricField& field : metric_fields()) {
+    value[field.name] = method.metrics.*field.value;
+  }
+  value.update({{"shock_distance_share", method.shock_distance_share}, {"status", to_string(method.solution.status)}});
+  return value;
+}
+
+/// A share as "12.34 %"; "-" where nothing was computed.
+std::string percent_text(double fraction) { return table_number(100.0 * fraction, "{:.2f} %"); }
+
+constexpr const char* kStyle =
+    "body{font:16px/1.5 sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#1b1b1b}"
+    "img{max-width:100%;height:auto;border:1px solid #ddd}"
+    "table{border-collapse:collapse;display:block;overflow-x:auto}"
+    "td,th{padding:.25rem .7rem;border-bottom:1px solid #ddd;text-align:right}"
+    "td:first-child,th:first-child{text-align:left}"
+    "pre{background:#f5f5f5;padding:.8rem;overflow-x:auto;white-space:pre-wrap}";
+
+/// Method names stand in results as scenes give them; this is what the program calls what they do.
+std::string help_of(const std::string& method) {
+  const std::span<const PhaseMethod> all = phase_methods();
+  const auto found = std::ranges::find(all, method, &PhaseMethod::name);
+  return found == all.end() ? "" : std::string(found->help);
+}
+
+std::string array_sentence(const TransducerArray& array) {
+  if (array.kind == TransducerArray::Kind::kPlaneWave) {
+    return fmt::format("The sound was a plane wave of {:.4g} Pa. ", array.amplitudes(0));
+  }
+  return fmt::format("The array: {} transducers (directivity: {}). ", array.size(),
+                     directivity_name(array.directivity.kind()));
+}
+
+std::string evaluation_sentence(const Run& run) {
+  if (run.evaluation_model) {
+    return fmt::format(
+        "All phases were evaluated by the scheme {} on a separate mesh of {} faces (mean edge {:.2f} mm). ",
+        run.evaluation_model->scheme, run.evaluation_model->mesh.face_count(),
+        1e3 * run.evaluation_model->mesh.mean_edge());
+  }
+  return run.evaluation == "none" ? "" : "All phases were evaluated on the mesh that they were found on. ";
+}
+
+/// Of one solve per scheme: how its system was solved.
+std::string scattering_sentence(const Run& run) {
+  std::set<std::string> told;
+  std::string text;
+  for (const SolveRecord& solve : run.solves) {
+    if (told.insert(solve.scheme).second) {
+      text += fmt::format(
+          "Scattering by the sound-hard skin was computed by boundary elements (scheme {}, {}, largest "
+          "relative residual {:.1e}). ",
+          solve.scheme, solve.solver, solve.residual);
+    }
+  }
+  return text;
+}
+
+std::string cell(const std::string& text, const char* tag = "td") {
+  return fmt::format("<{0}>{1}</{0}>", tag, markup_text(text));
+}
+
+std::string figures_of(const Run& run) {
+  std::string text = "<table><tr>";
+  for (const char* head : {"method", "error [%]", "mean in target [Pa]", "width [mm]", "leakage [%]", "force [mN]"}) {
+    text += cell(head, "th");
+  }
+  text += "</tr>\n";
+  for (const MethodResult& result : run.methods) {
+    const Metrics& metrics = result.metrics;
+    text += "<tr>" + cell(result.name) + cell(table_number(1e2 * metrics.relative_error, "{:.1f}")) +
+            cell(table_number(metrics.mean_inside_pa, "{:.0f}")) + cell(table_number(metrics.width_mm, "{:.2f}")) +
+            cell(table_number(1e2 * metrics.leakage, "{:.0f}")) +
+            cell(table_number(1e3 * metrics.force_target_n, "{:.3g}")) + "</tr>\n";
+  }
+  return text + "</table>\n";
+}
+
+std::string list_of(const char* title, const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) {
+    text += "<li>" + markup_text(line) + "</li>\n";
+  }
+  return text.empty() ? "" : fmt::format("<h2>{}</h2>\n<ul>\n{}</ul>\n", title, text);
+}
+
+std::string shown(const std::vector<std::string>& pictures) {
+  std::string text;
+  for (const std::string& picture : pictures) {
+    if (picture.ends_with(".pdf")) {
+      text += fmt::format("<p><a href=\"{0}\">{0}</a></p>\n", markup_text(picture));
+    } else {
+      text += fmt::format("<p><img src=\"{0}\" alt=\"{0}\"/></p>\n", markup_text(picture));
+    }
+  }
+  return text;
+}
+
+/// The paragraph alone, as plain text.
+std::string methods_paragraph(const Run& run) {
+  std::string text = fmt::format("The skin was a mesh of {} triangular faces (area {:.0f} cm2, mean edge {:.2f} mm). ",
+                                 run.mesh.face_count(), 1e4 * run.mesh.total_area(), 1e3 * run.mesh.mean_edge());
+  text += array_sentence(run.array) + scattering_sentence(run);
+  if (run.target) {
+    text += fmt::format("The target was a pressure of up to {:.4g} Pa on {} faces. ", run.target->amplitudes.maxCoeff(),
+                        run.target->size());
+  }
+  for (const MethodResult& result : run.methods) {
+    text += fmt::format("Method {} ({}): {} ", result.name, result.scheme, help_of(result.method));
+  }
+  return text + evaluation_sentence(run) +
+         fmt::format("Computed with touchfield {} ({}).", run.provenance.version, run.provenance.revision);
+}
+
+/// This version of touchfield, and the paper on which its method is based.
+std::string bibtex(const std::string& version) {
+  return "@software{touchfield,\n  title = {touchfield},\n  author = {{The touchfield authors}},\n  version = {" +
+         version +
+         "}\n}\n"
+         "@inproceedings{matsubayashi2020rendering,\n"
+         "  title = {Rendering Ultrasound Pressure Distribution on Hand Surface in Real-Time},\n"
+         "  author = {Matsubayashi, Atsushi and Makino, Yasutoshi and Shinoda, Hiroyuki},\n"
+         "  booktitle = {Haptics: Science, Technology, Applications (EuroHaptics 2020)},\n"
+         "  year = {2020},\n  doi = {10.1007/978-3-030-58147-3_45}\n}\n";
+}
+
 }  // namespace
 
 std::string markup_text(const std::string& text) {
@@ -89,8 +216,6 @@ std::string markup_text(const std::string& text) {
   }
   return escaped;
 }
-
-std::string percent_text(double fraction) { return table_number(100.0 * fraction, "{:.2f} %"); }
 
 std::string array_text(const TransducerArray& array) {
   if (array.kind == TransducerArray::Kind::kPlaneWave) {
@@ -231,15 +356,7 @@ std::string levels_text(const Run& run) {
 
 Json method_values(const Run& run) {
   Json methods = Json::array();
-  for (const MethodResult& method : run.methods) {
-    Json value = {{"name", method.name}, {"method", method.method}, {"scheme", method.scheme}};
-    for (const MetricField& field : metric_fields()) {
-      value[field.name] = method.metrics.*field.value;
-    }
-    value.update(
-        {{"shock_distance_share", method.shock_distance_share}, {"status", to_string(method.solution.status)}});
-    methods.push_back(value);
-  }
+  std::ranges::transform(run.methods, std::back_inserter(methods), method_row);
   return methods;
 }
 
@@ -248,138 +365,15 @@ std::string describe_run(const Run& run) {
 }
 
 void write_metrics_csv(const std::string& path, const Run& run) {
-  const auto row_of = [&](const MethodResult& result) {
-    Json row = {{"name", result.name}, {"method", result.method}, {"scheme", result.scheme}};
-    for (const MetricField& field : metric_fields()) {
-      row[field.name] = result.metrics.*field.value;
-    }
-    row["status"] = to_string(result.solution.status);
+  const auto row_of = [](const MethodResult& result) {
+    Json row = method_row(result);
+    row.erase("shock_distance_share");
     return row;
   };
   Json rows = Json::array();
   std::ranges::transform(run.methods, std::back_inserter(rows), row_of);
   write_text_file(path, csv_text(row_of({}), rows));
 }
-
-namespace {
-
-constexpr const char* kStyle =
-    "body{font:16px/1.5 sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#1b1b1b}"
-    "img{max-width:100%;height:auto;border:1px solid #ddd}"
-    "table{border-collapse:collapse;display:block;overflow-x:auto}"
-    "td,th{padding:.25rem .7rem;border-bottom:1px solid #ddd;text-align:right}"
-    "td:first-child,th:first-child{text-align:left}"
-    "pre{background:#f5f5f5;padding:.8rem;overflow-x:auto;white-space:pre-wrap}";
-
-/// Method names stand in results as scenes give them; this is what the program calls what they do.
-std::string help_of(const std::string& method) {
-  const std::span<const PhaseMethod> all = phase_methods();
-  const auto found = std::ranges::find(all, method, &PhaseMethod::name);
-  return found == all.end() ? "" : std::string(found->help);
-}
-
-std::string array_sentence(const TransducerArray& array) {
-  if (array.kind == TransducerArray::Kind::kPlaneWave) {
-    return fmt::format("The sound was a plane wave of {:.4g} Pa. ", array.amplitudes(0));
-  }
-  return fmt::format("The array: {} transducers (directivity: {}). ", array.size(),
-                     directivity_name(array.directivity.kind()));
-}
-
-std::string evaluation_sentence(const Run& run) {
-  if (run.evaluation_model) {
-    return fmt::format(
-        "All phases were evaluated by the scheme {} on a separate mesh of {} faces (mean edge {:.2f} mm). ",
-        run.evaluation_model->scheme, run.evaluation_model->mesh.face_count(),
-        1e3 * run.evaluation_model->mesh.mean_edge());
-  }
-  return run.evaluation == "none" ? "" : "All phases were evaluated on the mesh that they were found on. ";
-}
-
-/// Of one solve per scheme: how its system was solved.
-std::string scattering_sentence(const Run& run) {
-  std::set<std::string> told;
-  std::string text;
-  for (const SolveRecord& solve : run.solves) {
-    if (told.insert(solve.scheme).second) {
-      text += fmt::format(
-          "Scattering by the sound-hard skin was computed by boundary elements (scheme {}, {}, largest "
-          "relative residual {:.1e}). ",
-          solve.scheme, solve.solver, solve.residual);
-    }
-  }
-  return text;
-}
-
-std::string cell(const std::string& text, const char* tag = "td") {
-  return fmt::format("<{0}>{1}</{0}>", tag, markup_text(text));
-}
-
-std::string figures_of(const Run& run) {
-  std::string text = "<table><tr>";
-  for (const char* head : {"method", "error [%]", "mean in target [Pa]", "width [mm]", "leakage [%]", "force [mN]"}) {
-    text += cell(head, "th");
-  }
-  text += "</tr>\n";
-  for (const MethodResult& result : run.methods) {
-    const Metrics& metrics = result.metrics;
-    text += "<tr>" + cell(result.name) + cell(table_number(1e2 * metrics.relative_error, "{:.1f}")) +
-            cell(table_number(metrics.mean_inside_pa, "{:.0f}")) + cell(table_number(metrics.width_mm, "{:.2f}")) +
-            cell(table_number(1e2 * metrics.leakage, "{:.0f}")) +
-            cell(table_number(1e3 * metrics.force_target_n, "{:.3g}")) + "</tr>\n";
-  }
-  return text + "</table>\n";
-}
-
-std::string list_of(const char* title, const std::vector<std::string>& lines) {
-  std::string text;
-  for (const std::string& line : lines) {
-    text += "<li>" + markup_text(line) + "</li>\n";
-  }
-  return text.empty() ? "" : fmt::format("<h2>{}</h2>\n<ul>\n{}</ul>\n", title, text);
-}
-
-std::string shown(const std::vector<std::string>& pictures) {
-  std::string text;
-  for (const std::string& picture : pictures) {
-    if (picture.ends_with(".pdf")) {
-      text += fmt::format("<p><a href=\"{0}\">{0}</a></p>\n", markup_text(picture));
-    } else {
-      text += fmt::format("<p><img src=\"{0}\" alt=\"{0}\"/></p>\n", markup_text(picture));
-    }
-  }
-  return text;
-}
-
-/// The paragraph alone, as plain text.
-std::string methods_paragraph(const Run& run) {
-  std::string text = fmt::format("The skin was a mesh of {} triangular faces (area {:.0f} cm2, mean edge {:.2f} mm). ",
-                                 run.mesh.face_count(), 1e4 * run.mesh.total_area(), 1e3 * run.mesh.mean_edge());
-  text += array_sentence(run.array) + scattering_sentence(run);
-  if (run.target) {
-    text += fmt::format("The target was a pressure of up to {:.4g} Pa on {} faces. ", run.target->amplitudes.maxCoeff(),
-                        run.target->size());
-  }
-  for (const MethodResult& result : run.methods) {
-    text += fmt::format("Method {} ({}): {} ", result.name, result.scheme, help_of(result.method));
-  }
-  return text + evaluation_sentence(run) +
-         fmt::format("Computed with touchfield {} ({}).", run.provenance.version, run.provenance.revision);
-}
-
-/// This version of touchfield, and the paper on which its method is based.
-std::string bibtex(const std::string& version) {
-  return "@software{touchfield,\n  title = {touchfield},\n  author = {{The touchfield authors}},\n  version = {" +
-         version +
-         "}\n}\n"
-         "@inproceedings{matsubayashi2020rendering,\n"
-         "  title = {Rendering Ultrasound Pressure Distribution on Hand Surface in Real-Time},\n"
-         "  author = {Matsubayashi, Atsushi and Makino, Yasutoshi and Shinoda, Hiroyuki},\n"
-         "  booktitle = {Haptics: Science, Technology, Applications (EuroHaptics 2020)},\n"
-         "  year = {2020},\n  doi = {10.1007/978-3-030-58147-3_45}\n}\n";
-}
-
-}  // namespace
 
 std::string run_report(const Run& run, const std::vector<std::string>& pictures) {
   std::vector<std::string> first;

@@ -9,9 +9,6 @@
 
 namespace touchfield {
 
-/// A share as "12.34 %"; "-" where nothing was computed.
-std::string percent_text(double fraction);
-
 /// Text within XML or HTML.
 std::string markup_text(const std::string& text);
 

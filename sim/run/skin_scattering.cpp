@@ -26,6 +26,11 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+bool same_wave(const Wave& a, const Wave& b) {
+  return a.frequency() == b.frequency() && a.medium().sound_speed == b.medium().sound_speed &&
+         a.medium().density == b.medium().density && a.medium().absorption == b.medium().absorption;
+}
+
 }  // namespace
 
 SkinModel::SkinModel(TriangleMesh mesh, const Wave& wave, Scheme scheme, const SolverSpec& spec,
@@ -277,15 +282,6 @@ void require_finite(const std::string& what, const Eigen::MatrixXcd& pressure) {
     throw NumericalError(fmt::format("{}: the scattered pressure is not finite", what));
   }
 }
-
-namespace {
-
-bool same_wave(const Wave& a, const Wave& b) {
-  return a.frequency() == b.frequency() && a.medium().sound_speed == b.medium().sound_speed &&
-         a.medium().density == b.medium().density && a.medium().absorption == b.medium().absorption;
-}
-
-}  // namespace
 
 std::shared_ptr<SkinModel> KeptModels::get(const std::string& role, const TriangleMesh& mesh, const Wave& wave,
                                            Scheme scheme, const SolverSpec& spec, Eigen::Index right_hand_sides) {

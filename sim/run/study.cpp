@@ -12,7 +12,6 @@
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/core/version.h"
-#include "sim/field/metrics.h"
 #include "sim/mesh/topology.h"
 #include "sim/model/evaluation.h"
 #include "sim/run/estimates.h"
@@ -240,20 +239,6 @@ std::vector<Value> listed(const std::vector<Value>& asked, const std::vector<Val
   return asked.empty() ? all : asked;
 }
 
-}  // namespace
-
-std::vector<Model> study_models(Scene scene, const StudyOptions& options) {
-  require_rungs(scene, options);
-  scene.solve.allow_coarse_mesh = true;  // the error is what a study measures
-  std::vector<Model> models;
-  for (const double edge : edges_of(scene, options)) {
-    models.push_back(build_model(with_edge(scene, edge)));
-  }
-  return models;
-}
-
-namespace {
-
 /// Sets `pareto` of every rung: true if no other has at most its error_reference in at most its seconds, one of the two
 /// smaller. A rung without both numbers is never marked.
 void mark_pareto(std::vector<StudyRung>& rungs) {
@@ -270,6 +255,16 @@ void mark_pareto(std::vector<StudyRung>& rungs) {
 }
 
 }  // namespace
+
+std::vector<Model> study_models(Scene scene, const StudyOptions& options) {
+  require_rungs(scene, options);
+  scene.solve.allow_coarse_mesh = true;  // the error is what a study measures
+  std::vector<Model> models;
+  for (const double edge : edges_of(scene, options)) {
+    models.push_back(build_model(with_edge(scene, edge)));
+  }
+  return models;
+}
 
 Json rung_value(const StudyRung& rung) {
   return {{"scheme", rung.scheme},

@@ -1,13 +1,11 @@
 #include "sim/run/sweep_files.h"
 
 #include <algorithm>
-#include <cstdint>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "sim/core/errors.h"
-#include "sim/core/json.h"
 #include "sim/core/text.h"
 #include "sim/run/archive_file.h"
 #include "sim/run/text_table.h"

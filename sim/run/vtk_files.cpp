@@ -23,7 +23,6 @@
 #include "sim/core/files.h"
 #include "sim/core/require.h"
 #include "sim/run/motion_file.h"
-#include "sim/run/run_data.h"
 
 namespace touchfield {
 
@@ -77,8 +76,9 @@ void add_provenance(vtkFieldData* data, const Result& result) {
 }
 
 /// Inline binary with zlib: ParaView 5.11 of Debian 12 cannot open the appended mode that is VTK's default.
-template <class Writer, class Data>
-void write_encoded(const std::string& path, Data* data) {
+template <class Writer, class Result, class Data>
+void write_vtk(const std::string& path, const Result& result, Data* data) {
+  add_provenance(data->GetFieldData(), result);
   vtkNew<Writer> writer;
   writer->SetInputData(data);
   writer->SetDataModeToBinary();
@@ -88,12 +88,6 @@ void write_encoded(const std::string& path, Data* data) {
     throw IoError(fmt::format("{}: VTK could not encode it", path));
   }
   write_atomically(path, {writer->GetOutputString()});
-}
-
-template <class Writer, class Result, class Data>
-void write_vtk(const std::string& path, const Result& result, Data* data) {
-  add_provenance(data->GetFieldData(), result);
-  write_encoded<Writer>(path, data);
 }
 
 void set_faces(vtkPolyData* surface, const TriangleMesh& mesh) {

@@ -6,10 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/errors.h"
 #include "sim/core/renamed.h"
 #include "sim/core/text.h"
-#include "sim/scene/yaml_tree.h"
 
 namespace touchfield::schema {
 
@@ -29,6 +27,60 @@ std::string description(const Node& node) {
       return "a map";
   }
   return "";
+}
+
+struct Problem {
+  std::string text;
+};
+
+/// Puts a value where a path leads; what is not there on the way becomes a map. Throws Problem if it leads nowhere.
+void put(Node& root, const std::vector<std::string>& path, Node value, const Place& place) {
+  Node* at = &root;
+  std::string name;
+  for (const std::string& part : path) {
+    const bool last = &part == &path.back();
+    const std::string outer = std::exchange(name, name.empty() ? part : name + "." + part);
+    const std::string owner = outer.empty() ? "the scene" : outer;
+    const auto number = number_of<std::size_t>(part);
+    if (at->kind == Node::Kind::kList) {
+      if (last && value.removed) {
+        throw Problem{fmt::format("{}: null removes keys, not items of a list", name)};
+      }
+      if (!number || *number >= at->items.size()) {
+        throw Problem{fmt::format("{} names no item of {}, which has {}", name, outer, at->items.size())};
+      }
+      at = &at->items[*number];
+      continue;
+    }
+    if (at->kind != Node::Kind::kMap) {
+      const std::string what = at->kind == Node::Kind::kNull ? "no value" : quoted_for_message(at->text);
+      throw Problem{fmt::format("{} is {}, not a map or list", owner, what)};
+    }
+    Entry* entry = at->find_even_removed(part);
+    const bool is_new = entry == nullptr || entry->value.removed;
+    if (is_new && value.removed && !last) {
+      const std::string now = new_name(NameOf::kKey, part);
+      throw Problem{now.empty() ? fmt::format("{} is not in the scene, nothing to remove", name)
+                                : fmt::format("{}: this key is called {}", name, now)};
+    }
+    // A number in the path of something that is not a list would silently become a key.
+    if (number && (is_new || last)) {
+      throw Problem{fmt::format("{} is not a list in the scene, give it as a whole", owner)};
+    }
+    if (entry == nullptr) {
+      at->entries.push_back({part, place, {}});
+      entry = &at->entries.back();
+    }
+    if (is_new) {
+      entry->value = map({});
+      entry->value.place = place;
+    }
+    if (is_new || last) {
+      entry->place = place;
+    }
+    at = &entry->value;
+  }
+  *at = std::move(value);
 }
 
 }  // namespace
@@ -132,64 +184,6 @@ Node read_map(const std::string& text, std::string_view what, Reading& reading) 
   }
   throw InputError(reading.message());
 }
-
-namespace {
-
-struct Problem {
-  std::string text;
-};
-
-/// Puts a value where a path leads; what is not there on the way becomes a map. Throws Problem if it leads nowhere.
-void put(Node& root, const std::vector<std::string>& path, Node value, const Place& place) {
-  Node* at = &root;
-  std::string name;
-  for (const std::string& part : path) {
-    const bool last = &part == &path.back();
-    const std::string outer = std::exchange(name, name.empty() ? part : name + "." + part);
-    const std::string owner = outer.empty() ? "the scene" : outer;
-    const auto number = number_of<std::size_t>(part);
-    if (at->kind == Node::Kind::kList) {
-      if (last && value.removed) {
-        throw Problem{fmt::format("{}: null removes keys, not items of a list", name)};
-      }
-      if (!number || *number >= at->items.size()) {
-        throw Problem{fmt::format("{} names no item of {}, which has {}", name, outer, at->items.size())};
-      }
-      at = &at->items[*number];
-      continue;
-    }
-    if (at->kind != Node::Kind::kMap) {
-      const std::string what = at->kind == Node::Kind::kNull ? "no value" : quoted_for_message(at->text);
-      throw Problem{fmt::format("{} is {}, not a map or list", owner, what)};
-    }
-    Entry* entry = at->find_even_removed(part);
-    const bool is_new = entry == nullptr || entry->value.removed;
-    if (is_new && value.removed && !last) {
-      const std::string now = new_name(NameOf::kKey, part);
-      throw Problem{now.empty() ? fmt::format("{} is not in the scene, nothing to remove", name)
-                                : fmt::format("{}: this key is called {}", name, now)};
-    }
-    // A number in the path of something that is not a list would silently become a key.
-    if (number && (is_new || last)) {
-      throw Problem{fmt::format("{} is not a list in the scene, give it as a whole", owner)};
-    }
-    if (entry == nullptr) {
-      at->entries.push_back({part, place, {}});
-      entry = &at->entries.back();
-    }
-    if (is_new) {
-      entry->value = map({});
-      entry->value.place = place;
-    }
-    if (is_new || last) {
-      entry->place = place;
-    }
-    at = &entry->value;
-  }
-  *at = std::move(value);
-}
-
-}  // namespace
 
 std::optional<std::vector<std::string>> split_path(const std::string& path) {
   std::vector<std::string> parts(1);

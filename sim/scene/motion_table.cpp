@@ -91,73 +91,6 @@ bool check_key_times(const Input& in, const MotionSpec& motion) {
   return good;
 }
 
-}  // namespace
-
-Codec<MotionSpec> motion_codec() {
-  using Target = MotionSpec::Target;
-  using Start = MotionSpec::Start;
-  using Prediction = MotionSpec::Prediction;
-  return Map<MotionSpec>()
-      .required("seconds", &MotionSpec::seconds, number(kPlain, above_to(0, kLongest)), "2",
-                "Duration of the motion [s].")
-      .key("change", &MotionSpec::changes,
-           list_of<MotionChange>(change_codec(), 0, kMostItems,
-                                 {.name = [](const MotionChange& change) { return change.path; }, .advice = ""}),
-           "Numbers of the scene that vary, each by its own law.")
-      .key("target", &MotionSpec::target,
-           choice<Target>({{"on_skin", Target::kOnSkin}, {"in_world", Target::kInWorld}}),
-           "Whether a target box on a landmark moves with it, or stays at its first place while the skin moves through "
-           "it. A box with centre_mm stays.")
-      .key("frames_hz", &MotionSpec::frames_hz, number(kPlain, kRate),
-           "Frames per second, as far as the solver keeps up.")
-      .key("iterations", &MotionSpec::iterations, integer(between(1, 100'000)),
-           "Iterations per frame of an iterative method, instead of solve.iterations.")
-      .key("start", &MotionSpec::start, choice<Start>({{"previous", Start::kPrevious}, {"zero", Start::kZero}}),
-           "First phases of a frame: those of the previous frame, or zero.")
-      .key("steer", &MotionSpec::steer, flag(),
-           "Whether the phases of the previous frame are first steered to the new place of the target.")
-      .maybe(
-          "frame", &MotionSpec::frame, frame_codec(), "",
-          "Chooses body.edge_mm, solve.scheme and iterations for the longest time of a frame, by trials at the start.")
-      .key("sensor", &MotionSpec::sensor, sensor_codec(), "The sensor: how the solver sees the motion.")
-      .key("solve_ms", &MotionSpec::solve, number_or("measured", number(kMilliseconds, kDelay)),
-           "Time to solve a frame [ms]. measured: the time of this machine; results are then not reproducible.")
-      .key("array_ms", &MotionSpec::array_delay, number(kMilliseconds, kDelay),
-           "Delay from the phases of a frame until the array emits them [ms].")
-      .key("predict", &MotionSpec::predict,
-           choice<Prediction>(
-               {{"none", Prediction::kNone}, {"linear", Prediction::kLinear}, {"kalman", Prediction::kKalman}}),
-           "Pose for which a frame is solved. none: the last known pose. linear, kalman: the pose predicted for the "
-           "middle of the time in which the frame is emitted. linear uses a straight line through the last two "
-           "samples, kalman uses Kalman filters, which suit sensors with noise.")
-      .key("score_hz", &MotionSpec::score_hz, number(kPlain, kRate),
-           "Scores per second: the emitted phases are evaluated on the true pose.")
-      .key("stale_ms", &MotionSpec::stale, number(kMilliseconds, above_to(0, 60'000)),
-           "For `touchfield live`: the array is silent while the sample of its phases is older than this [ms].")
-      .check([](const Input& in, MotionSpec& motion, bool good) { return good && check_key_times(in, motion); })
-      .codec();
-}
-
-bool check_motion(const Input& in, const Scene& scene) {
-  if (!scene.motion) {
-    return true;
-  }
-  const Input motion = in.key("motion");
-  Scene still = scene;
-  bool good = true;
-  for (std::size_t i = 0; i < scene.motion->changes.size(); ++i) {
-    const MotionChange& change = scene.motion->changes[i];
-    try {
-      motion_curve(varying_number(change.path), change.law, scene.motion->seconds, still);
-    } catch (const InputError& error) {
-      good = motion.key("change").at(i).problem(error.what());
-    }
-  }
-  return good;
-}
-
-namespace {
-
 constexpr const char* kVisits = "Periods per second [Hz].";
 
 Codec<PatternPlace> pattern_place_codec() {
@@ -230,6 +163,69 @@ bool check_places(const Input& pattern, const PatternSpec& spec, const std::vect
 }
 
 }  // namespace
+
+Codec<MotionSpec> motion_codec() {
+  using Target = MotionSpec::Target;
+  using Start = MotionSpec::Start;
+  using Prediction = MotionSpec::Prediction;
+  return Map<MotionSpec>()
+      .required("seconds", &MotionSpec::seconds, number(kPlain, above_to(0, kLongest)), "2",
+                "Duration of the motion [s].")
+      .key("change", &MotionSpec::changes,
+           list_of<MotionChange>(change_codec(), 0, kMostItems,
+                                 {.name = [](const MotionChange& change) { return change.path; }, .advice = ""}),
+           "Numbers of the scene that vary, each by its own law.")
+      .key("target", &MotionSpec::target,
+           choice<Target>({{"on_skin", Target::kOnSkin}, {"in_world", Target::kInWorld}}),
+           "Whether a target box on a landmark moves with it, or stays at its first place while the skin moves through "
+           "it. A box with centre_mm stays.")
+      .key("frames_hz", &MotionSpec::frames_hz, number(kPlain, kRate),
+           "Frames per second, as far as the solver keeps up.")
+      .key("iterations", &MotionSpec::iterations, integer(between(1, 100'000)),
+           "Iterations per frame of an iterative method, instead of solve.iterations.")
+      .key("start", &MotionSpec::start, choice<Start>({{"previous", Start::kPrevious}, {"zero", Start::kZero}}),
+           "First phases of a frame: those of the previous frame, or zero.")
+      .key("steer", &MotionSpec::steer, flag(),
+           "Whether the phases of the previous frame are first steered to the new place of the target.")
+      .maybe(
+          "frame", &MotionSpec::frame, frame_codec(), "",
+          "Chooses body.edge_mm, solve.scheme and iterations for the longest time of a frame, by trials at the start.")
+      .key("sensor", &MotionSpec::sensor, sensor_codec(), "The sensor: how the solver sees the motion.")
+      .key("solve_ms", &MotionSpec::solve, number_or("measured", number(kMilliseconds, kDelay)),
+           "Time to solve a frame [ms]. measured: the time of this machine; results are then not reproducible.")
+      .key("array_ms", &MotionSpec::array_delay, number(kMilliseconds, kDelay),
+           "Delay from the phases of a frame until the array emits them [ms].")
+      .key("predict", &MotionSpec::predict,
+           choice<Prediction>(
+               {{"none", Prediction::kNone}, {"linear", Prediction::kLinear}, {"kalman", Prediction::kKalman}}),
+           "Pose for which a frame is solved. none: the last known pose. linear, kalman: the pose predicted for the "
+           "middle of the time in which the frame is emitted. linear uses a straight line through the last two "
+           "samples, kalman uses Kalman filters, which suit sensors with noise.")
+      .key("score_hz", &MotionSpec::score_hz, number(kPlain, kRate),
+           "Scores per second: the emitted phases are evaluated on the true pose.")
+      .key("stale_ms", &MotionSpec::stale, number(kMilliseconds, above_to(0, 60'000)),
+           "For `touchfield live`: the array is silent while the sample of its phases is older than this [ms].")
+      .check([](const Input& in, MotionSpec& motion, bool good) { return good && check_key_times(in, motion); })
+      .codec();
+}
+
+bool check_motion(const Input& in, const Scene& scene) {
+  if (!scene.motion) {
+    return true;
+  }
+  const Input motion = in.key("motion");
+  Scene still = scene;
+  bool good = true;
+  for (std::size_t i = 0; i < scene.motion->changes.size(); ++i) {
+    const MotionChange& change = scene.motion->changes[i];
+    try {
+      motion_curve(varying_number(change.path), change.law, scene.motion->seconds, still);
+    } catch (const InputError& error) {
+      good = motion.key("change").at(i).problem(error.what());
+    }
+  }
+  return good;
+}
 
 Codec<PatternSpec> pattern_codec() {
   return Map<PatternSpec>()

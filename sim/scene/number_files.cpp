@@ -178,16 +178,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_file(const fs::path& path) {
-  std::error_code error;
-  return fs::is_regular_file(path, error);
-}
-
-bool is_folder(const fs::path& path) {
-  std::error_code error;
-  return fs::is_directory(path, error);
-}
-
 /// A row of the table.
 /// throws   InputError without the place
 MeshSeries::Mesh mesh_of(const MeshSeries& series, std::string_view file, std::string_view time) {
@@ -197,7 +187,8 @@ MeshSeries::Mesh mesh_of(const MeshSeries& series, std::string_view file, std::s
     throw InputError(fmt::format("time_s = {} must be {}", quoted_for_message(std::string(time)), *rule));
   }
   const std::string path = (fs::path(series.folder) / file).lexically_normal().string();
-  require(!file.empty() && is_file(path), "file = {} must be that of a mesh in meshes.folder",
+  std::error_code none;
+  require(!file.empty() && fs::is_regular_file(path, none), "file = {} must be that of a mesh in meshes.folder",
           file.empty() ? "no value" : quoted_for_message(std::string(file)));
   const double before = series.meshes.empty() ? -Range::kLargest : series.meshes.back().seconds;
   require(series.meshes.empty() || *seconds > before,
@@ -209,7 +200,7 @@ MeshSeries::Mesh mesh_of(const MeshSeries& series, std::string_view file, std::s
 
 bool read_mesh_times(const Input& in, MeshShape& mesh) {
   MeshSeries& series = *mesh.series;
-  if (!is_folder(series.folder)) {
+  if (std::error_code none; !fs::is_directory(series.folder, none)) {
     return in.key("folder").problem(fmt::format("{} must be a folder", series.folder));
   }
   const auto read = read_named(in.key("times"), [&] {

@@ -15,6 +15,17 @@ namespace touchfield::schema {
 
 namespace {
 
+/// Calls `visit` with the lines of a text, without their ends, and their numbers from 1.
+template <class Visit>
+void for_each_text_line(std::string_view text, const Visit& visit) {
+  for (int number = 1; !text.empty(); ++number) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = text.substr(0, end);
+    visit(number, line.substr(0, line.size() - (line.ends_with('\r') ? 1 : 0)));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+}
+
 /// A column of a file: what it is, and the unit that the file has it in.
 struct FileColumn {
   const TableColumn* known = nullptr;  // null: an index, which is not read

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "sim/scene/scene.h"
-#include "sim/scene/schema_map.h"
+#include "sim/scene/schema.h"
 
 /// The table of a scene: every key with its type, unit, range, default and explanation, once.
 namespace touchfield::schema {
@@ -40,8 +40,6 @@ inline const Range kRate = above_to(0, 1e5);
 inline const Range kDelay = between(0, 60'000);
 /// The hand generator's own bounds of an edge [mm]; other shapes take any.
 inline const Range kHandEdge = between(kLeastHandEdge / 1e-3, kMostHandEdge / 1e-3);
-/// Sizes of a body [mm]: from a tenth of a hair to a room. Beyond is a slip of the unit.
-inline const Range kBodySize = between(0.01, 10'000);
 
 /// Reports and returns false if one of the edge lengths read from here does not do for a hand.
 bool check_hand_edges(const Input& edges);

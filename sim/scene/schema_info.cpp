@@ -50,6 +50,94 @@ std::string list_phrase(const TypeInfo& type, bool with_range) {
   return fmt::format("a list of {}{}", count, what);
 }
 
+/// The type itself, or the first of its alternatives, that is of this kind; null if there is none.
+const TypeInfo* of_kind(const TypeInfo& type, TypeInfo::Kind kind) {
+  if (type.kind != Kind::kAny) {
+    return type.kind == kind ? &type : nullptr;
+  }
+  for (const TypeInfo& alternative : type.of) {
+    if (const TypeInfo* found = of_kind(alternative, kind)) {
+      return found;
+    }
+  }
+  return nullptr;
+}
+
+/// The key of a map of this type; null if the type is no map or knows no such key.
+const KeyInfo* known_key(const TypeInfo& type, std::string_view name) {
+  const TypeInfo* map = of_kind(type, Kind::kMap);
+  if (map == nullptr) {
+    return nullptr;
+  }
+  const auto found = std::ranges::find(map->map->keys, name, &KeyInfo::name);
+  return found == map->map->keys.end() ? nullptr : &*found;
+}
+
+/// The key of the group that stands beside this one in an example: the first that may; empty without a group.
+std::string chosen_with(const MapInfo& info, const KeyInfo& key) {
+  if (!info.group || contains(info.group->keys, key.name)) {
+    return info.group ? key.name : "";
+  }
+  return key.fits(info.group->keys.front()) ? info.group->keys.front() : key.only_with.front();
+}
+
+Node example_of_type(const TypeInfo& type) {
+  if (type.kind == TypeInfo::Kind::kList) {
+    return list(std::vector<Node>(std::max<std::size_t>(type.fewest, 1), example_of_type(type.of.front())));
+  }
+  const TypeInfo* found = of_kind(type, TypeInfo::Kind::kMap);
+  if (found == nullptr || found->map->keys.empty()) {
+    return found == nullptr ? Node{} : map({});
+  }
+  const MapInfo& info = *found->map;
+  const KeyInfo& key = info.group ? *known_key(*found, info.group->keys.front()) : info.keys.front();
+  return example_with(info, key.name, example_of(key));
+}
+
+// Longest first where one ends in another.
+constexpr std::array kUnits = {"_percent", "_kg_m3", "_g_cm3", "_mm_s", "_pa_m", "_kpa", "_khz", "_mhz", "_deg",
+                               "_rad",     "_m_s",   "_hz",    "_pa",   "_db",   "_mm",  "_cm",  "_um",  "_km",
+                               "_in",      "_ms",    "_m",     "_c",    "_k",    "_f",   "_s"};
+
+constexpr std::size_t kLongestTried = 64;  // no known word is near a longer one
+
+// How many letters may differ.
+std::size_t allowed_distance(std::string_view a, std::string_view b) {
+  return std::max<std::size_t>(1, std::min(a.size(), b.size()) / 3);
+}
+
+std::string folded(std::string_view key) {
+  std::string result(key);
+  for (char& c : result) {
+    if (c >= 'A' && c <= 'Z') {
+      c = static_cast<char>(c - 'A' + 'a');
+    }
+    if (c == '-' || c == ' ') {
+      c = '_';
+    }
+  }
+  return result;
+}
+
+/// The word of least distance from a text, the first of several; empty if none is near.
+template <class Distance>
+std::string nearest(const std::vector<std::string>& words, std::string_view text, const Distance& distance) {
+  if (text.size() > kLongestTried) {
+    return {};
+  }
+  const std::string typed = folded(text);
+  std::string best;
+  std::size_t best_distance = TypeInfo::kNoLimit;
+  for (const auto& word : words) {
+    const std::size_t from_word = distance(word, typed);
+    if (from_word <= allowed_distance(word, typed) && from_word < best_distance) {
+      best = word;
+      best_distance = from_word;
+    }
+  }
+  return best;
+}
+
 }  // namespace
 
 bool KeyInfo::fits(const std::string& chosen) const {
@@ -106,54 +194,6 @@ std::string phrase(const TypeInfo& type, bool with_range) {
   return "";
 }
 
-namespace {
-
-/// The type itself, or the first of its alternatives, that is of this kind; null if there is none.
-const TypeInfo* of_kind(const TypeInfo& type, TypeInfo::Kind kind) {
-  if (type.kind != Kind::kAny) {
-    return type.kind == kind ? &type : nullptr;
-  }
-  for (const TypeInfo& alternative : type.of) {
-    if (const TypeInfo* found = of_kind(alternative, kind)) {
-      return found;
-    }
-  }
-  return nullptr;
-}
-
-/// The key of a map of this type; null if the type is no map or knows no such key.
-const KeyInfo* known_key(const TypeInfo& type, std::string_view name) {
-  const TypeInfo* map = of_kind(type, Kind::kMap);
-  if (map == nullptr) {
-    return nullptr;
-  }
-  const auto found = std::ranges::find(map->map->keys, name, &KeyInfo::name);
-  return found == map->map->keys.end() ? nullptr : &*found;
-}
-
-/// The key of the group that stands beside this one in an example: the first that may; empty without a group.
-std::string chosen_with(const MapInfo& info, const KeyInfo& key) {
-  if (!info.group || contains(info.group->keys, key.name)) {
-    return info.group ? key.name : "";
-  }
-  return key.fits(info.group->keys.front()) ? info.group->keys.front() : key.only_with.front();
-}
-
-Node example_of_type(const TypeInfo& type) {
-  if (type.kind == TypeInfo::Kind::kList) {
-    return list(std::vector<Node>(std::max<std::size_t>(type.fewest, 1), example_of_type(type.of.front())));
-  }
-  const TypeInfo* found = of_kind(type, TypeInfo::Kind::kMap);
-  if (found == nullptr || found->map->keys.empty()) {
-    return found == nullptr ? Node{} : map({});
-  }
-  const MapInfo& info = *found->map;
-  const KeyInfo& key = info.group ? *known_key(*found, info.group->keys.front()) : info.keys.front();
-  return example_with(info, key.name, example_of(key));
-}
-
-}  // namespace
-
 Node example_of(const KeyInfo& key) {
   if (!key.example.empty()) {
     return parse_yaml(key.example, 0);
@@ -180,54 +220,6 @@ Node example_with(const MapInfo& info, const std::string& name, const Node& valu
   }
   return map(std::move(entries));
 }
-
-namespace {
-
-// Longest first where one ends in another.
-constexpr std::array kUnits = {"_percent", "_kg_m3", "_g_cm3", "_mm_s", "_pa_m", "_kpa", "_khz", "_mhz", "_deg",
-                               "_rad",     "_m_s",   "_hz",    "_pa",   "_db",   "_mm",  "_cm",  "_um",  "_km",
-                               "_in",      "_ms",    "_m",     "_c",    "_k",    "_f",   "_s"};
-
-constexpr std::size_t kLongestTried = 64;  // no known word is near a longer one
-
-// How many letters may differ.
-std::size_t allowed_distance(std::string_view a, std::string_view b) {
-  return std::max<std::size_t>(1, std::min(a.size(), b.size()) / 3);
-}
-
-std::string folded(std::string_view key) {
-  std::string result(key);
-  for (char& c : result) {
-    if (c >= 'A' && c <= 'Z') {
-      c = static_cast<char>(c - 'A' + 'a');
-    }
-    if (c == '-' || c == ' ') {
-      c = '_';
-    }
-  }
-  return result;
-}
-
-/// The word of least distance from a text, the first of several; empty if none is near.
-template <class Distance>
-std::string nearest(const std::vector<std::string>& words, std::string_view text, const Distance& distance) {
-  if (text.size() > kLongestTried) {
-    return {};
-  }
-  const std::string typed = folded(text);
-  std::string best;
-  std::size_t best_distance = TypeInfo::kNoLimit;
-  for (const auto& word : words) {
-    const std::size_t from_word = distance(word, typed);
-    if (from_word <= allowed_distance(word, typed) && from_word < best_distance) {
-      best = word;
-      best_distance = from_word;
-    }
-  }
-  return best;
-}
-
-}  // namespace
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));

@@ -20,6 +20,14 @@ namespace {
 
 constexpr double kDisparities = 126;  // [pixels]
 
+std::vector<std::string> camera_names() {
+  std::vector<std::string> names;
+  for (const CameraModel& model : camera_models()) {
+    names.push_back(model.name);
+  }
+  return names;
+}
+
 }  // namespace
 
 const std::vector<CameraModel>& camera_models() {
@@ -32,11 +40,7 @@ const std::vector<CameraModel>& camera_models() {
 const CameraModel& camera_model(const std::string& name) {
   const auto model = std::ranges::find(camera_models(), name, &CameraModel::name);
   if (model == camera_models().end()) {
-    std::vector<std::string> names;
-    for (const CameraModel& known : camera_models()) {
-      names.push_back(known.name);
-    }
-    throw InputError(fmt::format("camera {} is not known: {}", name, fmt::join(names, ", ")));
+    throw InputError(fmt::format("camera {} is not known: {}", name, fmt::join(camera_names(), ", ")));
   }
   return *model;
 }
@@ -81,47 +85,6 @@ std::optional<Eigen::Matrix3d> rotation_of(const Input& in, const Pose& pose, co
   }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
   return svd.matrixU() * svd.matrixV().transpose();
-}
-
-}  // namespace
-
-Codec<RigidMotion> rigid_pose_codec(const std::string& columns) {
-  const Range cosine = between(-1 - kRotation, 1 + kRotation);
-  Map<Pose> map;
-  map.maybe("rotation", &Pose::rows, tuple_of<Vector3, 3>(vector3(kPlain, cosine)), "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]",
-            fmt::format("Rows of a rotation matrix. Its columns are {} in the world.", columns))
-      .maybe("quaternion_wxyz", &Pose::quaternion, tuple_of<double, 4>(number(kPlain, cosine)), "[1, 0, 0, 0]",
-             "The same rotation as a unit quaternion.")
-      .exactly_one({"rotation", "quaternion_wxyz"})
-      .required("translation_mm", &Pose::translation, vector3(kMillimetres, between(-100'000, 100'000)), "[0, 0, 0]",
-                "Position of its origin in the world [mm].");
-  return kept_as<RigidMotion, Pose>(
-      map.codec(),
-      [columns](const Input& in, const Pose& pose) -> std::optional<RigidMotion> {
-        if (const auto rotation = rotation_of(in, pose, columns)) {
-          return RigidMotion{*rotation, pose.translation};
-        }
-        return std::nullopt;
-      },
-      [](const RigidMotion& motion) {
-        Pose pose;
-        pose.rows.emplace();
-        for (int row = 0; row < 3; ++row) {
-          (*pose.rows)[static_cast<std::size_t>(row)] = motion.rotation.row(row);
-        }
-        pose.translation = motion.shift;
-        return pose;
-      });
-}
-
-namespace {
-
-std::vector<std::string> camera_names() {
-  std::vector<std::string> names;
-  for (const CameraModel& model : camera_models()) {
-    names.push_back(model.name);
-  }
-  return names;
 }
 
 Codec<CameraSpec> camera_codec() {
@@ -190,6 +153,35 @@ Codec<JointsSpec> tracked_joints_codec() {
 }
 
 }  // namespace
+
+Codec<RigidMotion> rigid_pose_codec(const std::string& columns) {
+  const Range cosine = between(-1 - kRotation, 1 + kRotation);
+  Map<Pose> map;
+  map.maybe("rotation", &Pose::rows, tuple_of<Vector3, 3>(vector3(kPlain, cosine)), "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]",
+            fmt::format("Rows of a rotation matrix. Its columns are {} in the world.", columns))
+      .maybe("quaternion_wxyz", &Pose::quaternion, tuple_of<double, 4>(number(kPlain, cosine)), "[1, 0, 0, 0]",
+             "The same rotation as a unit quaternion.")
+      .exactly_one({"rotation", "quaternion_wxyz"})
+      .required("translation_mm", &Pose::translation, vector3(kMillimetres, between(-100'000, 100'000)), "[0, 0, 0]",
+                "Position of its origin in the world [mm].");
+  return kept_as<RigidMotion, Pose>(
+      map.codec(),
+      [columns](const Input& in, const Pose& pose) -> std::optional<RigidMotion> {
+        if (const auto rotation = rotation_of(in, pose, columns)) {
+          return RigidMotion{*rotation, pose.translation};
+        }
+        return std::nullopt;
+      },
+      [](const RigidMotion& motion) {
+        Pose pose;
+        pose.rows.emplace();
+        for (int row = 0; row < 3; ++row) {
+          (*pose.rows)[static_cast<std::size_t>(row)] = motion.rotation.row(row);
+        }
+        pose.translation = motion.shift;
+        return pose;
+      });
+}
 
 Codec<MotionSpec::Sensor> sensor_codec() {
   using Sensor = MotionSpec::Sensor;

@@ -33,43 +33,6 @@ Codec<EdgeSpec> graded_codec() {
       .codec();
 }
 
-}  // namespace
-
-Codec<EdgeSpec> edge_codec() {
-  const auto uniform = kept_in(&EdgeSpec::far, number(kMillimetres, above(0)));
-  return either<EdgeSpec>(
-      uniform, graded_codec(), [](const EdgeSpec& edges) { return !edges.graded(); },
-      [](const Node& node) { return node.kind != Node::Kind::kMap; });
-}
-
-bool check_hand_edges(const Input& edges) {
-  const auto check = [](const Input& edge) {
-    const auto rule = kHandEdge.broken_by(*parse_decimal(edge.node().text));
-    if (rule) {
-      edge.must_be(*rule + " for a hand");
-    }
-    return !rule;
-  };
-  if (edges.node().kind != Node::Kind::kMap) {
-    return check(edges);
-  }
-  bool good = true;
-  for (const char* key : {"far", "near_target"}) {
-    const Entry* entry = edges.node().find(key);
-    good = (!entry || check(edges.at(*entry))) && good;
-  }
-  if (const Entry* near = edges.node().find("near")) {
-    for (const Entry& entry : near->value.entries) {
-      if (!entry.value.removed) {
-        good = check(edges.at(*near).at(entry)) && good;
-      }
-    }
-  }
-  return good;
-}
-
-namespace {
-
 /// The schemes of the boundary elements.
 Codec<Scheme> scheme_codec() {
   std::vector<std::pair<std::string, Scheme>> names;
@@ -319,7 +282,59 @@ bool complete_methods(const Input& in, SolveSpec& solve, bool good) {
   return good;
 }
 
+Codec<EvaluationSpec> own_model_codec() {
+  return Map<EvaluationSpec>()
+      .key("scheme", &EvaluationSpec::scheme, scheme_codec(), "Scheme of the evaluation mesh.")
+      .maybe(
+          "edge_mm", &EvaluationSpec::edge, edge_codec(), "1.4",
+          fmt::format("Edge length of an evaluation mesh [mm], as edge_mm of a body; for a hand {}.", kHandEdge.text()))
+      .written_if([](const EvaluationSpec& evaluation) { return evaluation.kind == EvaluationSpec::Kind::kEdge; })
+      .maybe("split", &EvaluationSpec::splits, integer(between(1, 2)), "1",
+             "The solving mesh, with every face split into four this many times; instead of edge_mm.")
+      .exactly_one({"edge_mm", "split"})
+      .check([](const Input& in, EvaluationSpec& evaluation, bool good) {
+        if (good) {
+          evaluation.kind = in.node().find("edge_mm") ? EvaluationSpec::Kind::kEdge : EvaluationSpec::Kind::kSplit;
+        }
+        return good;
+      })
+      .codec();
+}
+
 }  // namespace
+
+Codec<EdgeSpec> edge_codec() {
+  const auto uniform = kept_in(&EdgeSpec::far, number(kMillimetres, above(0)));
+  return either<EdgeSpec>(
+      uniform, graded_codec(), [](const EdgeSpec& edges) { return !edges.graded(); },
+      [](const Node& node) { return node.kind != Node::Kind::kMap; });
+}
+
+bool check_hand_edges(const Input& edges) {
+  const auto check = [](const Input& edge) {
+    const auto rule = kHandEdge.broken_by(*parse_decimal(edge.node().text));
+    if (rule) {
+      edge.must_be(*rule + " for a hand");
+    }
+    return !rule;
+  };
+  if (edges.node().kind != Node::Kind::kMap) {
+    return check(edges);
+  }
+  bool good = true;
+  for (const char* key : {"far", "near_target"}) {
+    const Entry* entry = edges.node().find(key);
+    good = (!entry || check(edges.at(*entry))) && good;
+  }
+  if (const Entry* near = edges.node().find("near")) {
+    for (const Entry& entry : near->value.entries) {
+      if (!entry.value.removed) {
+        good = check(edges.at(*near).at(entry)) && good;
+      }
+    }
+  }
+  return good;
+}
 
 Codec<SolveSpec> solve_codec() {
   return Map<SolveSpec>()
@@ -348,29 +363,6 @@ Codec<SolveSpec> solve_codec() {
       .check(complete_methods)
       .codec();
 }
-
-namespace {
-
-Codec<EvaluationSpec> own_model_codec() {
-  return Map<EvaluationSpec>()
-      .key("scheme", &EvaluationSpec::scheme, scheme_codec(), "Scheme of the evaluation mesh.")
-      .maybe(
-          "edge_mm", &EvaluationSpec::edge, edge_codec(), "1.4",
-          fmt::format("Edge length of an evaluation mesh [mm], as edge_mm of a body; for a hand {}.", kHandEdge.text()))
-      .written_if([](const EvaluationSpec& evaluation) { return evaluation.kind == EvaluationSpec::Kind::kEdge; })
-      .maybe("split", &EvaluationSpec::splits, integer(between(1, 2)), "1",
-             "The solving mesh, with every face split into four this many times; instead of edge_mm.")
-      .exactly_one({"edge_mm", "split"})
-      .check([](const Input& in, EvaluationSpec& evaluation, bool good) {
-        if (good) {
-          evaluation.kind = in.node().find("edge_mm") ? EvaluationSpec::Kind::kEdge : EvaluationSpec::Kind::kSplit;
-        }
-        return good;
-      })
-      .codec();
-}
-
-}  // namespace
 
 Codec<EvaluationSpec> evaluation_codec() {
   const auto bare =

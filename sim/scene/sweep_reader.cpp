@@ -19,7 +19,6 @@
 #include "sim/scene/input.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/scene/schema.h"
-#include "sim/scene/schema_map.h"
 #include "sim/scene/yaml_tree.h"
 
 namespace touchfield {
@@ -30,6 +29,8 @@ using schema::Entry;
 using schema::Input;
 using schema::Node;
 using schema::Reading;
+
+constexpr int kMostCases = 1'000'000;
 
 /// Changes that go together, several times over: one part of a sweep.
 using Part = std::vector<std::vector<SceneChange>>;

@@ -50,8 +50,6 @@ struct SweepPlan {
   std::string hash{};  // plan_hash, once the scenes are read
 };
 
-inline constexpr int kMostCases = 1'000'000;
-
 /// Whether a file looks like a sweep: it is a map with a key `base`.
 bool is_sweep_file(const std::string& path);
 

@@ -58,69 +58,6 @@ std::vector<double> monotone_slopes(const std::vector<std::array<double, 2>>& ke
   return slopes;
 }
 
-}  // namespace
-
-MotionCurve::MotionCurve(MotionLaw law, double own) : law_(std::move(law)), own_(own) {
-  if (const auto* through = std::get_if<KeysLaw>(&law_)) {
-    slopes_ = monotone_slopes(through->keys);
-  }
-}
-
-double MotionCurve::operator()(double seconds) const {
-  return std::visit([&](const auto& law) { return at(law, seconds); }, law_);
-}
-
-double MotionCurve::at(const SineLaw& law, double seconds) const {
-  return law.about.value_or(own_) + law.amplitude * std::sin(kTurn * law.hz * seconds + law.phase);
-}
-
-double MotionCurve::at(const RateLaw& law, double seconds) const { return own_ + law.rate * seconds; }
-
-double MotionCurve::at(const KeysLaw& law, double seconds) const {
-  const auto& keys = law.keys;
-  const auto after =
-      std::ranges::upper_bound(keys, seconds, {}, [](const std::array<double, 2>& key) { return key[0]; });
-  if (after == keys.begin()) {
-    return keys.front()[1];
-  }
-  if (after == keys.end()) {
-    return keys.back()[1];
-  }
-  const auto& [from, first] = *(after - 1);
-  const auto& [to, last] = *after;
-  const auto i = static_cast<std::size_t>(after - keys.begin());
-  const double h = to - from;
-  const double s = (seconds - from) / h;
-  const double r = 1.0 - s;
-  const double value = r * r * ((1.0 + 2.0 * s) * first + s * h * slopes_[i - 1]) +
-                       s * s * ((1.0 + 2.0 * r) * last - r * h * slopes_[i]);
-  return std::clamp(value, std::min(first, last), std::max(first, last));  // of rounding
-}
-
-std::vector<double> MotionCurve::turns(double seconds) const {
-  std::vector<double> times = {0.0};
-  if (const auto* through = std::get_if<KeysLaw>(&law_)) {
-    for (const auto& [time, value] : through->keys) {
-      if (time > 0.0 && time < seconds) {
-        times.push_back(time);
-      }
-    }
-  } else if (const auto* sine = std::get_if<SineLaw>(&law_)) {
-    // The first highest and the first lowest point; later ones are as high and low.
-    const double quarter = 0.25 - sine->phase / kTurn;  // of a period, a turn later or earlier too
-    for (const double turn : {quarter - std::floor(quarter), quarter + 0.5 - std::floor(quarter + 0.5)}) {
-      if (turn > 0.0 && turn < seconds * sine->hz) {
-        times.push_back(turn / sine->hz);
-      }
-    }
-    std::ranges::sort(times);
-  }
-  times.push_back(seconds);
-  return times;
-}
-
-namespace {
-
 using Parts = std::vector<std::string>;
 
 /// An item of a scene's list: the only one, or one of several by its number.
@@ -213,6 +150,65 @@ MotionLaw in_si(MotionLaw law, const schema::Unit& unit) {
 }
 
 }  // namespace
+
+MotionCurve::MotionCurve(MotionLaw law, double own) : law_(std::move(law)), own_(own) {
+  if (const auto* through = std::get_if<KeysLaw>(&law_)) {
+    slopes_ = monotone_slopes(through->keys);
+  }
+}
+
+double MotionCurve::operator()(double seconds) const {
+  return std::visit([&](const auto& law) { return at(law, seconds); }, law_);
+}
+
+double MotionCurve::at(const SineLaw& law, double seconds) const {
+  return law.about.value_or(own_) + law.amplitude * std::sin(kTurn * law.hz * seconds + law.phase);
+}
+
+double MotionCurve::at(const RateLaw& law, double seconds) const { return own_ + law.rate * seconds; }
+
+double MotionCurve::at(const KeysLaw& law, double seconds) const {
+  const auto& keys = law.keys;
+  const auto after =
+      std::ranges::upper_bound(keys, seconds, {}, [](const std::array<double, 2>& key) { return key[0]; });
+  if (after == keys.begin()) {
+    return keys.front()[1];
+  }
+  if (after == keys.end()) {
+    return keys.back()[1];
+  }
+  const auto& [from, first] = *(after - 1);
+  const auto& [to, last] = *after;
+  const auto i = static_cast<std::size_t>(after - keys.begin());
+  const double h = to - from;
+  const double s = (seconds - from) / h;
+  const double r = 1.0 - s;
+  const double value = r * r * ((1.0 + 2.0 * s) * first + s * h * slopes_[i - 1]) +
+                       s * s * ((1.0 + 2.0 * r) * last - r * h * slopes_[i]);
+  return std::clamp(value, std::min(first, last), std::max(first, last));  // of rounding
+}
+
+std::vector<double> MotionCurve::turns(double seconds) const {
+  std::vector<double> times = {0.0};
+  if (const auto* through = std::get_if<KeysLaw>(&law_)) {
+    for (const auto& [time, value] : through->keys) {
+      if (time > 0.0 && time < seconds) {
+        times.push_back(time);
+      }
+    }
+  } else if (const auto* sine = std::get_if<SineLaw>(&law_)) {
+    // The first highest and the first lowest point; later ones are as high and low.
+    const double quarter = 0.25 - sine->phase / kTurn;  // of a period, a turn later or earlier too
+    for (const double turn : {quarter - std::floor(quarter), quarter + 0.5 - std::floor(quarter + 0.5)}) {
+      if (turn > 0.0 && turn < seconds * sine->hz) {
+        times.push_back(turn / sine->hz);
+      }
+    }
+    std::ranges::sort(times);
+  }
+  times.push_back(seconds);
+  return times;
+}
 
 std::string varying_paths() {
   return "body.place.at_mm.0 to .2, body.place.rotate_deg.0 to .2, body.hand.joints.FINGER.JOINT_deg, "
