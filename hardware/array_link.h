@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "hardware/drive_frame.h"
-#include "hardware/modulation.h"
 #include "sim/acoustics/transducer_array.h"
 
 namespace touchfield {

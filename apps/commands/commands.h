@@ -10,8 +10,8 @@ struct Invocation;
 
 /// Adds every command to the program, in the order that --help lists them; they must not outlive `invocation`.
 ///
-/// A command is one file, X_command.cpp: a function that adds its options and its action (finish_command), and a row in
-/// commands.cpp with its group and examples for help.
+/// A command is a function that adds its options and its action (finish_command), and a row in commands.cpp with its
+/// group and examples for help. Small commands of a group are one file, GROUP_commands.cpp.
 void add_commands(CLI::App& app, Invocation& invocation);
 
 void add_array_command(CLI::App& app, Invocation& invocation);

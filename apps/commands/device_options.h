@@ -5,6 +5,7 @@
 
 #include "apps/commands/command_line.h"
 #include "hardware/emission/emission.h"
+#include "sim/core/json.h"
 
 namespace touchfield {
 
@@ -32,5 +33,11 @@ std::vector<std::string> guard_command();
 /// returns  the exit code
 /// throws   the error that ended it, if one did
 int print_emission(const EmissionReport& report, const CommonFlags& flags, const Json& more = Json::object());
+
+Json emission_value(const EmissionReport& report);
+
+/// Says on standard error by what signal an emission was stopped, if by one.
+/// returns  the exit code
+int said_exit_code(const EmissionReport& report);
 
 }  // namespace touchfield

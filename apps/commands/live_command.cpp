@@ -1,31 +1,39 @@
 #include <algorithm>
 #include <chrono>
+#include <cstddef>
 #include <exception>
 #include <future>
+#include <iterator>
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <unistd.h>
+#include <vector>
 
 #include <fmt/format.h>
 #include <omp.h>
 
-#include "apps/commands/claimed_directory.h"
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
 #include "apps/commands/device_options.h"
-#include "apps/commands/emission_text.h"
+#include "apps/commands/job_console.h"
 #include "apps/commands/live_stream.h"
-#include "apps/commands/live_text.h"
 #include "apps/commands/standard_streams.h"
+#include "hardware/player.h"
 #include "hardware/stop_signals.h"
 #include "sim/core/errors.h"
+#include "sim/core/json.h"
 #include "sim/core/require.h"
-#include "sim/jobs/sensed_motion.h"
+#include "sim/core/units.h"
+#include "sim/jobs/play_scene.h"
 #include "sim/model/stages.h"
 #include "sim/motion/frame_solver.h"
+#include "sim/motion/live.h"
 #include "sim/motion/motion_sensor.h"
 #include "sim/run/archive_file.h"
+#include "sim/run/motion_summary.h"
 #include "sim/run/run_directory.h"
 #include "sim/run/run_file.h"
 #include "sim/run/text_table.h"
@@ -34,6 +42,136 @@
 namespace touchfield {
 
 namespace {
+
+/// Of the frames that the link took, by their numbers: the CRC-32 of the phase steps and then the intensity steps, a
+/// byte a transducer.
+using SentChecksums = std::map<std::size_t, std::string>;
+
+/// What a live loop did, and how what it found was played.
+struct LiveResult {
+  MotionSpec motion;
+  LiveReport loop;
+  PlayReport play;
+  SentChecksums sent;
+};
+
+using Times = std::vector<double>;  // [s], a frame; NaN where there is none
+
+Times latencies(const LiveReport& report) {
+  Times times;
+  for (const MotionFrame& frame : report.frames) {
+    times.push_back(frame.shown - frame.sampled);
+  }
+  return times;
+}
+
+Times solve_times(const LiveReport& report) {
+  Times times;
+  for (std::size_t f = 0; f < report.frames.size(); ++f) {
+    times.push_back(report.solved[f] - report.frames[f].started);
+  }
+  return times;
+}
+
+/// From the phases of a frame until the link had taken it.
+Times send_times(const LiveReport& report) {
+  Times times;
+  for (std::size_t f = 0; f < report.frames.size(); ++f) {
+    times.push_back(report.frames[f].shown - report.solved[f]);
+  }
+  return times;
+}
+
+Json spread(const Times& times) {
+  const Statistics over_frames = statistics(times);
+  return {{"median_s", over_frames.median}, {"p95_s", over_frames.p95}, {"worst_s", over_frames.worst}};
+}
+
+/// The spread of each stage.
+Json stage_spreads(const std::vector<StageSeconds>& stages) {
+  Json spreads = Json::object();
+  for (const std::string& name : stages_of(stages)) {
+    Times times;
+    for (const StageSeconds& seconds : stages) {
+      times.push_back(stage_seconds(seconds, name));
+    }
+    spreads[name] = spread(times);
+  }
+  return spreads;
+}
+
+/// Frames that a newer one, or the end, overtook before the link took them.
+std::size_t unsent_frames(const LiveResult& result) {
+  return result.loop.frames.size() - result.play.sent - result.play.stale;
+}
+
+/// Frames a second.
+double rate_of(const LiveResult& result) {
+  return static_cast<double>(result.loop.frames.size()) / std::max(result.play.seconds, 1e-9);
+}
+
+long silent_frames(const LiveReport& report) { return std::ranges::count(report.frames, true, &MotionFrame::silent); }
+long lost_frames(const LiveReport& report) { return std::ranges::count(report.frames, true, &MotionFrame::lost); }
+
+/// Frames, silences, and the median, 95th percentile and worst of times, those of `solve` by stage.
+Json live_value(const LiveResult& result) {
+  const LiveReport& loop = result.loop;
+  std::vector<StageSeconds> solve_stages;
+  std::ranges::transform(loop.frames, std::back_inserter(solve_stages), &MotionFrame::seconds);
+  return {{"frames", loop.frames.size()},
+          {"seconds", result.play.seconds},
+          {"rate_hz", rate_of(result)},
+          {"sent", result.play.sent},
+          {"late", loop.late},
+          {"dropped", loop.dropped},
+          {"waiting", loop.waiting},
+          {"silent_frames", silent_frames(loop)},
+          {"lost_frames", lost_frames(loop)},
+          {"stale", result.play.stale},
+          {"unsent", unsent_frames(result)},
+          {"stale_after_s", result.motion.stale},
+          {"silences", result.play.silences},
+          {"silent_s", result.play.silent},
+          {"worst_residual", loop.residual},
+          {"samples", loop.sensed.size()},
+          {"overtaken", loop.overtaken},
+          {"sense", spread(loop.sensed)},
+          {"sense_stages", stage_spreads(loop.sensed_stages)},
+          {"latency", spread(latencies(loop))},
+          {"solve", spread(solve_times(loop))},
+          {"stages", stage_spreads(solve_stages)},
+          {"send", spread(send_times(loop))}};
+}
+
+/// live.csv: a header line and one line per frame. A line begins with the frame's number, its times since the loop
+/// began [s], whether it is silent, and whether it is lost. Then follow the distance of the target from its true place
+/// [mm], the checksum as it was sent, and the seconds per stage. A value that a frame does not have is nan; a missing
+/// checksum is empty.
+std::string live_csv(const LiveReport& report, const SentChecksums& sent) {
+  const std::vector<std::string> stages = stages_of(report.frames);
+  const auto row_of = [&](std::size_t number, const MotionFrame& frame, double solved) {
+    Json row = {{"frame", number},
+                {"sampled_s", frame.sampled},
+                {"started_s", frame.started},
+                {"late_s", frame.late},
+                {"pose_time_s", frame.pose_time},
+                {"solved_s", solved},
+                {"shown_s", frame.shown},
+                {"silent", frame.silent},
+                {"lost", frame.lost},
+                {"target_off_mm", frame.target_off / kMillimetre},
+                {"sent_crc32", sent.contains(number) ? sent.at(number) : ""}};
+    for (const std::string& stage : stages) {
+      row[stage + "_s"] = stage_seconds(frame, stage);
+    }
+    return row;
+  };
+  Json rows = Json::array();
+  for (std::size_t f = 0; f < report.frames.size(); ++f) {
+    rows.push_back(row_of(f, report.frames[f], report.solved[f]));
+  }
+  return csv_text(row_of(0, {}, 0), rows);
+}
 
 constexpr double kLook = 0.05;      // [s] between looks for a signal while the solver is being made
 constexpr double kPatience = 10.0;  // [s] for a frame that is being solved when the loop ends

@@ -10,8 +10,9 @@
 
 #include "hardware/array_link.h"
 #include "hardware/attention.h"
+#include "hardware/drive_frame.h"
 #include "hardware/player.h"
-#include "hardware/quantise.h"
+#include "sim/acoustics/transducer_array.h"
 
 namespace touchfield {
 
@@ -114,11 +115,26 @@ ArrayLayout layout_of(const TransducerArray& array);
 /// The link that a choice names, in this process.
 std::unique_ptr<ArrayLink> local_link(const DeviceChoice& device, const ArrayLayout& array, std::size_t frames = 1);
 
-/// Checks everything that can be checked (the functions above, array_match.h, quantise.h). If the plan is to emit, it
+/// Checks everything that can be checked (the functions above, require_match, quantise). If the plan is to emit, it
 /// then sends through a guard and leaves the array silent. A dry run writes its files.
 ///
 /// throws   InputError before the device hears anything: a value out of range, above its cap, or that the device cannot
 ///          do, an array that is not the device's. DeviceError before the first frame; a later one is in the report
 EmissionReport emit(const EmissionPlan& plan);
+
+/// Farthest that a transducer of a run may be from where the device has it, once the one array is laid on the other
+/// [m].
+inline constexpr double kMatchTolerance = 1e-4;
+/// Where along its axis a transducer is compared as well, so that the tolerance allows 10 mrad of its direction [m].
+inline constexpr double kMatchReach = 1e-2;
+
+/// Refuses an array that is not the device's. The array may be moved and turned as a whole. It must agree with the
+/// device in count, places, axes, and the order of units and channels.
+///
+/// run      an array as a run has it
+/// device   the device's own layout
+/// name     of the device, for the message
+/// throws   InputError saying what differs: the count, the pitch, the order, a place or direction, a number
+void require_match(const TransducerArray& run, const ArrayLayout& device, const std::string& name);
 
 }  // namespace touchfield

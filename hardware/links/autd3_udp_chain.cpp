@@ -200,9 +200,7 @@ void Autd3UdpChain::find_group() {
 // Takes over the version of the protocol that the units have.
 void Autd3UdpChain::require_known(const std::vector<Heard>& heard) {
   const int theirs = heard.front().answer.version;
-  if (theirs == version_) {
-    return;
-  }
+  if (theirs == version_) return;
   const int ours = std::exchange(version_, theirs);
   const std::vector<Heard> again = collect(request(group_, Kind::kReadUnit), kAnswerTime, 1);
   const auto info = again.empty() ? std::nullopt : unit_info_of(again.front().answer);
@@ -228,14 +226,11 @@ void Autd3UdpChain::number_units() {
     count = 0;
     for (bool more = true; more;) {
       const auto next = unit_without_number();
-      if (!next) {
-        break;
-      }
-      if (count == units_.size()) {
-        fail_many();
-      }
+      if (!next) break;
+      if (count == units_.size()) fail_many();
       assign(count, *next);
-      more = unblock(count);
+      const Bytes answer = ask(count, Kind::kUnblock, {});
+      more = answer.size() > 1 && answer[1] != 0;
       ++count;
     }
   } while (count < units_.size() && steady_now() < deadline);
@@ -243,7 +238,7 @@ void Autd3UdpChain::number_units() {
     fail(fmt::format("{} of {} units were found on {}", count, units_.size(), place()));
   }
   for (const Heard& heard : collect(request(group_, Kind::kReadUnit), kAnswerTime, units_.size() + 1)) {
-    if (std::none_of(units_.begin(), units_.end(), [&](const Unit& unit) { return same(unit.address, heard.from); })) {
+    if (std::ranges::none_of(units_, [&](const Unit& unit) { return same(unit.address, heard.from); })) {
       fail_many();
     }
   }
@@ -257,9 +252,7 @@ std::optional<sockaddr_in6> Autd3UdpChain::unit_without_number() {
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     const std::uint16_t message = request(group_, Kind::kDiscover);
     std::vector<Heard> heard = collect(message, kAnswerTime, 1);
-    if (heard.empty()) {
-      continue;
-    }
+    if (heard.empty()) continue;
     for (const Heard& other : collect(message, kRepeat, 1)) {
       if (!same(other.from, heard.front().from)) {
         fail(fmt::format("two units on {} claim the same place; connect them in one chain", place()));
@@ -289,11 +282,6 @@ void Autd3UdpChain::assign(std::size_t unit, const sockaddr_in6& address) {
     }
   }
   fail(fmt::format("unit {} does not take its number", unit));
-}
-
-bool Autd3UdpChain::unblock(std::size_t unit) {
-  const Bytes answer = ask(unit, Kind::kUnblock, {});
-  return answer.size() > 1 && answer[1] != 0;
 }
 
 Bytes Autd3UdpChain::ask(std::size_t unit, Kind kind, const Bytes& body) {
@@ -336,8 +324,7 @@ void Autd3UdpChain::require_firmware() {
     const std::string gates = firmware_text(bytes.subspan(std::min<std::size_t>(3, bytes.size())));
     for (const std::string& firmware : {processor, gates}) {
       const auto& series = kSeries.at(version_);
-      if (std::none_of(series.begin(), series.end(),
-                       [&](const std::string& known) { return firmware.starts_with(known + "."); })) {
+      if (std::ranges::none_of(series, [&](const std::string& known) { return firmware.starts_with(known + "."); })) {
         fail(fmt::format("unit {} has firmware {} (gates {}); with version {} of the protocol this program knows {}",
                          unit, processor, gates, version_, fmt::join(series, ", ")));
       }
@@ -369,8 +356,8 @@ std::vector<Bytes> Autd3UdpChain::run(const std::vector<Program>& programs, cons
     }
     while (receive(heard)) {
       const auto answer = frame_answer_of(heard.answer);
-      const auto unit = std::find_if(units_.begin(), units_.end(),
-                                     [&](const Unit& one) { return one.there && same(one.address, heard.from); });
+      const auto unit =
+          std::ranges::find_if(units_, [&](const Unit& one) { return one.there && same(one.address, heard.from); });
       if (!answer || unit == units_.end()) {
         continue;
       }
@@ -385,9 +372,7 @@ std::vector<Bytes> Autd3UdpChain::run(const std::vector<Program>& programs, cons
         at.sent_at = unit->in_step ? kNotSent : at.sent_at;
         continue;
       }
-      if (answer->sequence != unit->sequence) {  // it is still in the queue of the unit
-        continue;
-      }
+      if (answer->sequence != unit->sequence) continue;  // it is still in the queue of the unit
       if (answer->status != 0) {
         lose_step(progress);
         fail(fmt::format("{}: unit {} refuses command {:#04x}: {}", what, number, (*at.program)[at.next].number,
@@ -403,15 +388,11 @@ std::vector<Bytes> Autd3UdpChain::run(const std::vector<Program>& programs, cons
       return !at.over() && at.sent_at == kNotSent && units_[static_cast<std::size_t>(&at - progress.data())].there;
     });
     if (missing > 0 && !unsent) {
-      if (steady_now() >= deadline) {
-        break;
-      }
+      if (steady_now() >= deadline) break;
       wait(next);
     }
   }
-  if (missing > 0) {
-    fail_lost(what, progress);
-  }
+  if (missing > 0) fail_lost(what, progress);
   std::vector<Bytes> data;
   for (Progress& at : progress) {
     data.push_back(std::move(at.data));

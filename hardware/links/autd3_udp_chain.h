@@ -69,7 +69,6 @@ class Autd3UdpChain {
   [[noreturn]] void fail_many() const;
   std::optional<sockaddr_in6> unit_without_number();
   void assign(std::size_t unit, const sockaddr_in6& address);
-  bool unblock(std::size_t unit);
   void set_clock();
   void require_firmware();
   void send_next(Unit& unit, Progress& at);

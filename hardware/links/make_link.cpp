@@ -3,7 +3,6 @@
 #include <stdexcept>
 
 #include "hardware/links/autd3_udp_link.h"
-#include "hardware/links/autd3_units.h"
 #include "hardware/links/dry_run_link.h"
 #include "hardware/links/sonicsurface_link.h"
 #include "sim/core/errors.h"

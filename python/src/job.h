@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "sim/core/progress.h"
-#include "sim/run/run_directory.h"
 
 namespace touchfield::python {
 
@@ -48,22 +47,6 @@ auto computed(int threads, Make make) {
   auto result = std::make_shared<std::optional<decltype(make(std::declval<Progress&>()))>>();
   do_work(threads, [result, make = std::move(make)](Progress& progress) { result->emplace(make(progress)); });
   return std::move(**result);
-}
-
-/// The result of fill(directory) once it is published. An error leaves word in the directory.
-template <typename Fill>
-auto filled(RunDirectory directory, Progress& progress, Fill fill) {
-  if (!directory.warning().empty()) {
-    progress.warn(directory.warning());
-  }
-  try {
-    auto result = fill(directory);
-    directory.publish();
-    return result;
-  } catch (const std::exception& error) {
-    directory.fail(error.what());
-    throw;
-  }
 }
 
 /// The argument `threads` of a function of Python's: none is 0.

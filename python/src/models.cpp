@@ -1,5 +1,3 @@
-#include "python/src/models.h"
-
 #include <algorithm>
 #include <cmath>
 #include <functional>

@@ -35,8 +35,7 @@ SharedMotion play(nb::handle scene, nb::handle out, nb::handle set, const std::o
     if (!folder) {
       return shared(play_motion(sensed, options, progress));
     }
-    return filled(RunDirectory::at(*folder, motion_files(sensed), force), progress,
-                  [&](RunDirectory& directory) { return shared(play_scene(sensed, options, directory, progress)); });
+    return shared(filled(play_job(sensed, options), *folder, force, progress));
   });
 }
 

@@ -58,7 +58,6 @@ void add_arrays(nb::module_& module);
 void add_models(nb::module_& module);
 void add_problems(nb::module_& module);
 void add_runs(nb::module_& module);
-void add_batch(nb::module_& module);
 void add_motions(nb::module_& module);
 void add_reports(nb::module_& module);
 void add_emission(nb::module_& module);
@@ -94,5 +93,20 @@ nb::dict dict_of(nb::handle value, const char* argument);
 /// "key.path=value" of the argument `set`, a dict of values that JSON can spell, and of `device`.
 /// throws   nanobind's type_error on a value that it cannot
 std::vector<std::string> overrides_of(nb::handle set, const std::optional<std::string>& device);
+
+/// A method of one's own: what it found.
+struct OwnMethod {
+  std::string name;
+  Eigen::VectorXd phases;  // N [rad]
+};
+using OwnMethods = std::vector<OwnMethod>;
+
+/// Of phases [rad], or of a complex drive vector at full drive.
+/// throws   InputError on an amplitude that is not 1, but for rounding
+OwnMethod own_method(const std::string& name, nb::handle drives, const std::string& what);
+
+/// A model whose scene has these methods too, as ones of given phases.
+/// throws   InputError on a name that is taken or cannot be one, or phases that do not fit the channels
+Model with_own(const Model& model, const OwnMethods& own);
 
 }  // namespace touchfield::python

@@ -8,7 +8,6 @@
 
 #include "python/src/arrays.h"
 #include "python/src/job.h"
-#include "python/src/models.h"
 #include "python/src/parts.h"
 #include "sim/core/errors.h"
 #include "sim/core/require.h"

@@ -6,7 +6,6 @@
 
 #include "python/src/arrays.h"
 #include "python/src/job.h"
-#include "python/src/models.h"
 #include "python/src/parts.h"
 #include "sim/core/errors.h"
 #include "sim/core/files.h"
@@ -64,18 +63,10 @@ SharedRun run(nb::handle scene, nb::handle set, const std::optional<std::string>
 
 Scene scene_of(const Run& run) { return read_scene_text(run.scene, "run " + run.name, ""); }
 
-void save_folder(Run run, const std::string& path, bool force, Progress& progress) {
-  const Scene scene = scene_of(run);
-  filled(RunDirectory::at(path, run_files(scene), force), progress, [&](RunDirectory& directory) {
-    write_results(run, scene.write, directory, progress, picture_format(scene, std::nullopt));
-    return true;
-  });
-}
-
 void save(const SharedRun& run, nb::handle path, bool force) {
   do_work(0, [run, place = path_of(path), force](Progress& progress) {
     if (!place.ends_with(".h5")) {
-      save_folder(*run, place, force, progress);
+      filled(written_job(*run, scene_of(*run)), place, force, progress);
     } else if (!force && std::filesystem::exists(place)) {
       throw InputError(fmt::format("{}: the file exists; force=True replaces it", place));
     } else {

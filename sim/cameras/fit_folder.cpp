@@ -8,6 +8,7 @@
 #include <optional>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "sim/cameras/hand_tables.h"
 #include "sim/cameras/sight_check.h"
@@ -299,8 +300,7 @@ std::string body_yaml(const std::string& directory, const TriangleMesh& first, c
                                                      {"landmarks", schema::map(std::move(places))}})}})}}));
 }
 
-}  // namespace
-
+/// The names of all files that it writes.
 std::vector<std::string> fit_files(const CameraFolder& folder) {
   std::vector<std::string> files = {"fit.log", "failed.json", "fit.csv", "body.yaml", "times.csv", kLandmarksFile};
   for (std::size_t k = 0; k < folder.size(); ++k) {
@@ -308,8 +308,6 @@ std::vector<std::string> fit_files(const CameraFolder& folder) {
   }
   return files;
 }
-
-namespace {
 
 /// The frames of a recording one by one, with the tables of those until now.
 class FolderFitter {
@@ -441,8 +439,6 @@ class FolderFitter {
   FittedFolder fitted_;
 };
 
-}  // namespace
-
 FittedFolder fit_folder(const CameraFolder& folder, const FolderFit& how, RunDirectory& directory, Progress& progress) {
   FolderFit own = how;
   std::optional<std::string> warning;
@@ -459,6 +455,42 @@ FittedFolder fit_folder(const CameraFolder& folder, const FolderFit& how, RunDir
     fitted.warnings.push_back(*warning);
   }
   return fitted;
+}
+
+Json fit_value(const FittedFolder& fitted, const std::string& directory) {
+  std::vector<double> residuals;
+  std::vector<double> seen;
+  std::vector<double> times;
+  for (const FittedFrame& frame : fitted.frames) {
+    times.push_back(frame.milliseconds);
+    if (!frame.fit.lost) {
+      residuals.push_back(frame.fit.residual / kMillimetre);
+      seen.push_back(frame.fit.seen);
+    }
+  }
+  return {{"directory", directory},
+          {"frames", fitted.frames.size()},
+          {"lost", fitted.frames.size() - residuals.size()},
+          {"pose", fitted.hand.pose},
+          {"side", side_name(fitted.hand.side)},
+          {"shape_learnt", fitted.learnt},
+          {"length_ratio", std::exp(fitted.proportions(kLengthRatio))},
+          {"breadth_ratio", std::exp(fitted.proportions(kBreadthRatio))},
+          {"residual_mm_median", statistics(residuals).median},
+          {"seen_median", statistics(seen).median},
+          {"fit_ms_p95", statistics(times).p95},
+          {"warnings", fitted.warnings}};
+}
+
+}  // namespace
+
+Job<FittedFolder> fit_job(const CameraFolder& folder, const FolderFit& how) {
+  return {.name = "fit",
+          .files = fit_files(folder),
+          .compute = [&folder, how](RunDirectory& directory,
+                                    Progress& progress) { return fit_folder(folder, how, directory, progress); },
+          .value = fit_value,
+          .makes = "meshes"};
 }
 
 }  // namespace touchfield

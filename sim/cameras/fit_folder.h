@@ -6,9 +6,8 @@
 
 #include "sim/cameras/camera_folder.h"
 #include "sim/cameras/hand_tracker.h"
-#include "sim/core/progress.h"
 #include "sim/field/metrics.h"
-#include "sim/run/run_directory.h"
+#include "sim/run/job.h"
 #include "sim/scene/scene.h"
 
 namespace touchfield {
@@ -39,9 +38,6 @@ struct FittedFolder {
   std::vector<FittedFrame> frames;
 };
 
-/// The names of all files that fit_folder writes.
-std::vector<std::string> fit_files(const CameraFolder& folder);
-
 /// Fits the built-in hand to every frame of a recording, in order, and writes the files that
 /// `body: {meshes: {folder, times}}` takes:
 ///
@@ -60,8 +56,9 @@ std::vector<std::string> fit_files(const CameraFolder& folder);
 /// other side comes close to. Warns also of a large residual, and of a camera that sees too little skin where the fit
 /// has it.
 ///
-/// throws   InputError as HandTemplate and CameraFolder::frame, or if the hand is in no frame. The message then says
-///          that the images show the other hand, or what the nearest frame lacks and what each camera sees. IoError
-FittedFolder fit_folder(const CameraFolder& folder, const FolderFit& how, RunDirectory& directory, Progress& progress);
+/// folder   outlives the job
+/// throws   (the job) InputError as HandTemplate and CameraFolder::frame, or if the hand is in no frame. The message then
+///          says that the images show the other hand, or what the nearest frame lacks and what each camera sees. IoError
+Job<FittedFolder> fit_job(const CameraFolder& folder, const FolderFit& how);
 
 }  // namespace touchfield

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "sim/cameras/camera_folder.h"
 #include "sim/cameras/hand_tables.h"
@@ -281,23 +282,7 @@ std::string sight_warning(const StereoCamera& camera, const SightSummary& own) {
   return {};
 }
 
-}  // namespace
-
-SeenScene seen_scene(const Scene& scene, Progress* progress) {
-  const auto* specs = scene.motion ? std::get_if<std::vector<CameraSpec>>(&scene.motion->sensor.sight) : nullptr;
-  require(specs != nullptr, "motion.sensor.cameras is missing: see makes the images of simulated cameras");
-  const MotionSpec& motion = *scene.motion;
-  const auto frames = last_instant(to_ticks(motion.seconds) - 1, motion.sensor.hz) + 1;
-  require(frames <= static_cast<std::int64_t>(schema::kMostListed),
-          "motion.sensor.hz: {} images per camera in {} s, must be <= {}", frames, motion.seconds, schema::kMostListed);
-  MovingModel moving(scene, nullptr, progress);
-  WholeSkin skin(moving.first());
-  std::vector<std::string> models;
-  std::ranges::transform(*specs, std::back_inserter(models), &CameraSpec::model);
-  return {std::move(moving), std::move(skin), SimulatedCameras(*specs, motion.sensor.seed), std::move(models),
-          static_cast<int>(frames)};
-}
-
+/// The names of all files that it writes.
 std::vector<std::string> sight_files(const SeenScene& seen, PictureFormat format) {
   std::vector<std::string> files = {"see.log", "failed.json", sight_name(format)};
   if (!landmark_names(seen).empty()) {
@@ -342,6 +327,44 @@ std::vector<SightSummary> see_scene(const SeenScene& seen, RunDirectory& directo
     }
   }
   return summaries;
+}
+
+}  // namespace
+
+SeenScene seen_scene(const Scene& scene, Progress* progress) {
+  const auto* specs = scene.motion ? std::get_if<std::vector<CameraSpec>>(&scene.motion->sensor.sight) : nullptr;
+  require(specs != nullptr, "motion.sensor.cameras is missing: see makes the images of simulated cameras");
+  const MotionSpec& motion = *scene.motion;
+  const auto frames = last_instant(to_ticks(motion.seconds) - 1, motion.sensor.hz) + 1;
+  require(frames <= static_cast<std::int64_t>(schema::kMostListed),
+          "motion.sensor.hz: {} images per camera in {} s, must be <= {}", frames, motion.seconds, schema::kMostListed);
+  MovingModel moving(scene, nullptr, progress);
+  WholeSkin skin(moving.first());
+  std::vector<std::string> models;
+  std::ranges::transform(*specs, std::back_inserter(models), &CameraSpec::model);
+  return {std::move(moving), std::move(skin), SimulatedCameras(*specs, motion.sensor.seed), std::move(models),
+          static_cast<int>(frames)};
+}
+
+Job<std::vector<SightSummary>> see_job(const SeenScene& seen, PictureFormat format) {
+  const std::string name = seen.moving.first().fixed->scene.name;
+  return {.name = name,
+          .files = sight_files(seen, format),
+          .compute = [&seen, format](RunDirectory& directory,
+                                     Progress& progress) { return see_scene(seen, directory, format, progress); },
+          .value =
+              [name, frames = seen.frames](const std::vector<SightSummary>& sights, const std::string& directory) {
+                Json cameras = Json::array();
+                for (const SightSummary& sight : sights) {
+                  cameras.push_back(Json{{"camera", sight.camera},
+                                         {"pixels", sight.pixels},
+                                         {"holes", sight.holes},
+                                         {"nearest_mm", sight.nearest / kMillimetre},
+                                         {"farthest_mm", sight.farthest / kMillimetre}});
+                }
+                return Json{{"name", name}, {"directory", directory}, {"frames", frames}, {"cameras", cameras}};
+              },
+          .makes = "images"};
 }
 
 }  // namespace touchfield

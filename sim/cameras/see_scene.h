@@ -9,7 +9,7 @@
 #include "sim/mesh/triangle_mesh.h"
 #include "sim/motion/moving_model.h"
 #include "sim/pictures/picture_format.h"
-#include "sim/run/run_directory.h"
+#include "sim/run/job.h"
 
 namespace touchfield {
 
@@ -49,9 +49,6 @@ struct SeenScene {
 /// progress   hears of what takes its time; may be null
 SeenScene seen_scene(const Scene& scene, Progress* progress = nullptr);
 
-/// The names of all files that see_scene writes.
-std::vector<std::string> sight_files(const SeenScene& seen, PictureFormat format);
-
 /// What a camera saw of a motion.
 struct SightSummary {
   std::string camera;
@@ -72,8 +69,8 @@ struct SightSummary {
 /// The images do not tell the true places of skin and cameras. Warns of a camera that has no depth of the body at all.
 /// Warns also of a camera with a unit so small that 16 bits do not hold the distance of the skin.
 ///
-/// throws   IoError on a failed write
-std::vector<SightSummary> see_scene(const SeenScene& seen, RunDirectory& directory, PictureFormat format,
-                                    Progress& progress);
+/// seen     outlives the job
+/// throws   (the job) IoError on a failed write
+Job<std::vector<SightSummary>> see_job(const SeenScene& seen, PictureFormat format);
 
 }  // namespace touchfield

@@ -1,12 +1,45 @@
 #include "sim/jobs/check_scene.h"
 
+#include <algorithm>
+#include <map>
+#include <span>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
-#include "sim/jobs/sensed_motion.h"
+#include "sim/core/errors.h"
+#include "sim/jobs/play_scene.h"
+#include "sim/jobs/sweep_case.h"
+#include "sim/model/warnings.h"
+#include "sim/motion/play.h"
+#include "sim/run/check.h"
 
 namespace touchfield {
+
+namespace {
+
+void describe(const Scene& scene, int sharing, KeptBodies& bodies, Json& listed) {
+  const auto take = [&](const Model& model, const CheckReport& report, double seconds) {
+    const Remarks remarks = model_remarks(model);
+    listed.update({{"seconds", seconds},
+                   {"memory_mib", report.memory_mib},
+                   {"faces", report.faces},
+                   {"channels", report.channels},
+                   {"solver", to_string(report.decision.options.kind)},
+                   {"warnings", remarks.warnings},
+                   {"notes", remarks.notes}});
+  };
+  if (scene.motion) {
+    const SensedMotion sensed = sensed_motion(scene, &bodies);
+    take(sensed.solved().first(), check_model(sensed.solved().first()), expected_cost(sensed).seconds);
+  } else {
+    const Model model = build_model(scene, &bodies);
+    const CheckReport report = check_model(model, sharing);
+    take(model, report, report.seconds);
+  }
+}
+
+}  // namespace
 
 SceneCheck check_scene(Scene scene, bool accuracy, Progress& progress) {
   const std::vector<std::string> guesses = guess_units(scene);
@@ -39,6 +72,49 @@ Json check_value(const SceneCheck& checked) {
                        {"sample_seconds", motion->sample}, {"memory_mib", motion->memory_mib}};
   }
   return value;
+}
+
+Json list_cases(const SweepInput& input, std::optional<std::size_t> bodies) {
+  const std::vector<int> groups = body_groups(input.scenes);
+  std::map<int, std::vector<std::size_t>> places;  // of the cases of each body, which is meshed once
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    places[groups[i]].push_back(i);
+  }
+  std::map<std::size_t, Json> listed;
+  KeptBodies kept;
+  for (const auto& [group, of_body] : places) {
+    if (bodies && static_cast<std::size_t>(group) >= *bodies) {
+      break;
+    }
+    for (const std::size_t i : std::span(of_body).first(bodies ? 1 : of_body.size())) {
+      Json inputs = Json::object();
+      for (const SceneChange& change : input.plan.cases[i].changes) {
+        inputs[change.path] = change.value;
+      }
+      Json& one = listed[i] = {{"case", input.plan.cases[i].number},
+                               {"name", input.scenes[i].name},
+                               {"inputs", inputs},
+                               {"sharing", of_body.size()},
+                               {"seconds", {}},
+                               {"memory_mib", {}},
+                               {"faces", {}},
+                               {"channels", {}},
+                               {"solver", ""},
+                               {"warnings", Json::array()},
+                               {"notes", Json::array()},
+                               {"reason", ""}};
+      try {
+        describe(input.scenes[i], static_cast<int>(of_body.size()), kept, one);
+      } catch (const Error& error) {
+        one["reason"] = error.what();
+      }
+    }
+  }
+  Json list = Json::array();
+  for (auto& [place, one] : listed) {
+    list.push_back(std::move(one));
+  }
+  return list;
 }
 
 }  // namespace touchfield

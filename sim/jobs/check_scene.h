@@ -2,7 +2,9 @@
 
 #include <optional>
 
+#include "sim/core/json.h"
 #include "sim/core/progress.h"
+#include "sim/jobs/sweep.h"
 #include "sim/model/warnings.h"
 #include "sim/motion/play.h"
 #include "sim/run/check.h"
@@ -25,5 +27,13 @@ SceneCheck check_scene(Scene scene, bool accuracy, Progress& progress);
 
 /// What `touchfield check` says.
 Json check_value(const SceneCheck& checked);
+
+/// What every case of a sweep would be and take, in order; or the first one of each body, of so many bodies. Models are
+/// built one by one.
+///
+/// returns   an array of objects: case, name, inputs, sharing (cases with the same body), seconds (of the case alone),
+///           memory_mib, faces, channels, solver, warnings, notes and reason (why it cannot be built;
+///           numbers are then null)
+Json list_cases(const SweepInput& input, std::optional<std::size_t> bodies = std::nullopt);
 
 }  // namespace touchfield

@@ -86,39 +86,8 @@ Json sound_value(const PatternSound& sound) {
   return value;
 }
 
-}  // namespace
-
-std::vector<std::string> pattern_files(const Scene& scene, std::optional<PictureFormat> asked) {
-  std::vector<std::string> files = {"pattern.log", "failed.json", "pattern.csv", "spectrum.csv"};
-  if (scene.write.h5) {
-    files.emplace_back("pattern.h5");
-  }
-  if (const auto format = picture_format(scene, asked)) {
-    files.push_back("strip." + to_string(*format));
-  }
-  return files;
-}
-
-Pattern run_pattern(const Model& model, const PatternOptions& options, RunDirectory& directory, Progress& progress,
-                    std::optional<PictureFormat> pictures) {
-  const Scene& scene = model.fixed->scene;
-  directory.plan({"surface"});
-  Pattern pattern = solve_pattern(model, options, progress);
-  write_pattern_tables(pattern, directory);
-  if (scene.write.h5) {
-    timed(progress, pattern.motion.timings, "write", "write pattern.h5",
-          [&] { write_motion_file(directory.file("pattern.h5"), pattern.motion); });
-  }
-  if (const auto format = picture_format(scene, pictures)) {
-    timed(progress, pattern.motion.timings, "pictures", "draw pictures", [&] {
-      draw_motion_strip(directory.file("strip." + to_string(*format)), pattern.motion, pattern.instants, *format);
-    });
-  }
-  directory.finished("surface");
-  return pattern;
-}
-
-Json pattern_value(const Pattern& pattern) {
+/// What a command says of a pattern; its warnings and notes people have been told while it ran.
+Json pattern_value(const Pattern& pattern, const std::string& directory) {
   const auto error = [](const Metrics& metrics, const PatternFrame&) { return metrics.relative_error; };
   const auto turn = [](const Metrics&, const PatternFrame& frame) { return frame.turn; };
   const auto mean = [](const Metrics& metrics, const PatternFrame&) { return metrics.mean_inside_pa; };
@@ -130,7 +99,9 @@ Json pattern_value(const Pattern& pattern) {
   const auto& timings = pattern.motion.timings;
   const double phases = std::ranges::find(timings, "phases", [](const auto& stage) { return stage.first; })->second;
   const Statistics alone_seconds = statistics(over_frames(pattern, alone));
-  Json value = {{"frames", pattern.clock.frames},
+  Json value = {{"name", pattern.motion.name},
+                {"directory", directory},
+                {"frames", pattern.clock.frames},
                 {"frames_per_second_hz", pattern.clock.rate},
                 {"pass_s", pattern.clock.seconds()},
                 {"faces", pattern.faces},
@@ -152,7 +123,44 @@ Json pattern_value(const Pattern& pattern) {
   std::ranges::transform(pattern.sounds, std::back_inserter(points), sound_value);
   value["points"] = points;
   value["stages_s"] = stage_values(timings);
+  value["warnings"] = pattern.motion.warnings;
+  value["notes"] = pattern.motion.notes;
   return value;
+}
+
+}  // namespace
+
+Job<Pattern> pattern_job(const Model& model, const PatternOptions& options, std::optional<PictureFormat> pictures) {
+  const Scene& scene = model.fixed->scene;
+  std::vector<std::string> files = {"pattern.log", "failed.json", "pattern.csv", "spectrum.csv"};
+  if (scene.write.h5) {
+    files.emplace_back("pattern.h5");
+  }
+  const auto format = picture_format(scene, pictures);
+  if (format) {
+    files.push_back("strip." + to_string(*format));
+  }
+  const auto compute = [&model, &scene, options, format](RunDirectory& directory, Progress& progress) {
+    directory.plan({"surface"});
+    Pattern pattern = solve_pattern(model, options, progress);
+    write_pattern_tables(pattern, directory);
+    if (scene.write.h5) {
+      timed(progress, pattern.motion.timings, "write", "write pattern.h5",
+            [&] { write_motion_file(directory.file("pattern.h5"), pattern.motion); });
+    }
+    if (format) {
+      timed(progress, pattern.motion.timings, "pictures", "draw pictures", [&] {
+        draw_motion_strip(directory.file("strip." + to_string(*format)), pattern.motion, pattern.instants, *format);
+      });
+    }
+    directory.finished("surface");
+    return pattern;
+  };
+  return {scene.name, files, compute, pattern_value, [](const Pattern&, Json value, bool) {
+            value.erase("warnings");
+            value.erase("notes");
+            return lines_text(value);
+          }};
 }
 
 }  // namespace touchfield

@@ -1,19 +1,12 @@
 #pragma once
 
 #include <optional>
-#include <string>
-#include <vector>
 
-#include "sim/core/json.h"
-#include "sim/core/progress.h"
 #include "sim/motion/pattern.h"
 #include "sim/pictures/picture_format.h"
-#include "sim/run/run_directory.h"
+#include "sim/run/job.h"
 
 namespace touchfield {
-
-/// The names of all files that a pattern may write into its directory.
-std::vector<std::string> pattern_files(const Scene& scene, std::optional<PictureFormat> asked = std::nullopt);
 
 /// Solves a scene's pattern (solve_pattern) and writes its results:
 ///
@@ -22,12 +15,10 @@ std::vector<std::string> pattern_files(const Scene& scene, std::optional<Picture
 ///   spectrum.csv   one row per point and line
 ///   strip.FORMAT   a strip of pictures
 ///
-/// pictures   as play_scene's
-/// throws     as solve_pattern; IoError on a failed write
-Pattern run_pattern(const Model& model, const PatternOptions& options, RunDirectory& directory, Progress& progress,
-                    std::optional<PictureFormat> pictures = std::nullopt);
-
-/// What a command says of a pattern.
-Json pattern_value(const Pattern& pattern);
+/// model      outlives the job
+/// pictures   as of run_job
+/// throws     (the job) as solve_pattern; IoError on a failed write
+Job<Pattern> pattern_job(const Model& model, const PatternOptions& options,
+                         std::optional<PictureFormat> pictures = std::nullopt);
 
 }  // namespace touchfield

@@ -4,18 +4,97 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <iterator>
+#include <utility>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
+#ifdef TOUCHFIELD_CAMERAS
+#include "sim/cameras/fitted_sensor.h"
+#include "sim/cameras/joints_sensor.h"
+#endif
+#include "sim/core/errors.h"
 #include "sim/jobs/run_model.h"
-#include "sim/jobs/sensed_motion.h"
 #include "sim/model/stages.h"
+#include "sim/motion/loop_clock.h"
 #include "sim/pictures/motion_picture.h"
 #include "sim/run/motion_file.h"
 #include "sim/run/motion_summary.h"
 #include "sim/run/vtk_files.h"
 
 namespace touchfield {
+
+#ifdef TOUCHFIELD_CAMERAS
+
+namespace {
+
+void require_covered(const Scene& scene, double seconds, const std::string& recording) {
+  if (to_ticks(scene.motion->seconds) > to_ticks(seconds) + 1) {  // times of a recording are rounded to a tick
+    throw InputError(fmt::format("motion.seconds = {:g} must be <= {:g}, the length of the recording in {}",
+                                 scene.motion->seconds, seconds, recording));
+  }
+}
+
+/// Sets what cameras or joints see; of simulated cameras, the truth too.
+void see_by_cameras(KeptBodies* kept, Progress* progress, MotionClock clock, SensedMotion& motion) {
+  const Scene& scene = motion.scene;
+  const auto& sight = scene.motion->sensor.sight;
+  if (const auto* recorded = std::get_if<RecordedSpec>(&sight)) {
+    HandImages images = recorded_images(recorded->folder, progress);
+    require_covered(scene, images.seconds, recorded->folder);
+    motion.sensor = std::make_unique<FittedSensor>(scene, std::move(images), nullptr, kept);
+  } else if (const auto* joints = std::get_if<JointsSpec>(&sight)) {
+    if (const int* port = std::get_if<int>(&joints->from)) {
+      if (clock == MotionClock::kSimulated) {
+        throw InputError(
+            fmt::format("motion.sensor.joints.port = {}: joints come by a port only while `touchfield live` "
+                        "plays; give the file of a table here",
+                        *port));
+      }
+      motion.sensor = std::make_unique<LiveJointsSensor>(scene, *port, joints->pose, kept);
+      return;
+    }
+    const auto& file = std::get<std::string>(joints->from);
+    const JointRecording recording = read_joints(file, joints->pose);
+    require_covered(scene, RecordedTimes(recording.seconds).covered(), file);
+    motion.sensor = std::make_unique<JointsSensor>(scene, recording, file, kept);
+  } else {
+    fitted_scene(scene);  // what is wrong with it is said before the true hand is meshed
+    motion.truth = std::make_unique<const MovingModel>(scene, kept, progress);
+    motion.sensor =
+        std::make_unique<FittedSensor>(scene, simulated_images(*motion.truth, kept), motion.truth.get(), kept);
+  }
+}
+
+}  // namespace
+
+#endif
+
+SensedMotion sensed_motion(const Scene& scene, KeptBodies* kept, Progress* progress,
+                           [[maybe_unused]] MotionClock clock) {
+  const auto& sight = scene.motion->sensor.sight;
+  SensedMotion motion{scene, nullptr, nullptr};
+  const auto* noise = std::get_if<SensingNoise>(&sight);
+  if (noise == nullptr && !std::holds_alternative<std::monostate>(sight)) {
+#ifdef TOUCHFIELD_CAMERAS
+    see_by_cameras(kept, progress, clock, motion);
+    return motion;
+#else
+    throw NotBuiltError(
+        "motion.sensor: this program was built without depth cameras and tracked joints: configure with "
+        "-DTOUCHFIELD_CAMERAS=ON, or give motion.sensor.noise");
+#endif
+  }
+  motion.truth = std::make_unique<const MovingModel>(scene, kept, progress);
+  if (noise != nullptr) {
+    motion.sensor = std::make_unique<NoisySensor>(*motion.truth, *noise);
+    motion.sensor->sample(0, 0.0);  // what it cannot be is found before anything is written
+  } else {
+    motion.sensor = std::make_unique<ExactSensor>(*motion.truth);
+  }
+  return motion;
+}
 
 namespace {
 
@@ -66,9 +145,8 @@ class Rest {
   Clock::time_point next_;
 };
 
-}  // namespace
-
-std::vector<std::string> motion_files(const SensedMotion& sensed, std::optional<PictureFormat> asked) {
+/// The names of all files that a motion may write.
+std::vector<std::string> motion_files(const SensedMotion& sensed, std::optional<PictureFormat> format) {
   const Scene& scene = sensed.scene;
   std::vector<std::string> files = {"play.log", "failed.json", "motion.csv", "frames.csv"};
   if (scene.write.h5) {
@@ -80,17 +158,16 @@ std::vector<std::string> motion_files(const SensedMotion& sensed, std::optional<
       files.push_back(fmt::format("evaluation_{:04d}.vtp", i + 1));
     }
   }
-  if (const auto format = format_of(sensed, asked)) {
+  if (format) {
     files.insert(files.end(), {"motion." + to_string(*format), "strip." + to_string(*format)});
   }
   return files;
 }
 
 Motion play_scene(const SensedMotion& sensed, MotionOptions options, RunDirectory& directory, Progress& progress,
-                  std::optional<PictureFormat> pictures) {
+                  std::optional<PictureFormat> format) {
   const Scene& scene = sensed.scene;
   const std::vector<int> drawn = strip_scores(*scene.motion);
-  const auto format = format_of(sensed, pictures);
   std::vector<MotionInstant> strip;
   std::vector<MotionInstant> waiting;  // for the next second, when the motion that they are of is there too
   std::vector<SeriesStep> series;
@@ -124,9 +201,7 @@ Motion play_scene(const SensedMotion& sensed, MotionOptions options, RunDirector
     waiting.clear();
   };
   std::vector<std::string> methods;
-  for (const MethodSpec& method : scene.solve.methods) {
-    methods.push_back(method.name);
-  }
+  std::ranges::transform(scene.solve.methods, std::back_inserter(methods), &MethodSpec::name);
   directory.plan(methods);
   Motion motion = play_motion(sensed, options, progress);
   for (const std::string& method : methods) {
@@ -142,6 +217,24 @@ Motion play_scene(const SensedMotion& sensed, MotionOptions options, RunDirector
     });
   }
   return motion;
+}
+
+}  // namespace
+
+Job<Motion> play_job(const SensedMotion& sensed, const MotionOptions& options, std::optional<PictureFormat> pictures) {
+  const auto format = format_of(sensed, pictures);
+  return {sensed.scene.name, motion_files(sensed, format),
+          [&sensed, options, format](RunDirectory& directory, Progress& progress) {
+            return play_scene(sensed, options, directory, progress, format);
+          },
+          [](const Motion& motion, const std::string& directory) {
+            return Json{{"name", motion.name},         {"directory", directory},
+                        {"seconds", motion.seconds},   {"methods", method_values(motion)},
+                        {"warnings", motion.warnings}, {"notes", motion.notes}};
+          },
+          [](const Motion& motion, const Json& value, bool terse) {
+            return motion_table(motion) + (terse ? value["directory"].get<std::string>() + "\n" : "");
+          }};
 }
 
 }  // namespace touchfield

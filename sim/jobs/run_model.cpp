@@ -1,8 +1,12 @@
 #include "sim/jobs/run_model.h"
 
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
+#include <utility>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "sim/model/stages.h"
 #include "sim/pictures/figures.h"
@@ -63,13 +67,19 @@ void write_tables(const WriteSpec& write, const Run& run, const RunDirectory& di
   write_metrics_csv(directory.file("metrics.csv"), run);
 }
 
-}  // namespace
-
-std::optional<PictureFormat> picture_format(const Scene& scene, std::optional<PictureFormat> asked) {
-  return asked || !scene.write.png ? asked : PictureFormat::kPng;
+void write_results(Run& run, const WriteSpec& write, const RunDirectory& directory, Progress& progress,
+                   std::optional<PictureFormat> pictures) {
+  timed(progress, run.seconds, "write", "write results", [&] {
+    write_vtk(write, run, directory);
+    write_tables(write, run, directory);
+  });
+  if (pictures) {
+    draw(run, *pictures, directory, progress);
+  }
 }
 
-std::vector<std::string> run_files(const Scene& scene, std::optional<PictureFormat> asked) {
+/// The names of all files that a run may write.
+std::vector<std::string> run_files(const Scene& scene, std::optional<PictureFormat> pictures) {
   std::vector<std::string> files = {"run.log", "failed.json", "metrics.csv"};
   if (scene.write.h5) {
     files.emplace_back("run.h5");
@@ -85,8 +95,8 @@ std::vector<std::string> run_files(const Scene& scene, std::optional<PictureForm
   if (scene.write.vtp || scene.write.vti) {
     files.emplace_back("run.vtm");
   }
-  if (const auto format = picture_format(scene, asked)) {
-    const std::string ending = to_string(*format);
+  if (pictures) {
+    const std::string ending = to_string(*pictures);
     files.insert(files.end(),
                  {"scene.yaml", "report.html", "overview." + ending, "setup." + ending, "target." + ending});
     for (const MethodSpec& method : scene.solve.methods) {
@@ -99,36 +109,52 @@ std::vector<std::string> run_files(const Scene& scene, std::optional<PictureForm
   return files;
 }
 
-std::vector<std::string> study_files(PictureFormat format) {
-  return {"study.log", "failed.json", "study.csv", "study." + to_string(format)};
+Json run_result(const Run& run, const std::string& directory) {
+  Json result = {{"name", run.name},
+                 {"directory", directory},
+                 {"faces", run.mesh.face_count()},
+                 {"channels", run.array.size()},
+                 {"methods", method_values(run)},
+                 {"seconds", stage_values(run.seconds)},
+                 {"warnings", run.warnings},
+                 {"notes", run.notes}};
+  result.update(levels_value(run));
+  return result;
 }
 
-Run run_model(const Model& model, const SolveOptions& options, RunDirectory& directory, Progress& progress,
-              std::optional<PictureFormat> pictures) {
-  const WriteSpec& write = model.fixed->scene.write;
-  std::vector<std::string> names;
-  for (const MethodSpec& method : model.fixed->scene.solve.methods) {
-    names.push_back(method.name);
-  }
-  directory.plan(names);
-  const auto keep = [&](const Run& so_far) {
-    write_tables(write, so_far, directory);
-    directory.finished(so_far.methods.back().name);
+}  // namespace
+
+std::optional<PictureFormat> picture_format(const Scene& scene, std::optional<PictureFormat> asked) {
+  return asked || !scene.write.png ? asked : PictureFormat::kPng;
+}
+
+Job<Run> run_job(const Model& model, const SolveOptions& options, std::optional<PictureFormat> pictures) {
+  const Scene& scene = model.fixed->scene;
+  const auto format = picture_format(scene, pictures);
+  const auto compute = [&model, &scene, options, format](RunDirectory& directory, Progress& progress) {
+    std::vector<std::string> names;
+    std::ranges::transform(scene.solve.methods, std::back_inserter(names), &MethodSpec::name);
+    directory.plan(names);
+    const auto keep = [&](const Run& so_far) {
+      write_tables(scene.write, so_far, directory);
+      directory.finished(so_far.methods.back().name);
+    };
+    Run run = solve_model(model, options, keep, progress);
+    write_results(run, scene.write, directory, progress, format);
+    return run;
   };
-  Run run = solve_model(model, options, keep, progress);
-  write_results(run, write, directory, progress, picture_format(model.fixed->scene, pictures));
-  return run;
+  return {scene.name, run_files(scene, format), compute, run_result, [](const Run& run, const Json& value, bool terse) {
+            return methods_table(run) + levels_text(run) + (terse ? value["directory"].get<std::string>() + "\n" : "");
+          }};
 }
 
-void write_results(Run& run, const WriteSpec& write, const RunDirectory& directory, Progress& progress,
-                   std::optional<PictureFormat> pictures) {
-  timed(progress, run.seconds, "write", "write results", [&] {
-    write_vtk(write, run, directory);
-    write_tables(write, run, directory);
-  });
-  if (pictures) {
-    draw(run, *pictures, directory, progress);
-  }
+Job<Run> written_job(Run run, const Scene& scene) {
+  const auto format = picture_format(scene, std::nullopt);
+  return {scene.name, run_files(scene, format),
+          [run = std::move(run), write = scene.write, format](RunDirectory& directory, Progress& progress) mutable {
+            write_results(run, write, directory, progress, format);
+            return std::move(run);
+          }};
 }
 
 }  // namespace touchfield

@@ -21,12 +21,10 @@
 #include "sim/core/program_start.h"
 #include "sim/core/version.h"
 #include "sim/jobs/play_scene.h"
-#include "sim/jobs/sensed_motion.h"
 #include "sim/jobs/sweep_directory.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/run/check.h"
 #include "sim/run/motion_summary.h"
-#include "sim/run/run_directory.h"
 #include "sim/scene/scene_reader.h"
 
 namespace touchfield {
@@ -60,18 +58,6 @@ void take_results(const Motion& motion, SweepRecord& record) {
   }
 }
 
-/// Calls work(directory), and closes that with the reason if it fails.
-template <typename Work>
-void in_directory(const std::string& path, const Work& work) {
-  RunDirectory directory = RunDirectory::made(path);
-  try {
-    work(directory);
-  } catch (const std::exception& error) {
-    directory.fail(error.what());
-    throw;
-  }
-}
-
 /// What one case of a sweep leaves to the next.
 struct KeptWork {
   KeptBodies bodies;
@@ -81,24 +67,20 @@ struct KeptWork {
 void compute(const CaseJob& job, const std::string& scratch, KeptWork& kept, SweepRecord& record) {
   Progress progress;
   const Scene scene = read_scene_text(job.scene, fmt::format("case {}", job.number), "");
+  RunDirectory directory = RunDirectory::made(scratch);
   if (scene.motion) {
     require_motion_memory(scene);
-    MotionOptions options{.command_line = job.command_line};
+    MotionOptions options{.command_line = job.command_line, .threads = job.threads};
     const SensedMotion sensed = sensed_motion(within_budget(scene, options.notes), &kept.bodies);
     require_memory(check_model(sensed.solved().first()));
-    options.threads = job.threads;
-    in_directory(scratch, [&](RunDirectory& directory) {
-      take_results(play_scene(sensed, options, directory, progress), record);
-    });
+    take_results(filled(directory, progress, play_job(sensed, options).compute), record);
     return;
   }
   const Model model = build_model(scene, &kept.bodies);
   require_memory(check_model(model, job.scenes));
-  in_directory(scratch, [&](RunDirectory& directory) {
-    SolveOptions options{job.command_line, job.threads, &kept.bodies, &kept.models};
-    take_results(run_model(model, options, directory, progress), record);
-    std::filesystem::remove(directory.file("metrics.csv"));  // the record has them
-  });
+  const SolveOptions options{job.command_line, job.threads, &kept.bodies, &kept.models};
+  take_results(filled(directory, progress, run_job(model, options).compute), record);
+  std::filesystem::remove(directory.file("metrics.csv"));  // the record has them
 }
 
 /// throws   NoRoomError alone

@@ -214,6 +214,7 @@ RunDirectory RunDirectory::at(const std::string& path, const std::vector<std::st
 RunDirectory RunDirectory::made(const std::string& path) {
   RunDirectory directory;
   directory.name_ = directory.path_ = path;
+  directory.made_ = true;
   return directory;
 }
 
@@ -287,6 +288,10 @@ void RunDirectory::finished(const std::string& method) {
 
 void RunDirectory::publish() {
   const std::lock_guard lock(*mutex_);
+  published_ = made_;
+  if (made_) {
+    return;
+  }
   std::erase_if(files_, [&](const std::string& name) { return !there(file(name)); });
   const Contents older = contents_of(name_, in_place_ ? kWithin : "");
   if (!older.other.empty() || (!older.own.empty() && !replaces_)) {  // since the run began

@@ -38,6 +38,7 @@ class RunDirectory {
   static RunDirectory at(const std::string& path, const std::vector<std::string>& files, bool force);
 
   /// A directory that was made for one run, of which others keep what it holds: written in place, without files.json.
+  /// To publish it changes nothing.
   static RunDirectory made(const std::string& path);
 
   /// Where files are written: NAME.partial, and NAME once they are published.
@@ -71,6 +72,7 @@ class RunDirectory {
 
   std::string name_;
   std::string path_;
+  bool made_ = false;
   bool in_place_ = false;
   bool replaces_ = false;
   std::string warning_;

@@ -7,7 +7,7 @@
 
 #include "sim/cameras/camera_folder.h"
 #include "sim/core/units.h"
-#include "sim/jobs/sensed_motion.h"
+#include "sim/jobs/play_scene.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/motion/play.h"

@@ -12,7 +12,8 @@
 
 #include "sim/core/units.h"
 #include "sim/hand/hand_pose.h"
-#include "sim/jobs/sensed_motion.h"
+#include "sim/hand/hand_skeleton.h"
+#include "sim/jobs/play_scene.h"
 #include "sim/motion/play.h"
 #include "tests/support/joint_table_support.h"
 #include "tests/support/scene_support.h"

@@ -1,9 +1,8 @@
-#include "hardware/array_match.h"
-
 #include <numeric>
 
 #include <Eigen/Geometry>
 
+#include "hardware/emission/emission.h"
 #include "sim/core/rigid_motion.h"
 #include "tests/support/testing.h"
 

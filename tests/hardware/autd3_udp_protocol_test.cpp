@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "hardware/links/autd3_units.h"
+#include "hardware/links/autd3_udp_link.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::autd3_udp_protocol_test {

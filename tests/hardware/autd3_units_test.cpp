@@ -1,7 +1,6 @@
-#include "hardware/links/autd3_units.h"
-
 #include <random>
 
+#include "hardware/links/autd3_udp_link.h"
 #include "tests/support/random_support.h"
 #include "tests/support/testing.h"
 

@@ -14,7 +14,7 @@
 
 #include "hardware/guard/guard_process.h"
 #include "hardware/guard/guarded_link.h"
-#include "hardware/links/sonicsurface_protocol.h"
+#include "hardware/links/sonicsurface_link.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::guard_test {

@@ -4,7 +4,7 @@
 #include "hardware/guard/guard_message.h"
 #include "hardware/link_address.h"
 #include "hardware/links/dry_run_link.h"
-#include "hardware/links/sonicsurface_protocol.h"
+#include "hardware/links/sonicsurface_link.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::link_test {

@@ -1,8 +1,7 @@
-#include "hardware/modulation.h"
-
 #include <cmath>
 #include <numbers>
 
+#include "hardware/drive_frame.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::modulation_test {

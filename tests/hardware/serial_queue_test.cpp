@@ -18,7 +18,6 @@
 
 #include "hardware/guard/guarded_link.h"
 #include "hardware/links/sonicsurface_link.h"
-#include "hardware/links/sonicsurface_protocol.h"
 #include "tests/support/testing.h"
 
 namespace {

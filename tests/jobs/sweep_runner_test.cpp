@@ -9,7 +9,6 @@
 #include "sim/core/errors.h"
 #include "sim/jobs/sweep.h"
 #include "sim/jobs/sweep_case.h"
-#include "sim/jobs/worker_process.h"
 #include "sim/scene/scene_reader.h"
 #include "tests/support/output_support.h"
 #include "tests/support/testing.h"

@@ -5,7 +5,8 @@
 #include <set>
 #include <string>
 
-#include "sim/jobs/sensed_motion.h"
+#include "sim/jobs/play_scene.h"
+#include "sim/mesh/remesh/mean_height.h"
 #include "sim/mesh/remesh/surface_remesh.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/motion/motion_prediction.h"

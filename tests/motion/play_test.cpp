@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "sim/jobs/sensed_motion.h"
+#include "sim/jobs/play_scene.h"
 #include "sim/run/solve_model.h"
 #include "tests/support/moving_support.h"
 #include "tests/support/scene_support.h"

@@ -7,7 +7,7 @@
 
 #include "apps/commands/live_stream.h"
 #include "hardware/player.h"
-#include "sim/jobs/sensed_motion.h"
+#include "sim/jobs/play_scene.h"
 #include "sim/motion/frame_solver.h"
 #include "tests/support/moving_support.h"
 #include "tests/support/scene_support.h"

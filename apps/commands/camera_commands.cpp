@@ -1,26 +1,36 @@
-#include <cmath>
 #include <memory>
 
-#include <fmt/format.h>
-
-#include "apps/commands/claimed_directory.h"
-#include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
-#include "apps/commands/console_progress.h"
-#include "apps/commands/standard_streams.h"
+#include "apps/commands/job_console.h"
 #include "sim/cameras/fit_folder.h"
+#include "sim/cameras/see_scene.h"
 #include "sim/core/require.h"
 #include "sim/core/units.h"
-#include "sim/run/motion_summary.h"
+#include "sim/scene/scene_reader.h"
 
 namespace touchfield {
 
 namespace {
 
+struct SeeCommand {
+  std::string scene;
+  std::vector<std::string> overrides;  // key.path=value
+  JobOutput output;
+  PictureFormat pictures = PictureFormat::kPng;
+};
+
+int see_command(const SeeCommand& command, const Invocation& invoked) {
+  JobConsole console(invoked, "times.csv lists the frames that are whole; {} says that others are missing");
+  const Scene scene = read_scene(command.scene, command.overrides);
+  require_apart(command.output.directory, command.scene, scene);
+  const SeenScene seen = seen_scene(scene, &console.progress());
+  return console.finish(command.output, see_job(seen, command.pictures),
+                        [&] { console.progress().note(first_log_line(scene.name, console.threads())); });
+}
+
 struct FitCommand {
   std::string folder;
-  std::string output;  // empty: results/runs/NAME-NNNN
-  bool force = false;
+  JobOutput output;
   std::string pose = "auto";
   std::string side = "auto";
   double length_mm = HandShape{}.length / kMillimetre;
@@ -51,52 +61,30 @@ FolderFit fit_of(const FitCommand& command) {
   return how;
 }
 
-Json fit_value(const FittedFolder& fitted, const std::string& directory) {
-  std::vector<double> residuals;
-  std::vector<double> seen;
-  std::vector<double> times;
-  for (const FittedFrame& frame : fitted.frames) {
-    times.push_back(frame.milliseconds);
-    if (!frame.fit.lost) {
-      residuals.push_back(frame.fit.residual / kMillimetre);
-      seen.push_back(frame.fit.seen);
-    }
-  }
-  return {{"directory", directory},
-          {"frames", fitted.frames.size()},
-          {"lost", fitted.frames.size() - residuals.size()},
-          {"pose", fitted.hand.pose},
-          {"side", side_name(fitted.hand.side)},
-          {"shape_learnt", fitted.learnt},
-          {"length_ratio", std::exp(fitted.proportions(kLengthRatio))},
-          {"breadth_ratio", std::exp(fitted.proportions(kBreadthRatio))},
-          {"residual_mm_median", statistics(residuals).median},
-          {"seen_median", statistics(seen).median},
-          {"fit_ms_p95", statistics(times).p95},
-          {"warnings", fitted.warnings}};
-}
-
 int fit_command(const FitCommand& command, const Invocation& invoked) {
-  const CommonFlags& flags = invoked.flags;
-  ClaimedDirectory claimed("every mesh that was written is whole; {} says that others are missing");
-  const int threads = apply_threads(flags);
-  ConsoleProgress progress(flags);
+  JobConsole console(invoked, "every mesh that was written is whole; {} says that others are missing");
   const FolderFit how = fit_of(command);
-  require_apart(command.output, {command.folder});
-  const CameraFolder folder(command.folder, &progress);
-  RunDirectory& directory = claimed.claim(command.output, command.force, "fit", fit_files(folder));
-  claimed.fill(progress, [&] {
-    progress.log_to(directory.file("fit.log"));
-    progress.note(first_log_line(command.folder, threads));
-    const FittedFolder fitted = fit_folder(folder, how, directory, progress);
-    directory.publish();
-    progress.note(fmt::format("meshes in {}", directory.path()));
-    print_value(fit_value(fitted, directory.path()), flags, true);
-  });
-  return 0;
+  require_apart(command.output.directory, {command.folder});
+  const CameraFolder folder(command.folder, &console.progress());
+  return console.finish(command.output, fit_job(folder, how),
+                        [&] { console.progress().note(first_log_line(command.folder, console.threads())); });
 }
 
 }  // namespace
+
+void add_see_command(CLI::App& app, Invocation& invocation) {
+  const auto see = std::make_shared<SeeCommand>();
+  CLI::App* command = app.add_subcommand("see", "Write the depth images of a scene's simulated cameras");
+  command->add_option("SCENE", see->scene, "Scene file (YAML) with motion.sensor.cameras")
+      ->required()
+      ->type_name(kYamlFile);
+  add_overrides(command, see->overrides);
+  add_output(
+      command, see->output,
+      "Output directory, for sensor: {recorded: {folder}}; default: results/runs/NAME-NNNN, the next free number");
+  add_pictures(command, see->pictures, "Format of the picture of each camera's view; default: PNG");
+  finish_command(command, invocation, [see](const Invocation& invoked) { return see_command(*see, invoked); });
+}
 
 void add_fit_command(CLI::App& app, Invocation& invocation) {
   const auto fit = std::make_shared<FitCommand>();
@@ -105,12 +93,9 @@ void add_fit_command(CLI::App& app, Invocation& invocation) {
   command->add_option("FOLDER", fit->folder, "Folder of depth images (docs/cameras.md)")
       ->required()
       ->type_name(kFolder);
-  command
-      ->add_option("-o,--output", fit->output,
-                   "Output directory, for body: {meshes: {folder, times, unit: m}}; default: results/runs/fit-NNNN, "
-                   "the next free number")
-      ->type_name(kFolder);
-  command->add_flag("--force", fit->force, "Replace the run that the output directory holds");
+  add_output(command, fit->output,
+             "Output directory, for body: {meshes: {folder, times, unit: m}}; default: results/runs/fit-NNNN, "
+             "the next free number");
   std::vector<std::string> poses = hand_poses();
   poses.emplace_back("auto");
   command->add_option("--pose", fit->pose, "Pose of the fingers; auto: index_up or flat, whichever fits better")

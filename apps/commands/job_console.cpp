@@ -1,14 +1,18 @@
-#include "apps/commands/claimed_directory.h"
+#include "apps/commands/job_console.h"
 
 #include <algorithm>
+#include <csignal>
+#include <ctime>
 #include <filesystem>
 #include <set>
 #include <system_error>
+#include <thread>
+#include <unistd.h>
+#include <utility>
 
 #include <fmt/format.h>
 
-#include "apps/commands/interrupt_guard.h"
-#include "apps/commands/standard_streams.h"
+#include "hardware/stop_signals.h"
 #include "sim/core/errors.h"
 #include "sim/scene/scene_reader.h"
 
@@ -26,6 +30,19 @@ fs::path without_links(const std::string& path) {
 
 bool lies_in(const fs::path& path, const fs::path& folder) {
   return std::ranges::mismatch(folder, path).in1 == folder.end();
+}
+
+/// Waits beside the caller for a signal that ends it politely, calls `on_interrupt` with its name, and ends the process
+/// with 128 + signal. Runs until the process ends.
+void handle_interrupts(std::function<void(const char* signal_name)> on_interrupt) {
+  std::thread([act = std::move(on_interrupt)] {
+    const sigset_t set = StopSignals::polite();
+    int signal = 0;
+    if (sigwait(&set, &signal) == 0) {
+      act(interrupt_text(signal).c_str());
+      _exit(128 + signal);
+    }
+  }).detach();
 }
 
 }  // namespace
@@ -63,7 +80,28 @@ std::vector<std::string> read_by(const std::string& scene_file, const Scene& sce
   return read;
 }
 
-ClaimedDirectory::ClaimedDirectory(const std::string& kept) {
+void block_interrupts() {
+  const sigset_t set = StopSignals::polite();
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+}
+
+int take_interrupt() {
+  const sigset_t set = StopSignals::polite();
+  const timespec at_once{};
+  return std::max(0, sigtimedwait(&set, nullptr, &at_once));
+}
+
+std::string interrupt_text(int signal) {
+  return StopSignals::name(signal) + (signal == SIGXCPU ? ", the limit on processor time (ulimit -t)" : "");
+}
+
+void add_output(CLI::App* command, JobOutput& output, const std::string& what, const std::string& replaces) {
+  command->add_option("-o,--output", output.directory, what)->type_name(kFolder);
+  command->add_flag("--force", output.force, replaces);
+}
+
+JobConsole::JobConsole(const Invocation& invoked, const std::string& kept)
+    : invoked_(invoked), progress_(invoked.flags) {
   block_interrupts();
   handle_interrupts([open = open_, kept](const char* signal_name) {
     const std::lock_guard lock(open->mutex);
@@ -76,28 +114,24 @@ ClaimedDirectory::ClaimedDirectory(const std::string& kept) {
       say(fmt::format("\ntouchfield: interrupted by {} after all was written\n", signal_name));
     }
   });
+  threads_ = apply_threads(invoked.flags);
 }
 
-RunDirectory& ClaimedDirectory::claim(const std::string& output, bool force, const std::string& name,
-                                      const std::vector<std::string>& files) {
+RunDirectory& JobConsole::claim(const JobOutput& output, const std::string& name,
+                                const std::vector<std::string>& files) {
   const std::lock_guard lock(open_->mutex);
-  open_->directory.emplace(
-      RunDirectory::at(output.empty() ? next_directory("results/runs", name) : output, files, force));
+  open_->directory.emplace(RunDirectory::at(
+      output.directory.empty() ? next_directory("results/runs", name) : output.directory, files, output.force));
   return *open_->directory;
 }
 
-void ClaimedDirectory::fill(Progress& progress, const std::function<void()>& work) {
-  RunDirectory& directory = *open_->directory;
-  if (!directory.warning().empty()) {
-    progress.warn(directory.warning());
-  }
-  try {
-    work();
-  } catch (const std::exception& error) {
-    if (directory.fail(error.what())) {
-      progress.note(fmt::format("what is finished is in {}", directory.path()));
+void JobConsole::say_results(const RunDirectory& directory, const std::string& makes,
+                             const std::vector<std::string>& files) {
+  progress_.note(fmt::format("{} in {}", makes, directory.path()));
+  for (const std::string& file : files) {
+    if (file == "report.html" || file.starts_with("overview.")) {
+      progress_.note(fmt::format("open {}", directory.file(file)));
     }
-    throw;
   }
 }
 

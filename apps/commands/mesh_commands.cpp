@@ -1,5 +1,6 @@
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,13 +10,16 @@
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
-#include "apps/commands/mesh_text.h"
 #include "apps/commands/standard_streams.h"
+#include "sim/acoustics/medium.h"
 #include "sim/core/errors.h"
+#include "sim/core/json.h"
 #include "sim/core/require.h"
 #include "sim/core/units.h"
+#include "sim/hand/hand.h"
 #include "sim/mesh/io/mesh_files.h"
 #include "sim/mesh/io/unit_guess.h"
+#include "sim/mesh/query/inspect.h"
 #include "sim/mesh/remesh/closed_mesh.h"
 #include "sim/mesh/remesh/mesh_quality.h"
 #include "sim/mesh/remesh/resurface.h"
@@ -25,6 +29,113 @@
 namespace touchfield {
 
 namespace {
+
+/// What `mesh` found and did.
+struct MeshText {
+  std::string file;
+  LengthUnit unit;
+  bool unit_stated;
+  UnitGuess guess;
+  double size;  // [file units]
+  std::vector<std::string> warnings;
+  SurfaceReport report;            // of the file's surface
+  std::vector<std::string> steps;  // that made the result
+  std::optional<SkinReport> result;
+  std::string written;                           // file and unit; empty: none
+  std::optional<SurfaceDistance> to_resurfaced;  // from the file's outer faces to the new skin, if it was resurfaced
+  std::optional<SurfaceDistance> from_resurfaced;
+};
+
+/// In air at 20 C at 40 kHz [m].
+double usual_wavelength() { return Wave(air(kZeroCelsius + 20.0), 40e3).wavelength(); }
+
+bool has_faces(const SkinReport& skin) { return skin.mean_edge > 0; }
+
+Json skin_value(const SkinReport& skin) {
+  const MeshReport& mesh = skin.mesh;
+  Json holes = Json::array();
+  for (const Hole& hole : mesh.holes) {
+    const Vector3 at = hole.at / kMillimetre;
+    holes.push_back(Json{{"edges", hole.edges},
+                         {"length_mm", hole.length / kMillimetre},
+                         {"at_mm", std::vector<double>(at.begin(), at.end())}});
+  }
+  const double wavelength = usual_wavelength();
+  return {{"faces", mesh.faces},
+          {"vertices", mesh.vertices},
+          {"components", mesh.components},
+          {"nested_pieces", mesh.nested_pieces},
+          {"closed", has_faces(skin) && mesh.closed()},
+          {"inside_out", mesh.inside_out},
+          {"boundary_edges", mesh.boundary_edges},
+          {"holes", holes},
+          {"nonmanifold_edges", mesh.nonmanifold_edges},
+          {"nonmanifold_vertices", mesh.nonmanifold_vertices},
+          {"misoriented_edges", mesh.misoriented_edges},
+          {"flat_faces", skin.flat_faces},
+          {"self_intersections", skin.crossings},
+          {"area_cm2", mesh.area * 1e4},
+          {"volume_cm3", mesh.volume * 1e6},
+          {"shortest_edge_mm", mesh.shortest_edge / kMillimetre},
+          {"longest_edge_mm", mesh.longest_edge / kMillimetre},
+          {"mean_edge_mm", skin.mean_edge / kMillimetre},
+          {"smallest_angle_deg", mesh.smallest_angle / kDegree},
+          {"wavelength_mm", wavelength / kMillimetre},
+          {"epw_mean", wavelength / skin.mean_edge},
+          {"epw_min", wavelength / mesh.longest_edge},
+          {"faults", skin.faults}};
+}
+
+Json distance_value(const std::optional<SurfaceDistance>& distance) {
+  return distance ? Json{{"share_counted", distance->counted},
+                         {"most_95_mm", distance->most_of_it / kMillimetre},
+                         {"farthest_mm", distance->farthest / kMillimetre}}
+                  : Json();
+}
+
+/// How sure a guess is: a word, and as a report says it.
+std::pair<const char*, const char*> certainty_words(UnitCertainty certainty) {
+  switch (certainty) {
+    case UnitCertainty::kSure:
+      return {"sure", "surely"};
+    case UnitCertainty::kLikely:
+      return {"likely", "likely if it is a hand, but another unit makes it a smaller or larger body"};
+    case UnitCertainty::kUnclear:
+      return {"unclear", "but no unit makes it as large as a hand"};
+    case UnitCertainty::kNone:
+      break;
+  }
+  return {"none", "but no unit makes it a hand, a finger or an arm"};
+}
+
+/// "surely", "likely", ... as a report says it.
+const char* certainty_text(UnitCertainty certainty) { return certainty_words(certainty).second; }
+
+Json mesh_value(const MeshText& text) {
+  const SurfaceReport& report = text.report;
+  return {{"file", text.file},
+          {"unit", text.unit.name},
+          {"unit_stated", text.unit_stated},
+          {"unit_guess",
+           {{"unit", text.guess.unit.name},
+            {"certainty", certainty_words(text.guess.certainty).first},
+            {"reason", text.guess.reason}}},
+          {"size", text.size},
+          {"points", report.points},
+          {"faces", report.faces},
+          {"repeated_points", report.repeated_points},
+          {"unreferenced_points", report.unreferenced_points},
+          {"collapsed_faces", report.collapsed_faces},
+          {"duplicate_faces", report.duplicate_faces},
+          {"surface", skin_value(report.skin)},
+          {"usable", report.skin.faults.empty()},
+          {"warnings", text.warnings},
+          {"steps", text.steps},
+          {"to_resurfaced", distance_value(text.to_resurfaced)},
+          {"from_resurfaced", distance_value(text.from_resurfaced)},
+          {"result", text.result ? skin_value(*text.result) : Json()},
+          {"written", text.written.empty() ? Json() : Json(text.written)}};
+}
 
 struct MeshCommand {
   std::string file;
@@ -156,6 +267,37 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
   return 0;
 }
 
+struct HandCommand {
+  std::string output;
+  bool force = false;  // replace an existing file
+  HandOptions options;
+  std::string unit = "mm";  // of the file
+};
+
+int hand_command(const HandCommand& command, const CommonFlags& flags) {
+  apply_threads(flags);
+  require_free_output(command.output, command.force);
+  const Body body = hand(command.options);
+  const double unit = file_unit(command.unit).metres;
+  write_mesh(command.output, body.mesh, unit);
+  const MeshReport report = inspect(body.mesh);
+  Json landmarks = Json::object();
+  for (const Landmark& landmark : body.landmarks) {
+    const Vector3 at = position(body.mesh, landmark) / unit;
+    landmarks[landmark.name] = std::vector<double>(at.begin(), at.end());
+  }
+  print_value({{"file", command.output},
+               {"faces", report.faces},
+               {"area_cm2", report.area * 1e4},
+               {"volume_cm3", report.volume * 1e6},
+               {"shortest_edge_mm", report.shortest_edge / kMillimetre},
+               {"longest_edge_mm", report.longest_edge / kMillimetre},
+               {"unit", command.unit},
+               {"landmarks", landmarks}},
+              flags);
+  return 0;
+}
+
 }  // namespace
 
 void add_mesh_command(CLI::App& app, Invocation& invocation) {
@@ -175,6 +317,31 @@ void add_mesh_command(CLI::App& app, Invocation& invocation) {
       kMillimetre);
   add_number(command, "--remesh", mesh->edge, schema::above(0), "Remesh with edges of this length [mm]", kMillimetre);
   finish_command(command, invocation, [mesh](const Invocation& invoked) { return mesh_command(*mesh, invoked.flags); });
+}
+
+void add_hand_command(CLI::App& app, Invocation& invocation) {
+  const auto hand = std::make_shared<HandCommand>();
+  CLI::App* command = app.add_subcommand("hand", "Write the built-in hand as a mesh file (STL, OBJ or PLY)");
+  command->add_option("-o,--output", hand->output, "Mesh file; its ending names the format")
+      ->required()
+      ->type_name(kMeshFile);
+  command->add_flag("--force", hand->force, "Replace the mesh file if it exists");
+  command->add_option("--pose", hand->options.pose, "Pose of the fingers")
+      ->check(one_of(hand_poses()))
+      ->capture_default_str();
+  add_number(command, "--breadth-mm", hand->options.breadth, schema::between(50, 150), "Hand breadth [mm]",
+             kMillimetre);
+  add_number(command, "--length-mm", hand->options.length, schema::between(120, 260), "Hand length [mm]", kMillimetre);
+  command->add_option("--side", hand->options.side, "Which hand: right (default, thumb at negative x) or left")
+      ->transform(named<HandSide>({{"right", HandSide::kRight}, {"left", HandSide::kLeft}}));
+  add_number(command, "--edge-mm", hand->options.edge,
+             schema::between(kLeastHandEdge / kMillimetre, kMostHandEdge / kMillimetre), "Edge length [mm]",
+             kMillimetre);
+  add_number(command, "--forearm-mm", hand->options.forearm, schema::between(0, kMostForearm / kMillimetre),
+             "Length of forearm beyond the hand's own skin [mm]", kMillimetre);
+  command->add_option("--unit", hand->unit, "Unit of the file: mm (default), cm or m")
+      ->check(one_of({"mm", "cm", "m"}));
+  finish_command(command, invocation, [hand](const Invocation& invoked) { return hand_command(*hand, invoked.flags); });
 }
 
 }  // namespace touchfield

@@ -1,12 +1,18 @@
-#include "sim/jobs/doctor.h"
-
 #include <cstdlib>
 #include <filesystem>
+#include <memory>
+#include <string>
 #include <unistd.h>
+#include <vector>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 #include <omp.h>
 
+#include "apps/commands/command_line.h"
+#include "apps/commands/commands.h"
+#include "apps/commands/standard_streams.h"
+#include "sim/core/json.h"
 #include "sim/core/program_start.h"
 #include "sim/core/text.h"
 #include "sim/core/version.h"
@@ -15,11 +21,19 @@
 #include "sim/run/archive_file.h"
 #include "sim/run/estimates.h"
 #include "sim/run/solver_choice.h"
+#include "sim/scene/scene_reader.h"
 #include "solvers/linear/instruction_level.h"
 
 namespace touchfield {
 
 namespace {
+
+/// One line about this machine and installation.
+struct Finding {
+  std::string subject;  // "processor", "BLAS", "pictures", ...
+  std::string state;    // what there is
+  std::string advice;   // empty, or what makes runs slow or incomplete and how to mend it
+};
 
 constexpr double kGibibyte = 1024.0 * 1024.0 * 1024.0;
 
@@ -138,8 +152,11 @@ Finding graphics_card() {
   return {"card", state, ""};
 }
 
-}  // namespace
-
+/// Examines everything that decides how fast and how completely runs work here. Hardware: processor and instruction
+/// level, threads and cores, speed (an LU of about half a second), memory, disk, graphics card. Software: the program's
+/// build, BLAS core and its threads, libraries, pictures (their font).
+///
+/// threads   in use
 std::vector<Finding> examine_machine(int threads) {
   const BuildInfo build = build_info();
   const Finding program{
@@ -150,6 +167,47 @@ std::vector<Finding> examine_machine(int threads) {
           : "the build is not optimised: everything takes many times as long"};
   return {program,  processor(), blas(),          threads_of(threads), speed(),
           memory(), disk(),      graphics_card(), libraries(),         pictures()};
+}
+
+int doctor_command(const CommonFlags& flags) {
+  const std::vector<Finding> findings = examine_machine(apply_threads(flags));
+  if (flags.json) {
+    nlohmann::ordered_json json = nlohmann::ordered_json::object();
+    for (const Finding& finding : findings) {
+      json[finding.subject] = {{"state", finding.state}, {"advice", finding.advice}};
+    }
+    put(json_text(json, 2) + "\n");
+    return 0;
+  }
+  for (const Finding& finding : findings) {
+    if (!flags.quiet || !finding.advice.empty()) {
+      put(fmt::format("{:<10} {}{}{}\n", finding.subject, finding.state, finding.advice.empty() ? "" : " -- ",
+                      finding.advice));
+    }
+  }
+  return 0;
+}
+
+int schema_command(const std::string& format) {
+  put(format == "json" ? schema_json() : schema_markdown());
+  return 0;
+}
+
+}  // namespace
+
+void add_doctor_command(CLI::App& app, Invocation& invocation) {
+  CLI::App* command =
+      app.add_subcommand("doctor", "Check this machine for anything that makes runs slow or incomplete");
+  finish_command(command, invocation, [](const Invocation& invoked) { return doctor_command(invoked.flags); });
+}
+
+void add_schema_command(CLI::App& app, Invocation& invocation) {
+  const auto format = std::make_shared<std::string>("markdown");
+  CLI::App* command = app.add_subcommand("schema", "Print the schema of scene files");
+  command->add_option("--format", *format, "Format: markdown, or json for editors")
+      ->check(one_of({"markdown", "json"}))
+      ->capture_default_str();
+  command->callback([format, &invocation] { invocation.action = [format] { return schema_command(*format); }; });
 }
 
 }  // namespace touchfield
