@@ -57,8 +57,9 @@ struct FittedFolder {
 /// has it.
 ///
 /// folder   outlives the job
-/// throws   (the job) InputError as HandTemplate and CameraFolder::frame, or if the hand is in no frame. The message then
-///          says that the images show the other hand, or what the nearest frame lacks and what each camera sees. IoError
+/// throws   (the job) InputError as HandTemplate and CameraFolder::frame, or if the hand is in no frame. The message
+///          then says that the images show the other hand, or what the nearest frame lacks and what each camera sees.
+///          IoError
 Job<FittedFolder> fit_job(const CameraFolder& folder, const FolderFit& how);
 
 }  // namespace touchfield

@@ -11,8 +11,8 @@
 
 namespace touchfield {
 
-/// What `run`, `play`, `pattern`, `see`, `fit` and `study` have in common: something is computed into a directory. A job
-/// is made when all that can be wrong with its input has been found.
+/// What `run`, `play`, `pattern`, `see`, `fit` and `study` have in common: something is computed into a directory. A
+/// job is made when all that can be wrong with its input has been found.
 template <class Result>
 struct Job {
   std::string name;                // of the scene, or of what is made otherwise
