@@ -14,8 +14,8 @@
 
 #include "sim/core/units.h"
 #include "sim/core/version.h"
-#include "sim/gpu/body_on_card.h"
 #include "sim/gpu/gpu_library.h"
+#include "sim/gpu/on_card.h"
 #include "sim/hand/hand.h"
 #include "sim/hand/hand_pose.h"
 #include "sim/hand/skinned_hand.h"

@@ -12,8 +12,8 @@
 
 #include "sim/core/version.h"
 #include "sim/field/skin_problems.h"
-#include "sim/gpu/body_on_card.h"
 #include "sim/gpu/gpu_library.h"
+#include "sim/gpu/on_card.h"
 #include "sim/hand/hand.h"
 #include "solvers/phase/surface.h"
 #include "tests/support/skin_support.h"

@@ -3,8 +3,8 @@
 
 #include <benchmark/benchmark.h>
 
+#include "sim/bem/boundary_operator.h"
 #include "sim/bem/layer_sum.h"
-#include "sim/bem/near_corrections.h"
 #include "sim/bem/scattering_solver.h"
 #include "sim/bem/scattering_system.h"
 #include "sim/hand/shapes.h"

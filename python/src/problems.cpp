@@ -21,7 +21,7 @@
 #include "sim/run/skin_scattering.h"
 #include "sim/run/solve_model.h"
 #include "solvers/phase/optimality_bound.h"
-#include "solvers/phase/skin_field.h"
+#include "solvers/phase/skin_problem.h"
 #include "solvers/phase/surface.h"
 
 namespace touchfield::python {

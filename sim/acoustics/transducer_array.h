@@ -1,14 +1,82 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
-#include "sim/acoustics/channel_response.h"
-#include "sim/acoustics/directivity.h"
 #include "sim/acoustics/medium.h"
 #include "sim/core/rigid_motion.h"
 #include "sim/core/types.h"
+#include "sim/core/units.h"
+#include "solvers/phase/surface.h"
 
 namespace touchfield {
+
+/// What real channels make of their drives: channel n radiates gain_n exp(i phase_n) times what it was designed to.
+/// Both empty: every channel is as designed.
+struct ChannelResponse {
+  Eigen::VectorXd gain;   // N, >= 0; 0: dead
+  Eigen::VectorXd phase;  // N [rad]
+
+  bool as_designed() const { return gain.size() == 0; }
+};
+
+/// gain_n exp(i phase_n) of a response that is not as designed.
+Eigen::VectorXcd factors(const ChannelResponse& response);
+
+/// One response after the other: gains multiply, phases add. Sizes are the same, or one is as designed.
+ChannelResponse product(const ChannelResponse& first, const ChannelResponse& second);
+
+/// Gains and phases are normal, independent from channel to channel. Channel n gets the same three numbers whatever the
+/// tolerances and N are, so that larger tolerances with one seed are the same array made worse. A gain below 0 becomes
+/// 0.
+///
+/// seed   the same seed gives the same numbers on every machine, but for the rounding of log, cos and sin
+ChannelResponse random_response(Eigen::Index channels, const ChannelTolerances& tolerances, unsigned seed);
+
+/// Directivity and its slope at one angle.
+struct DirectivityValue {
+  double value;
+  double slope;  // d value / d theta [1/rad]
+};
+
+/// How strongly a transducer radiates at an angle from its axis, relative to the axis.
+///
+///   omni      1
+///   piston    2 J1(x)/x, x = k b sin(theta), b the radius
+///   t4010a1   natural cubic spline in theta through measured values at 0, 10, ... 90 degrees, mirrored past 90
+///
+/// source: t4010a1: the AUTD3 library's table for that transducer
+class Directivity {
+ public:
+  enum class Kind { kOmni, kPiston, kT4010a1 };
+
+  static Directivity omni();
+  /// k [rad/m] and radius b [m], both > 0; throws InputError otherwise
+  static Directivity piston(double k, double radius);
+  static Directivity t4010a1();
+
+  Kind kind() const { return kind_; }
+  /// k b of a piston.
+  double ka() const { return ka_; }
+
+  /// cos_theta in -1..1 (values beyond by rounding are clamped).
+  double value(double cos_theta) const;
+  /// theta in 0..pi.
+  DirectivityValue at(double theta) const;
+
+  static constexpr int kIntervals = 9;  // of t4010a1, each kInterval wide
+  static constexpr double kInterval = 10.0 * kDegree;
+  /// Its pieces, kIntervals x {c0, c1, c2, c3} of c0 + c1 t + c2 t^2 + c3 t^3, t in rad from the interval's begin; null
+  /// for the other kinds.
+  const double* spline() const { return kind_ == Kind::kT4010a1 ? spline_.front().data() : nullptr; }
+
+ private:
+  explicit Directivity(Kind kind, double ka = 0.0);
+
+  Kind kind_;
+  double ka_;  // k b of a piston
+  std::array<std::array<double, 4>, kIntervals> spline_{};
+};
 
 /// Source strength of the AUTD3's transducer, P0 in p = P0 d exp(ikr)/r: peak pressure times distance [Pa m].
 /// source: the AUTD3 library, 275.574 Pa mm times 200 / (4 pi)

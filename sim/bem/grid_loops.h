@@ -50,7 +50,7 @@ struct FaceValues {
 template <typename Real>
 inline constexpr int kLocalDegree = sizeof(Real) == 4 ? 12 : 24;  // of the polynomials of the local kernel
 
-/// The local kernel times 4 pi in units of its reach, u = r below 1 (kernel_split.h). Its parts are polynomials in
+/// The local kernel times 4 pi in units of its reach, u = r below 1 (grid_spec.h). Its parts are polynomials in
 /// t = 2 u - 1, the lowest power first. v is that of g, a of its slope and b of its second derivative:
 ///
 ///   S = v/u   D = a (n.d)/u^3   D' = -a (m.d)/u^3   W = (a m.n - b (m.d)(n.d)/u^2)/u^3,   d = x - y

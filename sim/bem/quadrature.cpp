@@ -7,16 +7,64 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/bem/gauss_rule.h"
-#include "sim/bem/triangle_rules.h"
+#include "sim/bem/polynomials.h"
+#include "sim/mesh/face_shape.h"
 
 namespace touchfield {
 
 namespace {
 
+/// A point of a rule on a triangle.
+struct TrianglePoint {
+  double weight;  // of the triangle's area
+  double u;
+  double v;  // barycentric coordinates of corners b and c
+};
+
+/// Radon's 7-point rule, exact for polynomials of degree 5.
+const std::array<TrianglePoint, 7>& radon_rule() {
+  static const std::array<TrianglePoint, 7> rule = [] {
+    const double root = std::sqrt(15.0);
+    const double w1 = (155.0 - root) / 1200.0;
+    const double w2 = (155.0 + root) / 1200.0;
+    const double s1 = (6.0 - root) / 21.0;
+    const double s2 = (6.0 + root) / 21.0;
+    return std::array<TrianglePoint, 7>{{{9.0 / 40.0, 1.0 / 3.0, 1.0 / 3.0},
+                                         {w1, s1, s1},
+                                         {w1, 1.0 - 2.0 * s1, s1},
+                                         {w1, s1, 1.0 - 2.0 * s1},
+                                         {w2, s2, s2},
+                                         {w2, 1.0 - 2.0 * s2, s2},
+                                         {w2, s2, 1.0 - 2.0 * s2}}};
+  }();
+  return rule;
+}
+
+/// Strang and Fix's 3-point rule with inner points, exact for degree 2.
+const std::array<TrianglePoint, 3>& strang_rule() {
+  static const std::array<TrianglePoint, 3> rule = {
+      {{1.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0}, {1.0 / 3.0, 2.0 / 3.0, 1.0 / 6.0}, {1.0 / 3.0, 1.0 / 6.0, 2.0 / 3.0}}};
+  return rule;
+}
+
 constexpr int kDeepest = 12;  // halvings of a face: a point a 4000th of an edge off it
 
 }  // namespace
+
+double solid_angle(const Face& face, const Vector3& x) {
+  return -solid_angle(Vector3(face.a - x), Vector3(face.b - x), Vector3(face.c - x));
+}
+
+Vector3 solid_angle_gradient(const Face& face, const Vector3& x) {
+  const auto edge = [&](const Vector3& from, const Vector3& to) -> Vector3 {
+    const Vector3 a = from - x;
+    const Vector3 b = to - x;
+    const double la = a.norm();
+    const double lb = b.norm();
+    return (la + lb) / (la * lb * (la * lb + a.dot(b))) * a.cross(b);
+  };
+  return -(edge(face.a, face.b) + edge(face.b, face.c) + edge(face.c, face.a));
+}
 
 FaceQuadrature::FaceQuadrature(const Complex& wavenumber, double gamma, const FaceRule& rule)
     : scale_(wavenumber.real() / std::numbers::pi), rule_(rule) {

@@ -1,12 +1,13 @@
 #include "sim/bem/scattering_system.h"
 
+#include <numbers>
 #include <stdexcept>
 #include <utility>
 
 #include "sim/acoustics/incident_field.h"
+#include "sim/bem/boundary_operator.h"
 #include "sim/bem/grid_spec.h"
 #include "sim/bem/grid_sum.h"
-#include "sim/bem/polishing.h"
 #include "sim/mesh/query/interior_points.h"
 #include "solvers/linear/blas_product.h"
 
@@ -29,6 +30,16 @@ Eigen::MatrixXcd unit_columns(Eigen::Index rows, const std::vector<Eigen::Index>
     unit(faces[c], static_cast<Eigen::Index>(c)) = 1.0;
   }
   return unit;
+}
+
+/// One layer's product with near integrals done by the rule; the self terms are the caller's.
+Eigen::MatrixXcd layer_product(const ScatteringSystem& system, Layer layer, const Eigen::MatrixXcd& x) {
+  const Complex wavenumber = system.wave().wavenumber();
+  Eigen::MatrixXcd y = system.sums().apply(layer, x);
+  const bool rough = system.options().grid_tolerance >= kFinestSingleGrid;
+  const auto numbers = rough ? NearCorrections::Numbers::kSingle : NearCorrections::Numbers::kDouble;
+  NearCorrections(system.mesh(), wavenumber, 0.0, layer, system.options().rule, numbers).add_product(1.0, x, y);
+  return y;
 }
 
 }  // namespace
@@ -261,6 +272,37 @@ Eigen::MatrixXcd ScatteringSystem::columns(const std::vector<Eigen::Index>& face
   Eigen::MatrixXcd columns(unknowns(), b.cols());
   columns << b, chief_rows_(Eigen::all, faces);
   return columns;
+}
+
+SourceField source_field(const TriangleMesh& mesh, const Wave& wave, const Points& sources) {
+  SourceField field{Eigen::MatrixXcd(mesh.face_count(), sources.cols()),
+                    Eigen::MatrixXcd(mesh.face_count(), sources.cols())};
+  const Complex ik = Complex(0, 1) * wave.wavenumber();
+#pragma omp parallel for schedule(static)
+  for (Eigen::Index s = 0; s < sources.cols(); ++s) {
+    for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+      const Vector3 offset = mesh.centroids().col(f) - sources.col(s);
+      const double r = offset.norm();
+      const Complex g = std::exp(ik * r) / (4.0 * std::numbers::pi * r);
+      field.value(f, s) = g;
+      field.slope(f, s) = (ik - 1.0 / r) * g * (offset.dot(mesh.normals().col(f)) / r);
+    }
+  }
+  return field;
+}
+
+IncidentField interior_incident(const ScatteringSystem& system, const SourceField& field) {
+  const TriangleMesh& mesh = system.mesh();
+  const Complex wavenumber = system.wave().wavenumber();
+  IncidentField incident;
+  incident.pressure = -layer_product(system, Layer::kSingle, field.slope);
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    incident.pressure.row(f) -= self_integrals(face_of(mesh, f), wavenumber).single * field.slope.row(f);
+  }
+  incident.slope = -0.5 * field.slope - layer_product(system, Layer::kAdjoint, field.slope);
+  incident.interior =
+      -LayerSum<double>(mesh, wavenumber, 0.0).rows(Layer::kSingle, system.interior_points()) * field.slope;
+  return incident;
 }
 
 }  // namespace touchfield

@@ -10,10 +10,9 @@
 #include <fmt/format.h>
 
 #include "sim/acoustics/incident_field.h"
-#include "sim/bem/element_integrals.h"
-#include "sim/bem/face_arrays.h"
 #include "sim/bem/grid_loops.h"
 #include "sim/bem/grid_sum.h"
+#include "sim/bem/layer_sum.h"
 #include "sim/bem/pair_loops.h"
 #include "sim/bem/quadrature.h"
 #include "sim/core/errors.h"

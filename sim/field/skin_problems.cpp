@@ -8,7 +8,7 @@
 
 #include "sim/acoustics/incident_field.h"
 #include "solvers/linear/blas_product.h"
-#include "solvers/linear/hermitian_eigen.h"
+#include "solvers/linear/factorisations.h"
 
 namespace touchfield {
 

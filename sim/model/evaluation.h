@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/acoustics/channel_response.h"
+#include "sim/acoustics/transducer_array.h"
 #include "sim/field/target.h"
 #include "sim/mesh/triangle_mesh.h"
 #include "sim/model/bodies.h"

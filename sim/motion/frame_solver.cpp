@@ -14,7 +14,7 @@
 #include "sim/run/solver_choice.h"
 #include "sim/run/transfer.h"
 #include "solvers/linear/blas_product.h"
-#include "solvers/linear/hermitian_eigen.h"
+#include "solvers/linear/factorisations.h"
 #include "solvers/linear/low_rank.h"
 
 namespace touchfield {

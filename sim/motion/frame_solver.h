@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/bem/factored_transfer.h"
+#include "sim/bem/scattering_solver.h"
 #include "sim/core/progress.h"
 #include "sim/motion/motion_sensor.h"
 #include "sim/run/methods.h"

@@ -18,8 +18,8 @@
 #include "sim/run/solve_model.h"
 #include "sim/run/transfer.h"
 #include "sim/scene/scene_reader.h"
+#include "solvers/phase/phase_descent.h"
 #include "solvers/phase/phase_methods.h"
-#include "solvers/phase/phase_sequence.h"
 
 namespace touchfield {
 

@@ -11,9 +11,9 @@
 #include <omp.h>
 
 #include "sim/acoustics/incident_field.h"
-#include "sim/bem/interior_sources.h"
 #include "sim/bem/layer_sum.h"
 #include "sim/bem/scattering_solver.h"
+#include "sim/bem/scattering_system.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/interior_points.h"
@@ -21,7 +21,7 @@
 #include "sim/mesh/topology.h"
 #include "sim/model/evaluation.h"
 #include "sim/run/skin_scattering.h"
-#include "solvers/linear/dense_lu.h"
+#include "solvers/linear/factorisations.h"
 
 namespace touchfield {
 

@@ -6,11 +6,11 @@
 
 #include <fmt/format.h>
 
-#include "sim/acoustics/nonlinearity.h"
+#include "sim/acoustics/incident_field.h"
 #include "sim/core/errors.h"
 #include "sim/core/sincos.h"
 #include "sim/field/metrics.h"
-#include "sim/gpu/field_on_card.h"
+#include "sim/gpu/on_card.h"
 #include "sim/model/evaluation.h"
 #include "sim/model/stages.h"
 

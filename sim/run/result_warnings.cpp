@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/acoustics/nonlinearity.h"
+#include "sim/acoustics/incident_field.h"
 #include "sim/model/evaluation.h"
 #include "sim/run/estimates.h"
 #include "sim/run/text_table.h"

@@ -27,7 +27,7 @@ struct MethodResult {
   Eigen::VectorXcd
       evaluation_pressure;  // on the evaluation mesh [Pa]; empty: no evaluation, or `pressure` is the evaluation's
   Metrics metrics;
-  double shock_distance_share = kNotComputed;  // sigma on the way to the loudest place of the skin (nonlinearity.h)
+  double shock_distance_share = kNotComputed;  // sigma on the way to the loudest place of the skin (incident_field.h)
   std::vector<std::pair<std::string, double>> seconds;  // stage -> seconds
 };
 

@@ -8,7 +8,7 @@
 
 #include "sim/acoustics/transducer_array.h"
 #include "sim/core/progress.h"
-#include "sim/gpu/body_on_card.h"
+#include "sim/gpu/on_card.h"
 #include "sim/model/meshed_body.h"
 #include "sim/model/model.h"
 #include "sim/run/run_data.h"

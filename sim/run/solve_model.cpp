@@ -22,7 +22,7 @@
 #include "sim/scene/scene_reader.h"
 #include "solvers/linear/instruction_level.h"
 #include "solvers/phase/optimality_bound.h"
-#include "solvers/phase/skin_field.h"
+#include "solvers/phase/skin_problem.h"
 
 namespace touchfield {
 

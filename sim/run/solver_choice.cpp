@@ -5,8 +5,8 @@
 #include <fstream>
 
 #include "sim/core/program_start.h"
-#include "sim/gpu/body_on_card.h"
 #include "sim/gpu/gpu_library.h"
+#include "sim/gpu/on_card.h"
 
 namespace touchfield {
 

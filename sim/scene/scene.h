@@ -6,10 +6,8 @@
 #include <variant>
 #include <vector>
 
-#include "sim/acoustics/directivity.h"
 #include "sim/acoustics/medium.h"
 #include "sim/acoustics/transducer_array.h"
-#include "sim/bem/bem_options.h"
 #include "sim/bem/scheme.h"
 #include "sim/core/types.h"
 #include "sim/gpu/compute_device.h"

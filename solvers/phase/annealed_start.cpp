@@ -1,5 +1,3 @@
-#include "solvers/phase/annealed_start.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,7 +14,8 @@
 #include "solvers/linear/blas_product.h"
 #include "solvers/linear/random_share.h"
 #include "solvers/phase/phase_solution.h"
-#include "solvers/phase/skin_field.h"
+#include "solvers/phase/skin_problem.h"
+#include "solvers/phase/surface.h"
 
 namespace touchfield {
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "solvers/linear/blas_product.h"
-#include "solvers/linear/cholesky.h"
+#include "solvers/linear/factorisations.h"
 #include "solvers/phase/madsen_damping.h"
 
 namespace touchfield {

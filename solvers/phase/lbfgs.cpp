@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "solvers/phase/baseline_support.h"
-#include "solvers/phase/skin_field.h"
 #include "solvers/phase/skin_jacobian.h"
+#include "solvers/phase/skin_problem.h"
 
 namespace touchfield {
 

@@ -12,11 +12,9 @@
 #include <cblas.h>
 
 #include "solvers/linear/blas_product.h"
-#include "solvers/linear/cholesky.h"
-#include "solvers/phase/dual_factor.h"
-#include "solvers/phase/low_rank_relaxation.h"
-#include "solvers/phase/relaxation_step.h"
-#include "solvers/phase/skin_field.h"
+#include "solvers/linear/factorisations.h"
+#include "solvers/phase/relaxation.h"
+#include "solvers/phase/skin_problem.h"
 #include "solvers/phase/surface.h"
 
 namespace touchfield {

@@ -5,8 +5,7 @@
 #include <string>
 
 #include "solvers/phase/baselines.h"
-#include "solvers/phase/robust_surface.h"
-#include "solvers/phase/surface_search.h"
+#include "solvers/phase/surface.h"
 
 namespace touchfield {
 

@@ -4,8 +4,8 @@
 #include <string_view>
 
 #include "solvers/phase/phase_solution.h"
-#include "solvers/phase/robust_surface.h"
 #include "solvers/phase/skin_problem.h"
+#include "solvers/phase/surface.h"
 
 namespace touchfield {
 

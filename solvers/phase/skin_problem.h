@@ -32,4 +32,56 @@ void require_valid(const SkinProblem& problem, const char* who);
 /// Brings the problem's matrices to a device, which all methods then use; to be done again where they change.
 void move_to(PhaseDevice& device, SkinProblem& problem);
 
+/// One value per row of a SkinProblem. These are the pressure that drives make on the target and what they leave on the
+/// skin outside the target. Or they are weights to send back through the rows.
+struct SkinField {
+  Eigen::VectorXcd target;   // K
+  Eigen::VectorXcd outside;  // r
+};
+
+/// field = [H_T q; R q], or the first `outside_rows` rows of R alone. Allocates only where the field has another size
+/// or the problem a device.
+void send(const SkinProblem& problem, const Eigen::VectorXcd& q, SkinField& field);
+void send(const SkinProblem& problem, const Eigen::VectorXcd& q, Eigen::Index outside_rows, SkinField& field);
+
+/// x = H_T^H v_T + R^H v_Z; v_Z may have fewer entries than R has rows and is 0 from there on.
+void send_back(const SkinProblem& problem, const SkinField& v, Eigen::VectorXcd& x);
+
+/// x = R'^H v, R' the last rows of R, as many as v has entries.
+void send_back_last(const SkinProblem& problem, const Eigen::VectorXcd& v, Eigen::VectorXcd& x);
+
+/// sum_j w_j (|u_j| - p'_j)^2 + ||t||^2 of the field [u; t].
+double field_cost(const SkinProblem& problem, const SkinField& field);
+
+/// sum_n |h_jn|, the most that can reach each target face.
+Eigen::VectorXd target_reach(const SkinProblem& problem);
+
+/// sum_n |r_in|^2 of R's rows.
+Eigen::VectorXd outside_strengths(const SkinProblem& problem);
+
+/// u_j / |u_j|: the direction in which a change of u_j changes |u_j|.
+///
+/// In silence, |u_j| <= 1e-13 reach_j, |u_j| has a kink and every direction e^{i psi} is a subgradient. Taken is the
+/// one along which turning the phases moves u_j most: psi = arg(sum_n c_n^2) / 2, c_n = i h_jn phasor_n, of the two the
+/// one with Re(e^{-i psi} sum_n |c_n| c_n) >= 0. It turns with a common phase of the drives, and a face that only
+/// rounding lights gives the same answer each time.
+///
+/// phasors   e^{i phi_n}, also of channels that are off
+void pressure_directions(const SkinProblem& problem, const Eigen::VectorXd& reach, const SkinField& field,
+                         const Eigen::VectorXcd& phasors, Eigen::VectorXcd& directions);
+
+/// The cost of no sound at all, sum_j w_j p'_j^2.
+double silent_cost(const SkinProblem& problem);
+
+/// The cost at drives q (N).
+double skin_cost(const SkinProblem& problem, const Eigen::VectorXcd& q);
+
+/// Half the gradient of the cost along the phases of q = a exp(i phi): d cost / d phi = 2 x this, N. Where |h_j q| = 0
+/// and p'_j > 0 the cost has a kink; a subgradient is taken there that is not zero if the face can be reached at all.
+Eigen::VectorXd skin_half_gradient(const SkinProblem& problem, const Eigen::VectorXcd& q);
+
+/// The level a in 0..1/max|q| at which cost(a q) + added a^2 is least, in closed form: the sum is quadratic in a. Of
+/// drives that make no field at all, which leave it open, min(1, 1/max|q|).
+double best_level(const SkinProblem& problem, const Eigen::VectorXcd& q, double added = 0.0);
+
 }  // namespace touchfield

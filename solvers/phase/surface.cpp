@@ -9,10 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "solvers/phase/damped_step.h"
 #include "solvers/phase/madsen_damping.h"
-#include "solvers/phase/skin_field.h"
 #include "solvers/phase/skin_jacobian.h"
+#include "solvers/phase/skin_problem.h"
 
 namespace touchfield {
 

@@ -43,7 +43,7 @@ struct SurfaceOptions {
 /// the edge.
 ///
 /// The cost never rises. An iteration costs O((K + 2r)^2 N), r of the rows that are not left out, and never touches the
-/// faces outside themselves. At |u_j| = 0 a subgradient is taken (see pressure_directions in skin_field.h), so that
+/// faces outside themselves. At |u_j| = 0 a subgradient is taken (see pressure_directions in skin_problem.h), so that
 /// silence is left. A start at any other stationary point, saddle points and the maxima of symmetric arrays too, is
 /// returned as converged after 0 iterations.
 ///
@@ -79,5 +79,105 @@ Eigen::VectorXcd adjoint_start(const SkinProblem& problem);
 Eigen::VectorXcd spectral_start(const SkinProblem& problem);
 Eigen::VectorXcd fitted_start(const SkinProblem& problem);
 Eigen::VectorXcd random_start(Eigen::Index channels, unsigned seed);
+
+/// solve_surface from the most promising of several starts. These are the two lowest of five annealed ones
+/// (annealed_starts), zero after five steps, and `others`. Each takes three steps, then the lowest path continues. It
+/// ends when `iterations` are done, or when six of them together lower the cost by less than 2e-4 of it. On problems
+/// with traps single starts end up to 30 % above one another. The search takes about twice the time of one of them
+/// (docs/phases.md has both figures, over 60 scenes).
+///
+/// Free amplitudes: fitted_start is followed as well, to its end, and the lower of the two answers is taken. Annealed
+/// starts are at full drive. Where the array is far too strong they end in traps with amplitudes, up to 12 % above.
+///
+/// others    drives, N per column, there may be none: the phases of the frame before, say
+/// options   where the level is free the annealed starts have the level that suits them, and if it is below 1 one at
+///           full drive joins them, after five steps; trial, damping and standstill are this function's own
+/// returns   the way from the start that won; its first cost is that start's
+/// throws    as solve_surface
+PhaseSolution search_surface(const SkinProblem& problem, const Eigen::MatrixXcd& others, SurfaceOptions options,
+                             const IterationCallback& callback = {});
+
+/// How far the channels of a real array may be from their design: rms over the array.
+struct ChannelTolerances {
+  double phase = 0.0;  // [rad], >= 0
+  double gain = 0.0;   // relative, >= 0
+  double dead = 0.0;   // share of the channels, 0 to below 1, nobody knows which
+
+  bool any() const { return phase > 0 || gain > 0 || dead > 0; }
+};
+
+/// What is known of a channel that is not as designed: it multiplies its drive by g exp(i delta).
+struct ChannelMoments {
+  double mean;      // |E g exp(i delta)|
+  double variance;  // E g^2 - mean^2
+};
+
+/// delta normal with mean 0, g with mean 1, both independent of each other and from channel to channel:
+///
+///   mean = (1 - dead) exp(-phase^2 / 2),   E g^2 = (1 - dead) (1 + gain^2)
+ChannelMoments channel_moments(const ChannelTolerances& tolerances);
+
+/// A bound of the expected cost of a skin problem if channels differ from their design:
+///
+///   E cost <= cost of mean q + variance sum_n u_n |q_n|^2,   u_n = sum_j w_j |h_jn|^2 + sum_i |r_in|^2
+///
+/// The bound is above E cost by 2 sum_j w_j p'_j (E |p_j| - |E p_j|), where E |p_j| - |E p_j| is about a quarter of the
+/// variance of p_j over |E p_j|. This is small against sum_j w_j p'_j^2 where |E p_j| and p'_j are far above the
+/// deviation of p_j.
+double expected_cost(const SkinProblem& problem, const Eigen::VectorXcd& q, const ChannelTolerances& tolerances);
+
+struct RobustOptions {
+  ChannelTolerances tolerances;
+  int iterations = kUsualIterations;  // of each turn, >= 1
+  bool search = false;                // the first turn also finds starts of its own
+};
+
+/// Minimises expected_cost over the phases and one amplitude a <= 1 of all channels. For one a the second part is
+/// constant. Phases (method surface at that level) and the level (in closed form) are thus found in turn. This ends
+/// when the cost falls by less than a share of 1e-4, or after 30 turns. cost_history has the cost after each turn.
+///
+/// starts   as of method surface
+/// throws   as solve_surface; std::invalid_argument on tolerances out of range
+PhaseSolution solve_robust_surface(const SkinProblem& problem, const Eigen::MatrixXcd& starts,
+                                   const RobustOptions& options, const IterationCallback& callback = {});
+
+struct AnnealingOptions {
+  int width = 2;       // l, 2 to 8
+  int descent = 24;    // steps with rows of any direction, >= 1
+  int stage = 4;       // steps at each of the eight bounds, >= 1
+  double level = 1.0;  // amplitude of all drives, > 0
+  unsigned seed = 1;
+};
+
+/// Drives of amplitude `level` to start from, by way of a problem with fewer traps. Every drive is a row of l numbers
+/// of length `level` together, Y is N x l, and
+///
+///   F(Y) = sum_j w_j (|h_j Y| - p'_j)^2 + || R Y ||^2
+///
+/// as in relaxation.h. From random rows F falls by accelerated projected gradient steps. Their length is 1 /
+/// ||A||^2 at first, A = [diag(sqrt w) H_T; R]. Then Y is turned so that its first column is the strongest. What is
+/// left in the others is bounded more tightly in each stage, while F continues falling:
+///
+///   sqrt(sum_i>1 |y_ni|^2) <= 0.8 level, 0.65 level, ... 0
+///
+/// cost      one pass over A in single precision per step; the result is the same to the last bit for every number of
+///           threads. Channels in another order have other rows, and may end in another trap
+/// throws    std::invalid_argument as require_valid, on options out of range
+/// source    Nesterov's acceleration with restarts: O'Donoghue and Candes, Found. Comput. Math. 15 (2015) 715
+Eigen::VectorXcd annealed_start(const SkinProblem& problem, const AnnealingOptions& options = {});
+
+/// Annealed starts worth following, and the level for them.
+struct AnnealedStarts {
+  Eigen::MatrixXcd drives;   // N x 2: of five those of the lowest cost, the lowest first
+  Eigen::VectorXcd at_full;  // the first of the five at level 1
+  double level = 1.0;        // of `drives`: 1 but where the array is far too strong for what is wanted
+};
+
+/// Five of them: on problems with traps they end in different ones, and their costs tell early which is low. Together
+/// they cost about as much as 15 steps of solve_surface.
+///
+/// free_level   whether the level may be below 1: found to a tenth by annealing again and again at the level that was
+///              best, and taken if it is below 0.5
+AnnealedStarts annealed_starts(const SkinProblem& problem, bool free_level);
 
 }  // namespace touchfield

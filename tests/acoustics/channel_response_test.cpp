@@ -1,11 +1,10 @@
-#include "sim/acoustics/channel_response.h"
-
 #include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
 
 #include "sim/acoustics/incident_field.h"
+#include "sim/acoustics/transducer_array.h"
 
 namespace touchfield::channel_response_test {
 

@@ -1,8 +1,7 @@
-#include "sim/acoustics/directivity.h"
-
 #include <cmath>
 #include <numbers>
 
+#include "sim/acoustics/transducer_array.h"
 #include "sim/core/units.h"
 #include "tests/support/testing.h"
 

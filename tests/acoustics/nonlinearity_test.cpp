@@ -1,8 +1,8 @@
-#include "sim/acoustics/nonlinearity.h"
-
 #include <cmath>
 
 #include <gtest/gtest.h>
+
+#include "sim/acoustics/incident_field.h"
 
 namespace touchfield::nonlinearity_test {
 

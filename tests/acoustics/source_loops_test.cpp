@@ -9,7 +9,6 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/acoustics/directivity.h"
 #include "sim/acoustics/incident_field.h"
 #include "sim/acoustics/transducer_array.h"
 #include "solvers/linear/instruction_level.h"

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/acoustics/incident_field.h"
-#include "solvers/linear/dense_lu.h"
+#include "solvers/linear/factorisations.h"
 #include "tests/support/sphere_support.h"
 
 namespace touchfield::sphere_test {

@@ -11,7 +11,7 @@
 #include <omp.h>
 
 #include "sim/acoustics/medium.h"
-#include "sim/bem/element_integrals.h"
+#include "sim/bem/quadrature.h"
 #include "sim/hand/shapes.h"
 
 namespace touchfield::boundary_operator_test {

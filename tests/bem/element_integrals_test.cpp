@@ -1,11 +1,10 @@
-#include "sim/bem/element_integrals.h"
-
 #include <cmath>
 #include <numbers>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
+#include "sim/bem/quadrature.h"
 #include "tests/support/reference_integrals.h"
 
 namespace touchfield::element_integrals_test {

@@ -1,7 +1,6 @@
-#include "sim/bem/factored_transfer.h"
-
 #include <gtest/gtest.h>
 
+#include "sim/bem/scattering_solver.h"
 #include "sim/hand/shapes.h"
 
 namespace touchfield::factored_transfer_test {

@@ -1,9 +1,9 @@
-#include "sim/bem/kernel_split.h"
-
 #include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
+
+#include "sim/bem/grid_spec.h"
 
 namespace touchfield::kernel_split_test {
 

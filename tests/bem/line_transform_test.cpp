@@ -1,11 +1,10 @@
-#include "sim/bem/line_transform.h"
-
 #include <complex>
 #include <numbers>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "sim/bem/grid_convolution.h"
 #include "solvers/linear/instruction_level.h"
 
 namespace touchfield::line_transform_test {

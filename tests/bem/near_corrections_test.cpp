@@ -1,10 +1,9 @@
-#include "sim/bem/near_corrections.h"
-
 #include <cmath>
 
 #include <gtest/gtest.h>
 
-#include "sim/bem/face_arrays.h"
+#include "sim/bem/boundary_operator.h"
+#include "sim/bem/layer_sum.h"
 #include "sim/hand/shapes.h"
 #include "tests/support/reference_kernels.h"
 

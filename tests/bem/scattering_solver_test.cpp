@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "sim/hand/shapes.h"
-#include "solvers/linear/dense_lu.h"
+#include "solvers/linear/factorisations.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::scattering_solver_test {

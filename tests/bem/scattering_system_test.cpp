@@ -8,7 +8,7 @@
 
 #include "sim/acoustics/incident_field.h"
 #include "sim/hand/shapes.h"
-#include "solvers/linear/dense_lu.h"
+#include "solvers/linear/factorisations.h"
 
 namespace touchfield::scattering_system_test {
 

@@ -13,7 +13,7 @@
 #include "sim/run/methods.h"
 #include "sim/run/sweep_files.h"
 #include "sim/scene/input.h"
-#include "solvers/phase/dual_factor.h"
+#include "solvers/phase/relaxation.h"
 #include "solvers/phase/skin_jacobian.h"
 
 namespace touchfield::ownership_test {

@@ -5,7 +5,7 @@
 
 #include "sim/field/skin_problems.h"
 #include "solvers/linear/low_rank.h"
-#include "solvers/phase/skin_field.h"
+#include "solvers/phase/skin_problem.h"
 
 namespace touchfield::skin_reduction_test {
 

@@ -4,7 +4,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/field/skin_problems.h"
-#include "sim/gpu/body_on_card.h"
+#include "sim/gpu/on_card.h"
 #include "sim/hand/hand.h"
 #include "sim/hand/shapes.h"
 #include "solvers/linear/blas_product.h"

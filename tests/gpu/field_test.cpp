@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/core/errors.h"
-#include "sim/gpu/field_on_card.h"
+#include "sim/gpu/on_card.h"
 #include "tests/gpu/channel_support.h"
 #include "tests/gpu/surface_support.h"
 #include "tests/support/far_field.h"

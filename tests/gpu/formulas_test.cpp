@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/acoustics/incident_field.h"
-#include "sim/bem/face_arrays.h"
+#include "sim/bem/layer_sum.h"
 #include "sim/gpu/cuda/face_integral.cuh"
 #include "tests/gpu/channel_support.h"
 #include "tests/gpu/surface_support.h"

@@ -9,8 +9,7 @@
 
 #include "sim/gpu/cuda/dense.cuh"
 #include "sim/gpu/cuda/products.cuh"
-#include "solvers/linear/dense_lu.h"
-#include "solvers/linear/hermitian_eigen.h"
+#include "solvers/linear/factorisations.h"
 #include "tests/gpu/linear_card.h"
 
 namespace touchfield {

@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/bem/face_arrays.h"
-#include "sim/bem/near_corrections.h"
+#include "sim/bem/boundary_operator.h"
+#include "sim/bem/layer_sum.h"
 #include "tests/gpu/surface_support.h"
 
 namespace touchfield {

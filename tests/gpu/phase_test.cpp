@@ -9,9 +9,9 @@
 #include <gtest/gtest.h>
 
 #include "sim/gpu/cuda/phase_steps.cuh"
-#include "solvers/phase/damped_step.h"
 #include "solvers/phase/incident_problem.h"
-#include "solvers/phase/surface_search.h"
+#include "solvers/phase/skin_jacobian.h"
+#include "solvers/phase/surface.h"
 #include "tests/gpu/card.h"
 #include "tests/support/fake_phase_device.h"
 #include "tests/support/phase_device_support.h"

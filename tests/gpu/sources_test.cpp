@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/acoustics/incident_field.h"
-#include "sim/gpu/card_input.h"
+#include "sim/gpu/on_card.h"
 #include "tests/gpu/channel_support.h"
 #include "tests/gpu/surface_support.h"
 

@@ -12,7 +12,7 @@
 #include "sim/bem/rigid_sphere.h"
 #include "sim/hand/hand.h"
 #include "sim/hand/shapes.h"
-#include "solvers/linear/dense_lu.h"
+#include "solvers/linear/factorisations.h"
 #include "solvers/linear/gmres.h"
 #include "tests/hard/hard_meshes.h"
 #include "tests/hard/hard_support.h"

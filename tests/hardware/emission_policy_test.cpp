@@ -3,7 +3,7 @@
 #include <string>
 
 #include "hardware/emission/emission.h"
-#include "sim/acoustics/directivity.h"
+#include "sim/acoustics/transducer_array.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::emission_policy_test {

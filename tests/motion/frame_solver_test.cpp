@@ -7,7 +7,7 @@
 
 #include "sim/run/solve_model.h"
 #include "sim/run/transfer.h"
-#include "solvers/phase/skin_field.h"
+#include "solvers/phase/skin_problem.h"
 #include "tests/support/moving_support.h"
 #include "tests/support/scene_support.h"
 #include "tests/support/solve_support.h"

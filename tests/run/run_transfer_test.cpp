@@ -2,7 +2,6 @@
 #include "sim/core/progress.h"
 #include "sim/run/run_file.h"
 #include "sim/run/solve_model.h"
-#include "solvers/phase/skin_field.h"
 #include "solvers/phase/skin_problem.h"
 #include "tests/support/output_support.h"
 #include "tests/support/solve_support.h"

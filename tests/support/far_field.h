@@ -1,10 +1,10 @@
 #pragma once
 
 #include "sim/acoustics/incident_field.h"
-#include "sim/bem/element_integrals.h"
-#include "sim/bem/face_arrays.h"
+#include "sim/bem/layer_sum.h"
+#include "sim/bem/quadrature.h"
 #include "sim/field/evaluate.h"
-#include "sim/gpu/field_on_card.h"
+#include "sim/gpu/on_card.h"
 
 namespace touchfield {
 inline namespace support {

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "solvers/phase/damped_step.h"
 #include "solvers/phase/phase_solution.h"
+#include "solvers/phase/skin_jacobian.h"
 #include "tests/support/skin_support.h"
 
 namespace touchfield {

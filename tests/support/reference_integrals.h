@@ -8,7 +8,7 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/bem/element_integrals.h"
+#include "sim/bem/quadrature.h"
 
 namespace touchfield {
 

@@ -1,5 +1,3 @@
-#include "solvers/linear/cholesky.h"
-
 #include <cmath>
 #include <complex>
 #include <cstdlib>
@@ -7,6 +5,8 @@
 
 #include <Eigen/Core>
 #include <gtest/gtest.h>
+
+#include "solvers/linear/factorisations.h"
 
 namespace touchfield::cholesky_test {
 

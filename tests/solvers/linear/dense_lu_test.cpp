@@ -1,10 +1,10 @@
-#include "solvers/linear/dense_lu.h"
-
 #include <limits>
 #include <stdexcept>
 
 #include <Eigen/LU>
 #include <gtest/gtest.h>
+
+#include "solvers/linear/factorisations.h"
 
 namespace touchfield::dense_lu_test {
 

@@ -1,11 +1,11 @@
-#include "solvers/linear/dense_operator.h"
-
 #include <complex>
 #include <cstdlib>
 #include <limits>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
+
+#include "solvers/linear/linear_operator.h"
 
 namespace touchfield::dense_operator_test {
 

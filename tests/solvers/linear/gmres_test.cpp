@@ -11,7 +11,7 @@
 #include <Eigen/QR>
 #include <unsupported/Eigen/IterativeSolvers>
 
-#include "solvers/linear/dense_lu.h"
+#include "solvers/linear/factorisations.h"
 #include "tests/support/testing.h"
 #include "tests/support/threads_support.h"
 

@@ -1,10 +1,10 @@
-#include "solvers/linear/hermitian_eigen.h"
-
 #include <complex>
 #include <limits>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
+
+#include "solvers/linear/factorisations.h"
 
 namespace touchfield::hermitian_eigen_test {
 

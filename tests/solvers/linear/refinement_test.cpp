@@ -1,5 +1,3 @@
-#include "solvers/linear/refinement.h"
-
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -10,7 +8,8 @@
 
 #include <Eigen/QR>
 
-#include "solvers/linear/dense_lu.h"
+#include "solvers/linear/factorisations.h"
+#include "solvers/linear/gmres.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::refinement_test {

@@ -1,5 +1,3 @@
-#include "solvers/phase/dual_factor.h"
-
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -8,7 +6,8 @@
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
-#include "solvers/linear/hermitian_eigen.h"
+#include "solvers/linear/factorisations.h"
+#include "solvers/phase/relaxation.h"
 
 namespace touchfield::dual_factor_test {
 

@@ -9,7 +9,7 @@
 #include <Eigen/QR>
 #include <gtest/gtest.h>
 
-#include "solvers/phase/skin_field.h"
+#include "solvers/phase/skin_problem.h"
 #include "solvers/phase/surface.h"
 #include "tests/support/skin_support.h"
 

@@ -7,12 +7,11 @@
 
 #include <gtest/gtest.h>
 
-#include "solvers/phase/annealed_start.h"
 #include "solvers/phase/baselines.h"
 #include "solvers/phase/incident_problem.h"
 #include "solvers/phase/optimality_bound.h"
-#include "solvers/phase/skin_field.h"
-#include "solvers/phase/surface_search.h"
+#include "solvers/phase/skin_problem.h"
+#include "solvers/phase/surface.h"
 #include "tests/support/fake_phase_device.h"
 #include "tests/support/phase_device_support.h"
 #include "tests/support/skin_support.h"

@@ -1,5 +1,3 @@
-#include "solvers/phase/phase_sequence.h"
-
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -7,8 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include "solvers/phase/phase_descent.h"
 #include "solvers/phase/phase_methods.h"
-#include "solvers/phase/skin_field.h"
+#include "solvers/phase/skin_problem.h"
 #include "tests/support/skin_support.h"
 
 namespace touchfield {

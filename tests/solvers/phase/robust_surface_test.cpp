@@ -1,5 +1,3 @@
-#include "solvers/phase/robust_surface.h"
-
 #include <cmath>
 #include <complex>
 #include <limits>
@@ -8,7 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "solvers/phase/phase_methods.h"
-#include "solvers/phase/skin_field.h"
+#include "solvers/phase/skin_problem.h"
+#include "solvers/phase/surface.h"
 #include "tests/support/skin_support.h"
 
 namespace touchfield {

@@ -9,7 +9,6 @@
 
 #include <gtest/gtest.h>
 
-#include "solvers/phase/skin_field.h"
 #include "tests/support/skin_support.h"
 
 namespace touchfield::skin_problem_test {

@@ -1,13 +1,11 @@
-#include "solvers/phase/surface_search.h"
-
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
 
-#include "solvers/phase/annealed_start.h"
-#include "solvers/phase/skin_field.h"
+#include "solvers/phase/skin_problem.h"
+#include "solvers/phase/surface.h"
 #include "tests/support/skin_support.h"
 #include "tests/support/threads_support.h"
 

@@ -16,10 +16,9 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
-#include "solvers/linear/hermitian_eigen.h"
-#include "solvers/phase/damped_step.h"
-#include "solvers/phase/skin_field.h"
+#include "solvers/linear/factorisations.h"
 #include "solvers/phase/skin_jacobian.h"
+#include "solvers/phase/skin_problem.h"
 #include "tests/support/skin_support.h"
 
 namespace touchfield::surface_test {

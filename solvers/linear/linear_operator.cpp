@@ -1,4 +1,4 @@
-#include "solvers/linear/dense_operator.h"
+#include "solvers/linear/linear_operator.h"
 
 #include <limits>
 #include <stdexcept>

@@ -1,12 +1,9 @@
-#include "sim/gpu/body_on_card.h"
+#include "sim/gpu/on_card.h"
 
 #include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
-
-#include "sim/gpu/card_errors.h"
-#include "sim/gpu/card_input.h"
 
 namespace touchfield {
 
@@ -34,6 +31,52 @@ GpuSolveOptions together(GpuSolveOptions options) {
 }
 
 }  // namespace
+
+GpuSources card_sources(const TransducerArray& array, const Eigen::VectorXcd& response) {
+  GpuSources sources;
+  sources.plane_wave = array.kind == TransducerArray::Kind::kPlaneWave;
+  sources.count = static_cast<int>(array.size());
+  sources.positions = array.positions.data();
+  sources.axes = array.axes.data();
+  sources.amplitudes = array.amplitudes.data();
+  sources.response = array.response.as_designed() ? nullptr : response.data();
+  sources.spline = array.directivity.spline();
+  sources.intervals = Directivity::kIntervals;
+  sources.interval = Directivity::kInterval;
+  sources.piston_ka = array.directivity.ka();
+  return sources;
+}
+
+GpuBodySpec card_surface(const TriangleMesh& mesh, const Wave& wave) {
+  GpuBodySpec spec;
+  spec.vertices = mesh.vertices().data();
+  spec.vertex_count = static_cast<int>(mesh.vertex_count());
+  spec.triangles = mesh.triangles().data();
+  spec.faces = static_cast<int>(mesh.face_count());
+  spec.k = wave.k();
+  spec.alpha = wave.wavenumber().imag();
+  return spec;
+}
+
+FarField far_field_on_card(Gpu& gpu, double far_distance, const TriangleMesh& mesh, const TransducerArray& array,
+                           const Wave& wave, const Points& points, const Eigen::MatrixXcd& surface,
+                           const Eigen::MatrixXcd& drive) {
+  FarField far{Eigen::MatrixXcd(points.cols(), surface.cols()), Eigen::VectorXd(points.cols()),
+               std::vector<int>(static_cast<std::size_t>(points.cols()))};
+  const Eigen::VectorXcd response = factors(array.response);
+  GpuField field;
+  field.points = points.data();
+  field.count = static_cast<int>(points.cols());
+  field.surface = surface.data();
+  field.drives = drive.data();
+  field.columns = static_cast<int>(surface.cols());
+  field.far_distance = far_distance;
+  field.pressure = far.pressure.data();
+  field.winding = far.winding.data();
+  field.near = far.near.data();
+  on_card([&] { gpu.field(card_surface(mesh, wave), card_sources(array, response), field); });
+  return far;
+}
 
 /// Errors of the card as the program knows them.
 template <typename Work>

@@ -4,11 +4,53 @@
 #include <string>
 #include <vector>
 
+#include "sim/acoustics/transducer_array.h"
 #include "sim/bem/scattering_solver.h"
+#include "sim/core/errors.h"
 #include "sim/gpu/gpu.h"
+#include "sim/mesh/triangle_mesh.h"
 #include "solvers/phase/incident_problem.h"
 
 namespace touchfield {
+
+/// Carries out work of a card's.
+///
+/// throws   DeviceError where the card fails; GpuMemoryFailure where it has no room, which callers answer by asking for
+///          less
+template <typename Work>
+auto on_card(const Work& work) {
+  try {
+    return work();
+  } catch (const GpuMemoryFailure&) {
+    throw;
+  } catch (const GpuFailure& failure) {
+    throw DeviceError(failure.what());
+  }
+}
+
+/// An array and a surface in a medium as the card takes them: pointers into the arguments, which must outlive them.
+///
+/// response   factors(array.response)
+GpuSources card_sources(const TransducerArray& array, const Eigen::VectorXcd& response);
+GpuBodySpec card_surface(const TriangleMesh& mesh, const Wave& wave);
+
+/// What a card makes of the field at points off the skin: see GpuField.
+struct FarField {
+  Eigen::MatrixXcd pressure;  // J x S [Pa]
+  Eigen::VectorXd winding;    // J
+  std::vector<int> near;      // J
+};
+
+/// The field of a driven array and of the faces that are not near.
+///
+/// far_distance   in square roots of a face's area
+/// points         3 x J [m]
+/// surface        M x S [Pa]: pressures on the faces, S > 0
+/// drive          N x S
+/// throws         GpuMemoryFailure where the card has no room, DeviceError where it fails
+FarField far_field_on_card(Gpu& gpu, double far_distance, const TriangleMesh& mesh, const TransducerArray& array,
+                           const Wave& wave, const Points& points, const Eigen::MatrixXcd& surface,
+                           const Eigen::MatrixXcd& drive);
 
 /// The least tolerance that the card reaches: residuals there are in single precision. The plain schemes may stop at
 /// some 2e-5 near a resonance, which their report says.
