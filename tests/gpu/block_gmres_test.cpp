@@ -10,7 +10,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "sim/gpu/cuda/dense.cuh"
 #include "sim/gpu/cuda/products.cuh"
 #include "solvers/linear/gmres.h"
 #include "tests/gpu/linear_card.h"

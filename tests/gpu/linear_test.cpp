@@ -7,7 +7,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "sim/gpu/cuda/dense.cuh"
 #include "sim/gpu/cuda/products.cuh"
 #include "solvers/linear/factorisations.h"
 #include "tests/gpu/linear_card.h"

@@ -1,5 +1,3 @@
-#include "sim/gpu/cuda/near.cuh"
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -8,6 +6,7 @@
 
 #include "sim/bem/boundary_operator.h"
 #include "sim/bem/layer_sum.h"
+#include "sim/gpu/cuda/boundary.cuh"
 #include "tests/gpu/surface_support.h"
 
 namespace touchfield {

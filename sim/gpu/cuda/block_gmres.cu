@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "sim/gpu/cuda/block_gmres.cuh"
-#include "sim/gpu/cuda/block_sum.cuh"
+#include "sim/gpu/cuda/launch.cuh"
 
 namespace touchfield::cuda {
 

@@ -1,7 +1,6 @@
 #include <cmath>
 
-#include "sim/gpu/cuda/block_sum.cuh"
-#include "sim/gpu/cuda/matrix_vector.cuh"
+#include "sim/gpu/cuda/launch.cuh"
 #include "sim/gpu/cuda/normal_factor.cuh"
 #include "sim/gpu/cuda/phase_steps.cuh"
 #include "sim/gpu/cuda/products.cuh"

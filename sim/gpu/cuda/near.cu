@@ -8,7 +8,7 @@
 #include <thrust/iterator/counting_iterator.h>
 
 #include "sim/gpu/cuda/launch.cuh"
-#include "sim/gpu/cuda/near.cuh"
+#include "sim/gpu/cuda/boundary.cuh"
 
 namespace touchfield::cuda {
 

@@ -1,5 +1,4 @@
-#include "sim/gpu/cuda/block_sum.cuh"
-#include "sim/gpu/cuda/matrix_vector.cuh"
+#include "sim/gpu/cuda/launch.cuh"
 #include "sim/gpu/cuda/normal_factor.cuh"
 
 namespace touchfield::cuda {

@@ -5,7 +5,7 @@
 
 #include "sim/gpu/cuda/block_gmres.cuh"
 #include "sim/gpu/cuda/boundary.cuh"
-#include "sim/gpu/cuda/dense.cuh"
+#include "sim/gpu/cuda/products.cuh"
 #include "sim/gpu/cuda/sources.cuh"
 
 namespace touchfield::cuda {
