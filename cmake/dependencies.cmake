@@ -2,9 +2,6 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(OpenMP REQUIRED COMPONENTS CXX)
 find_package(fmt REQUIRED)
 
-find_library(TOUCHFIELD_LBFGS lbfgs REQUIRED)
-find_path(TOUCHFIELD_LBFGS_INCLUDE lbfgs.h REQUIRED)
-
 # The OpenMP flavour by name: where the pthread flavour is installed too, it would win and oversubscribe the cores.
 find_library(TOUCHFIELD_OPENBLAS openblas PATH_SUFFIXES openblas-openmp REQUIRED)
 find_path(TOUCHFIELD_OPENBLAS_INCLUDE cblas.h

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -11,7 +12,8 @@
 
 #include "solvers/linear/blas_product.h"
 #include "solvers/linear/factorisations.h"
-#include "solvers/phase/baseline_support.h"
+#include "solvers/phase/phase_descent.h"
+#include "solvers/phase/skin_jacobian.h"
 #include "solvers/phase/skin_problem.h"
 
 namespace touchfield {
@@ -22,6 +24,31 @@ constexpr double kStill = 1e-10;       // a drive that moves by less has stopped
 constexpr double kFaintest = 1e-3;     // |u_j| / p'_j over its mean: a fainter point's weight grows no faster
 constexpr double kLeastWeight = 1e-6;  // over the mean: what a weight can come back from
 constexpr double kLargestBoost = 1e3;  // of a point in GS-PAT's last step
+constexpr double kFlat = 1e-10;        // of lbfgs: share by which a step lowers the cost, and gradient over the unit
+constexpr std::size_t kPairs = 20;     // of lbfgs
+
+/// Throws as require_valid, and std::invalid_argument unless iterations >= 1; `who` begins the message.
+void require_valid(const SkinProblem& problem, const BaselineOptions& options, const std::string& who) {
+  require_valid(problem, who.c_str());
+  if (options.iterations < 1) {
+    throw std::invalid_argument(who + ": iterations must be >= 1");
+  }
+}
+
+/// The phases of a start as unit phasors, 1 where a drive is 0.
+///
+/// throws   as require_valid, and std::invalid_argument on another size or a value that is not finite
+Eigen::VectorXcd valid_start(const SkinProblem& problem, const Eigen::VectorXcd& start, const BaselineOptions& options,
+                             const std::string& who) {
+  require_valid(problem, options, who);
+  if (start.size() != problem.channel_count() || !start.allFinite()) {
+    throw std::invalid_argument(who + ": the start must hold one finite drive for each channel");
+  }
+  return phasors_of(start);
+}
+
+/// sum_n |h_jn|^2 of each target face.
+Eigen::VectorXd target_energy(const SkinProblem& problem) { return problem.target.rowwise().squaredNorm(); }
 
 /// The weights v_j p'_j of the points; constant for gs.
 class PointWeights {
@@ -105,6 +132,39 @@ Eigen::VectorXcd point_phasors(const Eigen::MatrixXcd& h, const Eigen::VectorXd&
   return phasors_of(dominant);
 }
 
+/// skin_cost over the phases, in units in which a tolerance on the gradient has a meaning.
+class PricedSkin {
+ public:
+  struct Point {
+    Eigen::VectorXd phases;
+    Eigen::VectorXcd phasors;
+    SkinField field;
+    double cost = 0;
+  };
+
+  PricedSkin(const SkinProblem& problem, double unit) : problem_(problem), unit_(unit), jacobian_(problem) {}
+
+  Point at(Eigen::VectorXd phases) const {
+    Point point{std::move(phases), {}, {}};
+    point.phasors = point.phases.unaryExpr([](double phase) { return std::polar(1.0, phase); });
+    send(problem_, point.phasors, point.field);
+    point.cost = field_cost(problem_, point.field) / unit_;
+    return point;
+  }
+
+  Eigen::VectorXd gradient(const Point& point) const {
+    jacobian_.set(point.field, point.phasors);
+    Eigen::VectorXd half;
+    jacobian_.gradient(half);
+    return (2.0 / unit_) * half;
+  }
+
+ private:
+  const SkinProblem& problem_;
+  double unit_;
+  mutable SkinJacobian jacobian_;
+};
+
 }  // namespace
 
 PhaseSolution solve_gs(const SkinProblem& problem, const Eigen::VectorXcd& start, const BaselineOptions& options,
@@ -176,6 +236,35 @@ PhaseSolution solve_eigen(const SkinProblem& problem) {
   const Eigen::VectorXcd wanted = amplitudes.cwiseProduct(point_phasors(h, amplitudes.cwiseQuotient(energy(points))));
   const Eigen::VectorXcd q = price.cwiseInverse().asDiagonal() * (h.adjoint() * factors.solve(wanted));
   return full_drive(q.cwiseArg());
+}
+
+PhaseSolution solve_lbfgs(const SkinProblem& problem, const Eigen::VectorXcd& start, const BaselineOptions& options,
+                          const IterationCallback& callback) {
+  const Eigen::VectorXcd q = valid_start(problem, start, options, "solve_lbfgs");
+  PhaseSolution solution;
+  solution.status = PhaseStatus::kConverged;
+  solution.cost_history.push_back(skin_cost(problem, q));
+  const double unit = std::max(silent_cost(problem), solution.cost_history.front());
+  if (!(unit > 0)) {
+    return full_drive(q.cwiseArg(), std::move(solution));  // nothing is wanted and nothing sounds
+  }
+  const PricedSkin skin(problem, unit);
+  PricedSkin::Point point = skin.at(q.cwiseArg());
+  Eigen::VectorXd gradient = skin.gradient(point);
+  const auto is_flat = [&] { return gradient.cwiseAbs().maxCoeff() <= kFlat; };
+  solution.status = is_flat() ? PhaseStatus::kConverged : PhaseStatus::kIterationLimit;
+  PhaseDescent descent(kPairs);
+  iterate(solution, options.iterations, callback, [&](PhaseStatus& status) {
+    const double before = point.cost;
+    const PhaseDescent::Step step = descent.step(skin, point, gradient);
+    if (is_flat() || (step == PhaseDescent::Step::kTaken && before - point.cost <= kFlat * before)) {
+      status = PhaseStatus::kConverged;
+    } else if (step == PhaseDescent::Step::kNone) {
+      status = PhaseStatus::kStalled;
+    }
+    return point.cost * unit;
+  });
+  return full_drive(point.phases, std::move(solution));
 }
 
 }  // namespace touchfield

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "solvers/linear/blas_product.h"
-#include "solvers/phase/phase_methods.h"
 #include "solvers/phase/skin_problem.h"
+#include "solvers/phase/surface.h"
 
 namespace touchfield {
 
@@ -19,53 +19,56 @@ namespace {
 using Eigen::VectorXcf;
 using Eigen::VectorXd;
 
-constexpr std::size_t kMemory = 60;       // pairs: those of some six problems
 constexpr double kFirstTurn = 0.05;       // of a phase in the first step, root mean square [rad]
 constexpr double kMostTurn = 0.3;         // in any step
-constexpr double kSufficient = 1e-4;      // of the fall that the slope promises
 constexpr double kLeastCurvature = 1e-8;  // cosine of a step and the gradient's change: below, rounding tells it
-constexpr int kTrials = 8;
 
 double root_mean_square(const VectorXd& x) { return x.norm() / std::sqrt(static_cast<double>(x.size())); }
 
 /// Phases with what they make of the skin.
-struct DescentPoint {
+struct MappedPoint {
   VectorXd phases;
   VectorXcf drives;
   VectorXcf pressure;
+  VectorXd magnitudes;
   double cost = 0;
+};
 
-  DescentPoint(const MappedSkin& skin, VectorXd at) : phases(std::move(at)) {
-    drives = phases.unaryExpr([](double phase) { return std::polar(1.0, phase); }).cast<std::complex<float>>();
-    pressure = skin.pressure(drives);
-    cost = cost_at(skin, 1.0);
+/// What PhaseDescent steps on.
+struct MappedCost {
+  const MappedSkin& skin;
+
+  MappedPoint at(VectorXd phases) const {
+    MappedPoint point{std::move(phases), {}, {}, {}};
+    point.drives =
+        point.phases.unaryExpr([](double phase) { return std::polar(1.0, phase); }).cast<std::complex<float>>();
+    point.pressure = skin.pressure(point.drives);
+    point.magnitudes = point.pressure.cast<std::complex<double>>().cwiseAbs();
+    point.cost = cost(point, 1.0);
+    return point;
   }
 
-  double cost_at(const MappedSkin& skin, double level) const {
-    const VectorXd misfit = level * magnitudes() - skin.amplitudes;
-    return skin.weights.dot(misfit.cwiseAbs2());
+  VectorXd gradient(const MappedPoint& point) const {
+    VectorXcf v(point.pressure.size());
+    for (Eigen::Index j = 0; j < v.size(); ++j) {
+      const double magnitude = point.magnitudes(j);
+      // Where there is silence any direction of the pressure leaves it.
+      const std::complex<double> direction =
+          magnitude > 0 ? std::complex<double>(point.pressure(j)) / magnitude : std::complex<double>(1.0);
+      v(j) = std::complex<float>(skin.weights(j) * (magnitude - skin.amplitudes(j)) * direction);
+    }
+    return 2.0 * (point.drives.conjugate().cwiseProduct(skin.sent_back(v))).imag().cast<double>();
+  }
+
+  double cost(const MappedPoint& point, double level) const {
+    return skin.weights.dot((level * point.magnitudes - skin.amplitudes).cwiseAbs2());
   }
 
   /// The common amplitude of all drives, up to 1, at which the cost is least.
-  double best_level(const MappedSkin& skin) const {
-    const VectorXd weighted = skin.weights.cwiseProduct(magnitudes());
-    const double energy = weighted.dot(magnitudes());
+  double best_level(const MappedPoint& point) const {
+    const VectorXd weighted = skin.weights.cwiseProduct(point.magnitudes);
+    const double energy = weighted.dot(point.magnitudes);
     return energy > 0 ? std::min(1.0, weighted.dot(skin.amplitudes) / energy) : 1.0;
-  }
-
-  VectorXd magnitudes() const { return pressure.cast<std::complex<double>>().cwiseAbs(); }
-
-  VectorXd gradient(const MappedSkin& skin) const {
-    VectorXcf v(pressure.size());
-    for (Eigen::Index j = 0; j < v.size(); ++j) {
-      const std::complex<double> p = pressure(j);
-      const double magnitude = std::abs(p);
-      // Where there is silence any direction of the pressure leaves it.
-      const std::complex<double> direction = magnitude > 0 ? p / magnitude : 1.0;
-      v(j) = std::complex<float>(skin.weights(j) * (magnitude - skin.amplitudes(j)) * direction);
-    }
-    const VectorXcf back = skin.sent_back(v);
-    return 2.0 * (drives.conjugate().cwiseProduct(back)).imag().cast<double>();
   }
 };
 
@@ -154,15 +157,10 @@ PhaseBounds bounds_of(const Eigen::VectorXd& before, const Eigen::VectorXd& firs
 Eigen::VectorXd nearest(const Eigen::VectorXd& phases, const Eigen::VectorXd& before, const PhaseBounds& bounds) {
   const Eigen::VectorXd near =
       before + (phases - before).unaryExpr([](double turn) { return std::remainder(turn, 2.0 * std::numbers::pi); });
-  return bounds.low.size() == 0 ? near : Eigen::VectorXd(near.cwiseMax(bounds.low).cwiseMin(bounds.high));
+  return bounds.within(near);
 }
 
 }  // namespace
-
-/// Without bounds all moves are within them.
-VectorXd PhaseDescent::within(const PhaseBounds& bounds, const VectorXd& phases) {
-  return bounds.low.size() == 0 ? phases : VectorXd(phases.cwiseMax(bounds.low).cwiseMin(bounds.high));
-}
 
 /// The two loops of the memory, newest first and back; d = -g where there is none.
 VectorXd PhaseDescent::direction(const VectorXd& gradient) const {
@@ -187,48 +185,31 @@ void PhaseDescent::remember(VectorXd step, VectorXd change) {
   if (product > kLeastCurvature * step.norm() * change.norm()) {
     memory_.push_back({std::move(step), std::move(change), product});
   }
-  if (memory_.size() > kMemory) {
+  if (memory_.size() > pairs_) {
     memory_.pop_front();
   }
 }
 
 PhaseSolution PhaseDescent::descend(const MappedSkin& skin, const VectorXd& start, int iterations, bool free_level,
                                     const PhaseBounds& bounds) {
-  DescentPoint point(skin, start);
+  const MappedCost problem{skin};
+  MappedPoint point = problem.at(start);
   if (!std::isfinite(point.cost)) {
     throw std::domain_error("phase descent: the pressure is not finite");
   }
-  VectorXd gradient = point.gradient(skin);
+  VectorXd gradient = problem.gradient(point);
   PhaseSolution solution;
   solution.status = PhaseStatus::kIterationLimit;
   solution.cost_history.push_back(point.cost);
   iterate(solution, iterations, {}, [&](PhaseStatus& status) {
-    const VectorXd d = direction(gradient);
-    double share = 1.0;
-    for (int trial = 0; trial < kTrials; ++trial, share *= 0.5) {
-      const VectorXd move = within(bounds, point.phases + share * d) - point.phases;
-      const double slope = gradient.dot(move);
-      if (!(slope < 0)) {
-        break;
-      }
-      DescentPoint candidate(skin, point.phases + move);
-      if (candidate.cost <= point.cost + kSufficient * slope) {
-        VectorXd next = candidate.gradient(skin);
-        remember(move, next - gradient);
-        gradient = std::move(next);
-        point = std::move(candidate);
-        return point.cost;
-      }
-    }
-    status = memory_.empty() ? PhaseStatus::kStalled : PhaseStatus::kIterationLimit;
-    memory_.clear();  // what it says does not hold here
+    status = step(problem, point, gradient, bounds) == Step::kNone ? PhaseStatus::kStalled : status;
     return point.cost;
   });
   solution = full_drive(point.phases, std::move(solution));
   if (free_level) {
-    const double level = point.best_level(skin);
+    const double level = problem.best_level(point);
     solution.amplitudes.setConstant(level);
-    solution.cost_history.back() = point.cost_at(skin, level);
+    solution.cost_history.back() = problem.cost(point, level);
   }
   return solution;
 }
@@ -257,11 +238,8 @@ std::vector<PhaseSolution> solve_sequence(const PhaseSequence& sequence, const S
   std::vector<PhaseSolution> solutions;
   for (Eigen::Index k = 0; k < sequence.frame_count(); ++k) {
     if (k == 0) {
-      const MethodSettings settings{
-          .iterations = options.first_iterations, .free_level = options.free_level, .search = true};
-      const SkinProblem first = problem_of(sequence, 0);
-      solutions.push_back(
-          phase_method("surface").solve(first, Eigen::MatrixXcd(sequence.rows.cols(), 0), settings, {}));
+      solutions.push_back(search_surface(problem_of(sequence, 0), Eigen::MatrixXcd(sequence.rows.cols(), 0),
+                                         {.iterations = options.first_iterations, .free_level = options.free_level}));
     } else {
       const Eigen::VectorXd& before = solutions.back().phases;
       const Eigen::VectorXd start = carried(sequence, before, sequence.middle[static_cast<std::size_t>(k - 1)],

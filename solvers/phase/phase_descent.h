@@ -3,6 +3,7 @@
 #include <deque>
 #include <functional>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "solvers/phase/phase_solution.h"
@@ -26,15 +27,22 @@ struct MappedSkin {
 struct PhaseBounds {
   Eigen::VectorXd low;
   Eigen::VectorXd high;
+
+  Eigen::VectorXd within(const Eigen::VectorXd& phases) const {
+    return low.size() == 0 ? phases : Eigen::VectorXd(phases.cwiseMax(low).cwiseMin(high));
+  }
 };
 
-/// Follows the phases of least cost through a sequence of problems that change little from one to the next, as those of
-/// a body that moves. This is limited-memory BFGS with a memory of curvature that continues from problem to problem.
-/// Each step halves until the cost falls (Armijo). It turns phases by at most 0.3 rad, root mean square.
+/// Limited-memory BFGS over phases. Its memory of curvature may serve a sequence of problems that change little from one
+/// to the next, as those of a body that moves. Each step halves until the cost falls (Armijo). It turns phases by at most
+/// 0.3 rad, root mean square.
 ///
 /// source   Nocedal, Math. Comp. 35 (1980) 773
 class PhaseDescent {
  public:
+  /// pairs   of steps and changes of the gradient that are remembered: 60 are those of some six problems
+  explicit PhaseDescent(std::size_t pairs = 60) : pairs_(pairs) {}
+
   /// Steps from these phases at full drive, N. One step takes a product with H for each trial, 1.1 on average, and one
   /// with H^H.
   ///
@@ -44,8 +52,39 @@ class PhaseDescent {
   PhaseSolution descend(const MappedSkin& skin, const Eigen::VectorXd& start, int iterations, bool free_level,
                         const PhaseBounds& bounds = {});
 
+  enum class Step { kTaken, kForgot, kNone };  // kForgot: none along what the memory said, which is empty now
+
+  /// One step.
+  ///
+  /// problem    problem.at(phases) is a point with phases and cost, problem.gradient(point) the gradient there
+  /// gradient   at the point, both are moved
+  template <class Problem, class Point>
+  Step step(const Problem& problem, Point& point, Eigen::VectorXd& gradient, const PhaseBounds& bounds = {}) {
+    constexpr double kSufficient = 1e-4;  // of the fall that the slope promises
+    constexpr int kTrials = 8;
+    const Eigen::VectorXd d = direction(gradient);
+    double share = 1.0;
+    for (int trial = 0; trial < kTrials; ++trial, share *= 0.5) {
+      const Eigen::VectorXd move = bounds.within(point.phases + share * d) - point.phases;
+      const double slope = gradient.dot(move);
+      if (!(slope < 0)) {
+        break;
+      }
+      Point candidate = problem.at(point.phases + move);
+      if (candidate.cost <= point.cost + kSufficient * slope) {
+        point = std::move(candidate);
+        Eigen::VectorXd next = problem.gradient(point);
+        remember(move, next - gradient);
+        gradient = std::move(next);
+        return Step::kTaken;
+      }
+    }
+    const bool remembered = !memory_.empty();
+    memory_.clear();  // what it says does not hold here
+    return remembered ? Step::kForgot : Step::kNone;
+  }
+
  private:
-  static Eigen::VectorXd within(const PhaseBounds& bounds, const Eigen::VectorXd& phases);
   Eigen::VectorXd direction(const Eigen::VectorXd& gradient) const;
   void remember(Eigen::VectorXd step, Eigen::VectorXd change);
 
@@ -54,6 +93,7 @@ class PhaseDescent {
     Eigen::VectorXd change;  // of the gradient
     double product;          // of both, > 0
   };
+  std::size_t pairs_;
   std::deque<Pair> memory_;
 };
 

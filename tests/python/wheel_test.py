@@ -23,7 +23,7 @@ LICENCES = {
     "libgfortran5": "GPL-3 with the GCC runtime exception", "libgcc-s1": "GPL-3 with the GCC runtime exception",
     "libgmp10": "LGPL-3", "libgnutls30": "LGPL-2.1", "libgomp1": "GPL-3 with the GCC runtime exception",
     "libgssapi-krb5-2": "MIT", "libhdf5-103-1": "BSD-3-Clause", "libhogweed6": "LGPL-3", "libidn2-0": "LGPL-3",
-    "libk5crypto3": "MIT", "libkeyutils1": "LGPL-2", "libkrb5-3": "MIT", "libkrb5support0": "MIT", "liblbfgs0": "MIT",
+    "libk5crypto3": "MIT", "libkeyutils1": "LGPL-2", "libkrb5-3": "MIT", "libkrb5support0": "MIT",
     "libldap-2.5-0": "OpenLDAP-2.8", "liblz4-1": "BSD-2-Clause", "liblzma5": "public domain", "libmd0": "BSD-3-Clause",
     "libnettle8": "LGPL-3", "libnghttp2-14": "MIT", "libopenblas0-openmp": "BSD-3-Clause", "libp11-kit0": "BSD-3-Clause",
     "libpixman-1-0": "MIT", "libpng16-16": "libpng", "libpsl5": "MIT", "libquadmath0": "LGPL-2", "librtmp1": "LGPL-2.1",
