@@ -13,12 +13,15 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
+#include "solvers/phase/levenberg_marquardt.h"
 
 namespace touchfield {
 
 namespace {
 
 constexpr double kScale = 1e-3;           // of the joints' distances against the prior's radians [m]
+constexpr double kFirstDamping = 1e-3;    // of the curvature
+constexpr int kSteps = 60;                // tried from each start
 constexpr double kBeyond = 10 * kDegree;  // the joints' ranges, as PoseFit has it
 constexpr std::array<Eigen::Index, 5> kPalm = {0, 4, 8, 12, 16};  // wrist and knuckles
 constexpr Eigen::Index kMiddleKnuckle = 8;
@@ -152,50 +155,73 @@ JointFit::Rows JointFit::derivatives(const HandState& state, const Vector3& cent
   return rows;
 }
 
-JointFitResult JointFit::fit_from(const JointPoints& given, HandState state) const {
-  constexpr int kSteps = 40;
-  constexpr double kSmall = 1e-7;  // of the cost, by which a step must lower it to be followed by another
-  const Vector3 centre = given.rowwise().mean();
-  double now = cost(state, given);
-  double damping = 1e-3;
-  for (int step = 0; step < kSteps && damping < 1e6; ++step) {
-    const Rows rows = derivatives(state, centre) / kScale;
-    const JointPoints off = (given - joints(state)) / kScale;
-    PoseVector slope = rows.transpose() * off.reshaped();
-    PoseMatrix curvature = rows.transpose() * rows;
-    slope.tail<21>() -= state.joints - prior_;
-    curvature.diagonal().tail<21>().array() += 1.0;
+/// The fit of a frame from one start, with the linear model where it is.
+class JointFit::Descent {
+ public:
+  Descent(const JointFit& fit, const JointPoints& given, HandState start)
+      : fit_(fit), given_(given), centre_(given.rowwise().mean()), state_(std::move(start)), next_(state_) {
+    cost_ = fit_.cost(state_, given_);
+    linearise();
+  }
+
+  const HandState& state() const { return state_; }
+  double cost() const { return cost_; }
+
+  bool solve(double mu) {
+    PoseMatrix damped = curvature_;
+    damped.diagonal() *= 1 + mu;
+    const PoseVector step = damped.ldlt().solve(slope_);
+    next_ = moved(state_, step, centre_);
+    next_.joints = next_.joints.cwiseMax(fit_.least_).cwiseMin(fit_.most_);
+    next_cost_ = fit_.cost(next_, given_);
+    predicted_ = step.dot(2 * slope_ - curvature_ * step);
+    return true;
+  }
+
+  bool lowers_cost() const { return next_cost_ < cost_; }
+
+  double accept() {
+    fall_ = cost_ - next_cost_;
+    cost_ = next_cost_;
+    state_ = next_;
+    linearise();
+    return fall_ / predicted_;
+  }
+
+  bool rests() const { return fall_ < kSmall * cost_; }
+  Refusal refuse() const { return predicted_ < kSmall * cost_ ? Refusal::kAtRest : Refusal::kDamp; }
+
+ private:
+  static constexpr double kSmall = 1e-7;  // of the cost, by which a step must lower it to be followed by another
+
+  void linearise() {
+    const Rows rows = fit_.derivatives(state_, centre_) / kScale;
+    const JointPoints off = (given_ - fit_.joints(state_)) / kScale;
+    slope_ = rows.transpose() * off.reshaped();
+    curvature_ = rows.transpose() * rows;
+    slope_.tail<21>() -= state_.joints - fit_.prior_;
+    curvature_.diagonal().tail<21>().array() += 1.0;
     for (Eigen::Index q = 0; q < 21; ++q) {  // joints at an end of their range that would leave it stay
       const Eigen::Index k = kPlaceUnknowns + q;
-      if ((state.joints(q) <= least_(q) && slope(k) < 0) || (state.joints(q) >= most_(q) && slope(k) > 0)) {
-        slope(k) = 0;
-        curvature.row(k).setZero();
-        curvature.col(k).setZero();
-        curvature(k, k) = 1;
+      if ((state_.joints(q) <= fit_.least_(q) && slope_(k) < 0) ||
+          (state_.joints(q) >= fit_.most_(q) && slope_(k) > 0)) {
+        slope_(k) = 0;
+        curvature_.row(k).setZero();
+        curvature_.col(k).setZero();
+        curvature_(k, k) = 1;
       }
-    }
-    bool better = false;
-    double gain = 0;
-    while (!better && damping < 1e6) {
-      PoseMatrix damped = curvature;
-      damped.diagonal() *= 1 + damping;
-      HandState next = moved(state, damped.ldlt().solve(slope), centre);
-      next.joints = next.joints.cwiseMax(least_).cwiseMin(most_);
-      const double then = cost(next, given);
-      better = then < now;
-      damping *= better ? 0.1 : 10;
-      if (better) {
-        gain = now - then;
-        now = then;
-        state = next;
-      }
-    }
-    if (gain < kSmall * now) {
-      break;
     }
   }
-  return {state, residual(state, given)};
-}
+
+  const JointFit& fit_;
+  const JointPoints& given_;
+  Vector3 centre_;
+  HandState state_, next_;
+  PoseMatrix curvature_;  // half of the second derivative
+  PoseVector slope_;      // half of the first, downwards
+  double cost_ = 0, next_cost_ = 0;
+  double fall_ = 0, predicted_ = 0;  // of the cost
+};
 
 JointFitResult JointFit::fit(const JointPoints& given) const {
   JointFitResult best;
@@ -205,11 +231,13 @@ JointFitResult JointFit::fit(const JointPoints& given) const {
     const JointPoints own = joints_of(skeleton(start), side_);
     const Eigen::Matrix4d rigid = Eigen::umeyama(own(Eigen::all, kPalm), given(Eigen::all, kPalm), false);
     const HandState first{{rigid.topLeftCorner<3, 3>(), rigid.topRightCorner<3, 1>()}, start};
-    const JointFitResult result = fit_from(given, first);
-    const double its = cost(result.state, given);
-    if (its < least) {
-      least = its;
-      best = result;
+    Descent descent(*this, given, first);
+    MadsenDamping damping(kFirstDamping);
+    for (int i = 0; i < kSteps && try_step(descent, damping) == PhaseStatus::kIterationLimit; ++i) {
+    }
+    if (descent.cost() < least) {
+      least = descent.cost();
+      best = {descent.state(), residual(descent.state(), given)};
     }
   }
   return best;

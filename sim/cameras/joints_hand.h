@@ -63,7 +63,7 @@ class JointFit {
  private:
   using Rows = Eigen::Matrix<double, 3 * kTrackedJoints, kPoseUnknowns>;
 
-  JointFitResult fit_from(const JointPoints& joints, HandState state) const;
+  class Descent;
   double cost(const HandState& state, const JointPoints& joints) const;
   Rows derivatives(const HandState& state, const Vector3& centre) const;
 

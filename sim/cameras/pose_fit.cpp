@@ -8,6 +8,7 @@
 
 #include "sim/core/units.h"
 #include "sim/mesh/face_shape.h"
+#include "solvers/phase/levenberg_marquardt.h"
 
 namespace touchfield {
 
@@ -302,64 +303,118 @@ PoseFit::Equations PoseFit::equations(const HandPoints& points, int stride) {
   return result;
 }
 
-PoseVector PoseFit::step(const Equations& equations, double damping, bool place_only) const {
-  constexpr double kTurnHeld = 1e-2;  // [1/rad2], where no point says anything
-  constexpr double kShiftHeld = 1e2;  // [1/m2]
-  PoseMatrix curvature = equations.curvature;
-  curvature.diagonal() *= 1 + damping;
-  curvature.diagonal().head<3>().array() += kTurnHeld;
-  curvature.diagonal().segment<3>(3).array() += kShiftHeld;
-  PoseVector result = PoseVector::Zero();
-  if (place_only) {
-    result.head<kPlaceUnknowns>() =
-        curvature.topLeftCorner<kPlaceUnknowns, kPlaceUnknowns>().ldlt().solve(equations.slope.head<kPlaceUnknowns>());
-  } else {
-    result = curvature.ldlt().solve(equations.slope);
-    result.tail<JointAngles::SizeAtCompileTime>().array() *= hand_.free_joints().array();
+/// The rounds of a fit, with the equations of the state that was accepted last. What matches changes with every round.
+class PoseFit::Descent {
+ public:
+  Descent(PoseFit& fit, const ShapedHand& shape, const HandPoints& points, const HandState& start,
+          const PosePrior& prior, const PoseFitOptions& options)
+      : fit_(fit),
+        shape_(shape),
+        points_(points),
+        prior_(prior),
+        options_(options),
+        centre_(points.at.rowwise().mean()),
+        stiffness_(prior.deviation.array().square().inverse()),
+        reach_(options.first_reach),
+        tried_(start) {
+    evaluate();
+    accept();
   }
-  return shortened(result);
-}
+
+  /// Points are looked for nearer to the skin from here on: other costs do not compare.
+  void narrow() {
+    const double next = std::max(options_.reach, 0.5 * reach_);
+    if (next < reach_) {
+      least_ = std::numeric_limits<double>::infinity();
+    }
+    reach_ = next;
+  }
+
+  /// To the state that a step leads to.
+  const HandState& move(double mu) {
+    constexpr double kTurnHeld = 1e-2;  // [1/rad2], where no point says anything
+    constexpr double kShiftHeld = 1e2;  // [1/m2]
+    PoseMatrix curvature = equations_.curvature;
+    curvature.diagonal() *= 1 + mu;
+    curvature.diagonal().head<3>().array() += kTurnHeld;
+    curvature.diagonal().segment<3>(3).array() += kShiftHeld;
+    PoseVector step = PoseVector::Zero();
+    if (options_.place_only) {
+      step.head<kPlaceUnknowns>() = curvature.topLeftCorner<kPlaceUnknowns, kPlaceUnknowns>().ldlt().solve(
+          equations_.slope.head<kPlaceUnknowns>());
+    } else {
+      step = curvature.ldlt().solve(equations_.slope);
+      step.tail<JointAngles::SizeAtCompileTime>().array() *= fit_.hand_.free_joints().array();
+    }
+    step = shortened(step);
+    predicted_ = step.dot(2 * equations_.slope - equations_.curvature * step);
+    tried_ = moved(result_.state, step, centre_);
+    tried_.joints = tried_.joints.cwiseMax(fit_.least_).cwiseMin(fit_.most_);
+    return tried_;
+  }
+
+  bool solve(double mu) {
+    move(mu);
+    evaluate();
+    return true;
+  }
+
+  bool lowers_cost() const { return cost_ <= least_; }
+
+  double accept() {
+    const double gain = (least_ - cost_) / predicted_;
+    least_ = cost_;
+    fit_.differentiate(shape_, tried_, centre_);
+    equations_ = fit_.equations(points_, options_.stride);
+    equations_.slope.tail<JointAngles::SizeAtCompileTime>() += stiffness_.cwiseProduct(prior_.joints - tried_.joints);
+    equations_.curvature.diagonal().tail<JointAngles::SizeAtCompileTime>() += stiffness_;
+    result_ = {tried_, equations_.residual, equations_.explained};
+    return gain;
+  }
+
+  static bool rests() { return false; }
+  static Refusal refuse() { return Refusal::kDamp; }
+
+  /// Of the state accepted last.
+  const PoseFitResult& result() const { return result_; }
+
+ private:
+  void evaluate() {
+    cost_ = fit_.match(shape_, points_, tried_, reach_, std::max(options_.scale, reach_ / 3), options_.stride);
+    cost_ += stiffness_.dot((tried_.joints - prior_.joints).cwiseAbs2());
+  }
+
+  PoseFit& fit_;
+  const ShapedHand& shape_;
+  const HandPoints& points_;
+  const PosePrior& prior_;
+  const PoseFitOptions& options_;
+  Vector3 centre_;
+  JointAngles stiffness_;
+  double reach_;
+  HandState tried_;
+  double cost_ = 0;
+  double least_ = std::numeric_limits<double>::infinity();
+  double predicted_ = 1;
+  Equations equations_;
+  PoseFitResult result_{};
+};
 
 PoseFitResult PoseFit::fit(const ShapedHand& shape, const HandPoints& points, const HandState& start,
                            const PosePrior& prior, const PoseFitOptions& options) {
-  PoseFitResult result{start, 0, 0};
+  constexpr double kFirstDamping = 1e-4;         // of the curvature
+  constexpr double kDampingAfterFailure = 1e-2;  // at least
   if (points.size() == 0) {
-    return result;
+    return {start, 0, 0};
   }
-  constexpr double kFirstDamping = 1e-4;
-  constexpr double kLeastDamping = 1e-6;
-  constexpr double kDampingAfterFailure = 1e-2;
-  const Vector3 centre = points.at.rowwise().mean();
-  const JointAngles stiffness = prior.deviation.array().square().inverse();
-  Equations accepted;
-  HandState tried = start;
-  double damping = kFirstDamping;
-  double least = std::numeric_limits<double>::infinity();
-  double reach = options.first_reach;
-  for (int round = 0; round < options.rounds; ++round) {
-    const double scale = std::max(options.scale, reach / 3);
-    double cost = match(shape, points, tried, reach, scale, options.stride);
-    cost += stiffness.dot((tried.joints - prior.joints).cwiseAbs2());
-    if (cost <= least) {
-      least = cost;
-      damping = std::max(damping / 5, kLeastDamping);
-      differentiate(shape, tried, centre);
-      accepted = equations(points, options.stride);
-      accepted.slope.tail<JointAngles::SizeAtCompileTime>() += stiffness.cwiseProduct(prior.joints - tried.joints);
-      accepted.curvature.diagonal().tail<JointAngles::SizeAtCompileTime>() += stiffness;
-      result = {tried, accepted.residual, accepted.explained};
-    } else {
-      damping = std::max(10 * damping, kDampingAfterFailure);
-    }
-    tried = moved(result.state, step(accepted, damping, options.place_only), centre);
-    tried.joints = tried.joints.cwiseMax(least_).cwiseMin(most_);
-    const double next = std::max(options.reach, 0.5 * reach);
-    if (next < reach) {
-      least = std::numeric_limits<double>::infinity();
-    }
-    reach = next;
+  Descent descent(*this, shape, points, start, prior, options);
+  MadsenDamping damping(kFirstDamping, kDampingAfterFailure);
+  for (int round = 1; round < options.rounds; ++round) {
+    descent.narrow();
+    try_step(descent, damping);
   }
-  result.state = tried;
+  PoseFitResult result = descent.result();
+  result.state = descent.move(damping.value());
   return result;
 }
 

@@ -138,7 +138,7 @@ class PoseFit {
   };
 
   Equations equations(const HandPoints& points, int stride);
-  PoseVector step(const Equations& equations, double damping, bool place_only) const;
+  class Descent;
   void place_skin(const ShapedHand& shape, const HandState& state);
   bool match_point(const HandPoints& points, int i, int vertex, SkinMatch& match) const;
   void twist_bones(const ShapedHand& shape, const HandState& state);

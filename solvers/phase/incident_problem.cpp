@@ -9,7 +9,7 @@
 
 #include "solvers/linear/blas_product.h"
 #include "solvers/linear/factorisations.h"
-#include "solvers/phase/madsen_damping.h"
+#include "solvers/phase/levenberg_marquardt.h"
 
 namespace touchfield {
 
@@ -160,6 +160,55 @@ class NormalStep {
   Eigen::VectorXcd product_;
 };
 
+/// Where Levenberg-Marquardt is.
+class IncidentDescent {
+ public:
+  IncidentDescent(const IncidentProblem& problem, const Eigen::VectorXd& start,
+                  const LevenbergMarquardtOptions& options)
+      : problem_(problem), options_(options), point_(point_at(problem, start)), candidate_(point_) {
+    gradient_ = point_.half_gradient();
+  }
+
+  const AnglePoint& point() const { return point_; }
+  bool is_flat() const {
+    return gradient_.cwiseAbs().maxCoeff() <= options_.gradient_tolerance * std::abs(point_.cost);
+  }
+
+  bool solve(double mu) {
+    if (!normal_.solve(problem_, point_, gradient_, mu, step_)) {
+      return false;
+    }
+    candidate_.x = point_.x + step_;
+    candidate_.evaluate(problem_);
+    predicted_ = step_.dot(mu * step_ - gradient_);
+    tiny_ = step_.norm() <= options_.step_tolerance * (1.0 + point_.x.norm());
+    return true;
+  }
+
+  bool lowers_cost() const { return candidate_.cost < point_.cost && predicted_ > 0; }
+
+  double accept() {
+    const double gain = (point_.cost - candidate_.cost) / predicted_;
+    std::swap(point_, candidate_);
+    gradient_ = point_.half_gradient();
+    return gain;
+  }
+
+  bool rests() const { return tiny_ || is_flat(); }
+  Refusal refuse() const { return tiny_ ? Refusal::kAtRest : Refusal::kDamp; }
+
+ private:
+  const IncidentProblem& problem_;
+  const LevenbergMarquardtOptions& options_;
+  AnglePoint point_;
+  AnglePoint candidate_;
+  NormalStep normal_;
+  Eigen::VectorXd gradient_;
+  Eigen::VectorXd step_;
+  double predicted_ = 0.0;
+  bool tiny_ = false;
+};
+
 void require_valid(const IncidentProblem& problem, const Eigen::VectorXd& start,
                    const LevenbergMarquardtOptions& options) {
   if ((!problem.device && problem.gram.rows() != problem.gram.cols()) || problem.target_count < 0 ||
@@ -208,49 +257,18 @@ Eigen::MatrixXd incident_normal_matrix(const IncidentProblem& problem, const Eig
 PhaseSolution solve_incident(const IncidentProblem& problem, const Eigen::VectorXd& start,
                              const LevenbergMarquardtOptions& options, const IterationCallback& callback) {
   require_valid(problem, start, options);
-  const Eigen::Index size = start.size();
-  AnglePoint point = point_at(problem, start);
-  AnglePoint candidate = point;
-  Eigen::VectorXd gradient = point.half_gradient();
-  Eigen::VectorXd step(size);
-  NormalStep normal;
-  const auto is_flat = [&] {
-    return gradient.cwiseAbs().maxCoeff() <= options.gradient_tolerance * std::abs(point.cost);
-  };
-
+  const bool empty = start.size() == 0;
+  IncidentDescent descent(problem, start, options);
   PhaseSolution solution;
-  solution.status = size == 0 || is_flat() ? PhaseStatus::kConverged : PhaseStatus::kIterationLimit;
-  solution.cost_history.push_back(point.cost);
+  solution.status = empty || descent.is_flat() ? PhaseStatus::kConverged : PhaseStatus::kIterationLimit;
+  solution.cost_history.push_back(descent.point().cost);
   // The diagonal of J^T J is that of Q, since |z| = 1.
-  MadsenDamping damping(size > 0 ? options.initial_damping * largest_diagonal(problem) : 0.0);
+  MadsenDamping damping(empty ? 0.0 : options.initial_damping * largest_diagonal(problem));
   iterate(solution, options.iterations, callback, [&](PhaseStatus& status) {
-    bool accepted = false;
-    if (normal.solve(problem, point, gradient, damping.value(), step)) {
-      candidate.x = point.x + step;
-      candidate.evaluate(problem);
-      const double predicted = step.dot(damping.value() * step - gradient);
-      const double gain = (point.cost - candidate.cost) / predicted;
-      const bool tiny = step.norm() <= options.step_tolerance * (1.0 + point.x.norm());
-      accepted = candidate.cost < point.cost && predicted > 0;
-      if (accepted) {
-        std::swap(point, candidate);
-        gradient = point.half_gradient();
-        damping.accept(gain);
-      }
-      // A tiny step that was refused: the cost cannot be told from its minimum's any more.
-      if (tiny || (accepted && is_flat())) {
-        status = PhaseStatus::kConverged;
-      }
-    }
-    if (!accepted) {
-      damping.reject();
-      if (status == PhaseStatus::kIterationLimit && damping.exhausted()) {
-        status = PhaseStatus::kStalled;
-      }
-    }
-    return point.cost;
+    status = try_step(descent, damping);
+    return descent.point().cost;
   });
-  return full_drive(point.x.tail(problem.channel_count()), std::move(solution));
+  return full_drive(descent.point().x.tail(problem.channel_count()), std::move(solution));
 }
 
 }  // namespace touchfield

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "solvers/phase/madsen_damping.h"
+#include "solvers/phase/levenberg_marquardt.h"
 #include "solvers/phase/skin_jacobian.h"
 #include "solvers/phase/skin_problem.h"
 
@@ -102,7 +102,7 @@ class Surface {
   bool is_flat() const { return gradient_.cwiseAbs().maxCoeff() <= options_.gradient_tolerance * point_.cost; }
 
   /// Finds the step at damping mu and the point that it leads to. False if there is none.
-  bool try_step(double mu) {
+  bool solve(double mu) {
     damping_ = curvature_.array() + mu;
     // What is left out of J^T J is less than the damping in every direction, far less in nearly all of them: that
     // changes the steps, not what they lead to.
@@ -120,13 +120,62 @@ class Surface {
     } else {
       predicted_ = step_.dot(mu * step_ - gradient_);
     }
+    tiny_ = step_.norm() <= options_.step_tolerance * (1.0 + point_.phases.norm());
     return true;
   }
 
   bool lowers_cost() const { return candidate_.cost < point_.cost && predicted_ > 0; }
-  bool promises_nothing() const { return std::abs(predicted_) <= kRounding * point_.cost; }
-  bool is_tiny() const { return step_.norm() <= options_.step_tolerance * (1.0 + point_.phases.norm()); }
 
+  /// Channels that the step would have pushed out are held. At rest, unless some that are held could still move inwards.
+  Refusal refuse() {
+    if (tiny_ || std::abs(predicted_) <= kRounding * point_.cost) {
+      return release_clipped() ? Refusal::kDamp : Refusal::kAtRest;
+    }
+    return hold_clipped() ? Refusal::kSameAgain : Refusal::kDamp;
+  }
+
+  /// Lets the amplitudes move from here on. Returns whether they were held and may.
+  bool free_amplitudes() {
+    const bool held = only_phases_ && options_.free_amplitudes;
+    if (held) {
+      only_phases_ = false;
+      linearise();
+    }
+    return held;
+  }
+
+  /// Goes to the candidate. Returns the gain ratio.
+  double accept() {
+    before_ = point_.cost;
+    const double gain = (point_.cost - candidate_.cost) / predicted_;
+    std::swap(point_, candidate_);
+    if (level_moves()) {
+      settle_level();
+    }
+    linearise();
+    return gain;
+  }
+
+  /// Where the phases have settled the amplitudes are let go.
+  bool rests() {
+    const double fall = before_ - point_.cost;
+    if (tiny_ || is_flat() || fall < options_.cost_tolerance * before_) {
+      return true;
+    }
+    if (fall < kSettled * before_) {
+      free_amplitudes();
+    }
+    return false;
+  }
+
+  /// Brings all drives to the level at which the cost is least, at most to full drive.
+  void settle_level() {
+    const double level = point_.amplitudes(0) * best_level(problem_, point_.drives);
+    point_.amplitudes.setConstant(std::min(1.0, level));
+    point_.evaluate(problem_);
+  }
+
+ private:
   /// Lets the channels at full drive that the step would have pushed beyond it only turn, until a step is accepted.
   /// Returns whether there were any.
   bool hold_clipped() {
@@ -148,35 +197,6 @@ class Surface {
     return held;
   }
 
-  /// Lets the amplitudes move from here on. Returns whether they were held and may.
-  bool free_amplitudes() {
-    const bool held = only_phases_ && options_.free_amplitudes;
-    if (held) {
-      only_phases_ = false;
-      linearise();
-    }
-    return held;
-  }
-
-  /// Goes to the candidate. Returns the gain ratio.
-  double accept() {
-    const double gain = (point_.cost - candidate_.cost) / predicted_;
-    std::swap(point_, candidate_);
-    if (level_moves()) {
-      settle_level();
-    }
-    linearise();
-    return gain;
-  }
-
-  /// Brings all drives to the level at which the cost is least, at most to full drive.
-  void settle_level() {
-    const double level = point_.amplitudes(0) * best_level(problem_, point_.drives);
-    point_.amplitudes.setConstant(std::min(1.0, level));
-    point_.evaluate(problem_);
-  }
-
- private:
   /// At full drive a level that fell on the way would not come back where the phases need all of it in the end.
   bool level_moves() const { return options_.free_level && only_phases_ && point_.amplitudes(0) < 1.0; }
 
@@ -285,35 +305,9 @@ class Surface {
   bool bent_ = false;
   Eigen::VectorXd moved_residual_;
   double predicted_ = 0.0;
+  double before_ = 0.0;  // the cost, before the step accepted last
+  bool tiny_ = false;    // the step
 };
-
-/// One step tried. kIterationLimit: to be continued.
-PhaseStatus tried(Surface& surface, MadsenDamping& damping, const SurfaceOptions& options) {
-  const double before = surface.cost();
-  const bool found = surface.try_step(damping.value());
-  const bool tiny = found && surface.is_tiny();
-  if (found && surface.lowers_cost()) {
-    damping.accept(surface.accept());
-    const double fall = before - surface.cost();
-    if (tiny || surface.is_flat() || fall < options.cost_tolerance * before) {
-      return PhaseStatus::kConverged;
-    }
-    if (fall < kSettled * before) {
-      surface.free_amplitudes();
-    }
-    return PhaseStatus::kIterationLimit;
-  }
-  if (tiny || (found && surface.promises_nothing())) {
-    // The cost cannot be told from its minimum's any more, unless a channel that is held could still move inwards.
-    if (!surface.release_clipped()) {
-      return PhaseStatus::kConverged;
-    }
-  } else if (found && surface.hold_clipped()) {
-    return PhaseStatus::kIterationLimit;  // the same damping again, with these only turning
-  }
-  damping.reject();
-  return damping.exhausted() ? PhaseStatus::kStalled : PhaseStatus::kIterationLimit;
-}
 
 /// The way from one start.
 class Path {
@@ -331,7 +325,7 @@ class Path {
   /// Until so many steps are done from the start on, or it ends by itself.
   void go_on(int steps, const IterationCallback& callback) {
     iterate(solution_, steps, callback, [&](PhaseStatus& status) {
-      status = tried(surface_, damping_, options_);
+      status = try_step(surface_, damping_);
       if (status == PhaseStatus::kIterationLimit && stands_still()) {
         status = PhaseStatus::kConverged;
       }
