@@ -198,59 +198,29 @@ Eigen::VectorXd gauss_diagonal(const FaceSums& at_rest) {
   return 1.0 + at_rest.apply(Layer::kDouble, Eigen::MatrixXcd::Ones(at_rest.size(), 1)).real().array();
 }
 
-namespace {
-
-void require_diagonal(const BoundaryParts& parts, Eigen::Index size) {
-  if (parts.diagonal.size() != size) {
+SummedOperator::SummedOperator(std::shared_ptr<const FaceSums> sums, BoundaryParts parts)
+    : sums_(std::move(sums)), parts_(std::move(parts)) {
+  if (parts_.diagonal.size() != size()) {
     throw std::invalid_argument("BoundaryOperator: the diagonal must have one value a face");
   }
 }
 
-Eigen::MatrixXcd product(const FaceSums& sums, const BoundaryParts& parts, const Eigen::MatrixXcd& x) {
-  Eigen::MatrixXcd y = -sums.apply(parts.layer, x);
-  if (parts.near) {
-    parts.near->add_product(-1.0, x, y);
+Eigen::MatrixXcd SummedOperator::apply(const Eigen::MatrixXcd& x) const {
+  Eigen::MatrixXcd y = -sums_->apply(parts_.layer, x);
+  if (parts_.near) {
+    parts_.near->add_product(-1.0, x, y);
   }
-  y += parts.diagonal.asDiagonal() * x;
+  y += parts_.diagonal.asDiagonal() * x;
   return y;
 }
-
-Eigen::MatrixXcd transposed_product(const FaceSums& sums, const BoundaryParts& parts, const Eigen::MatrixXcd& x) {
-  Eigen::MatrixXcd y = -sums.apply_transpose(parts.layer, x);
-  if (parts.near) {
-    parts.near->add_transposed_product(-1.0, x, y);
-  }
-  y += parts.diagonal.asDiagonal() * x;
-  return y;
-}
-
-}  // namespace
-
-SummedOperator::SummedOperator(std::shared_ptr<const FaceSums> sums, BoundaryParts parts)
-    : sums_(std::move(sums)), parts_(std::move(parts)) {
-  require_diagonal(parts_, size());
-}
-
-Eigen::MatrixXcd SummedOperator::apply(const Eigen::MatrixXcd& x) const { return product(*sums_, parts_, x); }
 
 Eigen::MatrixXcd SummedOperator::apply_transpose(const Eigen::MatrixXcd& x) const {
-  return transposed_product(*sums_, parts_, x);
-}
-
-template <typename Real>
-BoundaryOperator<Real>::BoundaryOperator(const TriangleMesh& mesh, const Complex& wavenumber, BoundaryParts parts)
-    : sum_(mesh, wavenumber, parts.gamma), parts_(std::move(parts)) {
-  require_diagonal(parts_, size());
-}
-
-template <typename Real>
-Eigen::MatrixXcd BoundaryOperator<Real>::apply(const Eigen::MatrixXcd& x) const {
-  return product(sum_, parts_, x);
-}
-
-template <typename Real>
-Eigen::MatrixXcd BoundaryOperator<Real>::apply_transpose(const Eigen::MatrixXcd& x) const {
-  return transposed_product(sum_, parts_, x);
+  Eigen::MatrixXcd y = -sums_->apply_transpose(parts_.layer, x);
+  if (parts_.near) {
+    parts_.near->add_transposed_product(-1.0, x, y);
+  }
+  y += parts_.diagonal.asDiagonal() * x;
+  return y;
 }
 
 template <typename Real>
@@ -267,14 +237,14 @@ void BoundaryOperator<Real>::fill_dense(Matrix& matrix) const {
     Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, 1> column;
 #pragma omp for schedule(static)
     for (Eigen::Index j = 0; j < size(); ++j) {
-      sum_.column(parts_.layer, j, column);
+      sum_.column(parts().layer, j, column);
       matrix.col(j).head(size()) = -column;
     }
   }
-  if (parts_.near) {
-    parts_.near->template add_to<Real>(-1.0, matrix);
+  if (parts().near) {
+    parts().near->template add_to<Real>(-1.0, matrix);
   }
-  matrix.diagonal().head(size()) += parts_.diagonal.template cast<std::complex<Real>>();
+  matrix.diagonal().head(size()) += parts().diagonal.template cast<std::complex<Real>>();
 }
 
 template <typename Real>
@@ -286,16 +256,16 @@ Eigen::MatrixXcd BoundaryOperator<Real>::columns(const std::vector<Eigen::Index>
     Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, 1> column;
 #pragma omp for schedule(static)
     for (Eigen::Index c = 0; c < count; ++c) {
-      sum_.column(parts_.layer, faces[static_cast<std::size_t>(c)], column);
+      sum_.column(parts().layer, faces[static_cast<std::size_t>(c)], column);
       columns.col(c) = -column.template cast<Complex>();
     }
   }
-  if (parts_.near) {
-    parts_.near->add_columns(-1.0, faces, columns);
+  if (parts().near) {
+    parts().near->add_columns(-1.0, faces, columns);
   }
   for (Eigen::Index c = 0; c < count; ++c) {
     const Eigen::Index f = faces[static_cast<std::size_t>(c)];
-    columns(f, c) += parts_.diagonal(f);
+    columns(f, c) += parts().diagonal(f);
   }
   return columns;
 }

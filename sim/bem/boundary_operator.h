@@ -76,6 +76,9 @@ class SummedOperator : public LinearOperator {
   Eigen::MatrixXcd apply(const Eigen::MatrixXcd& x) const override;
   Eigen::MatrixXcd apply_transpose(const Eigen::MatrixXcd& x) const override;
 
+ protected:
+  const BoundaryParts& parts() const { return parts_; }
+
  private:
   std::shared_ptr<const FaceSums> sums_;
   BoundaryParts parts_;
@@ -84,13 +87,10 @@ class SummedOperator : public LinearOperator {
 /// B without storing it: every product computes its entries again. Real is the precision of the sums with one point per
 /// face; near corrections are kept in double by all that share them.
 template <typename Real>
-class BoundaryOperator : public LinearOperator {
+class BoundaryOperator : public SummedOperator {
  public:
-  BoundaryOperator(const TriangleMesh& mesh, const Complex& wavenumber, BoundaryParts parts);
-
-  Eigen::Index size() const override { return sum_.size(); }
-  Eigen::MatrixXcd apply(const Eigen::MatrixXcd& x) const override;
-  Eigen::MatrixXcd apply_transpose(const Eigen::MatrixXcd& x) const override;
+  BoundaryOperator(const TriangleMesh& mesh, const Complex& wavenumber, const BoundaryParts& parts)
+      : BoundaryOperator(std::make_shared<const LayerSum<Real>>(mesh, wavenumber, parts.gamma), parts) {}
 
   /// The given columns of the same matrix, M x K.
   Eigen::MatrixXcd columns(const std::vector<Eigen::Index>& faces) const;
@@ -102,8 +102,10 @@ class BoundaryOperator : public LinearOperator {
   void fill_dense(Matrix& matrix) const;
 
  private:
-  LayerSum<Real> sum_;
-  BoundaryParts parts_;
+  BoundaryOperator(const std::shared_ptr<const LayerSum<Real>>& sum, const BoundaryParts& parts)
+      : SummedOperator(sum, parts), sum_(*sum) {}
+
+  const LayerSum<Real>& sum_;
 };
 
 extern template class BoundaryOperator<float>;

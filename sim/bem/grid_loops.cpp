@@ -1,11 +1,25 @@
 #include "sim/bem/grid_loops.h"
 
 #include <cstddef>
+#include <type_traits>
 
 #include "sim/bem/pair_loops.h"
 #include "solvers/linear/instruction_level.h"
 
 namespace touchfield {
+
+namespace {
+
+template <typename Real>
+const auto& of_precision(const auto& table) {
+  if constexpr (std::is_same_v<Real, float>) {
+    return table.of_float;
+  } else {
+    return table.of_double;
+  }
+}
+
+}  // namespace
 
 const PairLoopTable& pair_loops(InstructionLevel level) {
 #ifdef __x86_64__
@@ -22,15 +36,13 @@ const PairLoopTable& pair_loops() {
   return chosen;
 }
 
-template <>
-const PairLoopTableOf<float>& pair_loops_of() {
-  return pair_loops().of_float;
+template <typename Real>
+const PairLoopTableOf<Real>& pair_loops_of() {
+  return of_precision<Real>(pair_loops());
 }
 
-template <>
-const PairLoopTableOf<double>& pair_loops_of() {
-  return pair_loops().of_double;
-}
+template const PairLoopTableOf<float>& pair_loops_of();
+template const PairLoopTableOf<double>& pair_loops_of();
 
 const GridLoopTable& grid_loops(InstructionLevel level) {
 #ifdef __x86_64__
@@ -42,16 +54,13 @@ const GridLoopTable& grid_loops(InstructionLevel level) {
 #endif
 }
 
-template <>
-const GridLoopTableOf<float>& grid_loops_of() {
+template <typename Real>
+const GridLoopTableOf<Real>& grid_loops_of() {
   static const GridLoopTable& chosen = grid_loops(instruction_level());
-  return chosen.of_float;
+  return of_precision<Real>(chosen);
 }
 
-template <>
-const GridLoopTableOf<double>& grid_loops_of() {
-  static const GridLoopTable& chosen = grid_loops(instruction_level());
-  return chosen.of_double;
-}
+template const GridLoopTableOf<float>& grid_loops_of();
+template const GridLoopTableOf<double>& grid_loops_of();
 
 }  // namespace touchfield

@@ -124,9 +124,5 @@ const GridLoopTable& grid_loops(InstructionLevel level);
 /// Those for the processor at hand in one precision.
 template <typename Real>
 const GridLoopTableOf<Real>& grid_loops_of();
-template <>
-const GridLoopTableOf<float>& grid_loops_of();
-template <>
-const GridLoopTableOf<double>& grid_loops_of();
 
 }  // namespace touchfield

@@ -117,9 +117,5 @@ const PairLoopTable& pair_loops(InstructionLevel level);
 const PairLoopTable& pair_loops();
 template <typename Real>
 const PairLoopTableOf<Real>& pair_loops_of();
-template <>
-const PairLoopTableOf<float>& pair_loops_of();
-template <>
-const PairLoopTableOf<double>& pair_loops_of();
 
 }  // namespace touchfield

@@ -30,16 +30,6 @@ PhaseSolution baseline(const SkinProblem& problem, const Eigen::MatrixXcd& start
   return Solve(problem, starts.col(0), {settings.iterations}, callback);
 }
 
-PhaseSolution gs_pat(const SkinProblem& problem, const Eigen::MatrixXcd& /*starts*/, const MethodSettings& settings,
-                     const IterationCallback& /*callback*/) {
-  return solve_gs_pat(problem, {settings.iterations});
-}
-
-PhaseSolution eigen(const SkinProblem& problem, const Eigen::MatrixXcd& /*starts*/, const MethodSettings& /*settings*/,
-                    const IterationCallback& /*callback*/) {
-  return solve_eigen(problem);
-}
-
 constexpr PhaseMethod kMethods[] = {
     {.name = "surface",
      .help = "Minimises the misfit of the pressure amplitudes on the skin itself, by Levenberg-Marquardt in a small "
@@ -74,12 +64,14 @@ constexpr PhaseMethod kMethods[] = {
     {.name = "gs_pat",
      .help = "GS-PAT: Gerchberg-Saxton in the space of the faces.",
      .model = MethodModel::kSkin,
-     .solve = gs_pat},
+     .solve = [](const SkinProblem& problem, const Eigen::MatrixXcd&, const MethodSettings& settings,
+                 const IterationCallback&) { return solve_gs_pat(problem, {settings.iterations}); }},
     {.name = "eigen",
      .help = "Eigensolver: the phases on the faces that reinforce each other most, then the drive vector by least "
              "squares.",
      .model = MethodModel::kSkin,
-     .solve = eigen},
+     .solve = [](const SkinProblem& problem, const Eigen::MatrixXcd&, const MethodSettings&,
+                 const IterationCallback&) { return solve_eigen(problem); }},
     {.name = "lbfgs",
      .help = "Minimises the misfit of surface by limited-memory BFGS.",
      .model = MethodModel::kSkin,

@@ -144,20 +144,6 @@ double skin_cost(const SkinProblem& problem, const Eigen::VectorXcd& q) {
   return field_cost(problem, field);
 }
 
-Eigen::VectorXd skin_half_gradient(const SkinProblem& problem, const Eigen::VectorXcd& q) {
-  SkinField field;
-  send(problem, q, field);
-  Eigen::VectorXcd directions;
-  const Eigen::VectorXcd phasors =
-      q.unaryExpr([](std::complex<double> drive) { return std::polar(1.0, std::arg(drive)); });
-  pressure_directions(problem, target_reach(problem), field, phasors, directions);
-  field.target =
-      problem.weights.array() * (field.target.array().abs() - problem.amplitudes.array()) * directions.array();
-  Eigen::VectorXcd x;
-  send_back(problem, field, x);
-  return (q.array().conjugate() * x.array()).imag();  // Re(conj(i q) x)
-}
-
 double best_level(const SkinProblem& problem, const Eigen::VectorXcd& q, double added) {
   SkinField field;
   send(problem, q, field);

@@ -76,10 +76,6 @@ double silent_cost(const SkinProblem& problem);
 /// The cost at drives q (N).
 double skin_cost(const SkinProblem& problem, const Eigen::VectorXcd& q);
 
-/// Half the gradient of the cost along the phases of q = a exp(i phi): d cost / d phi = 2 x this, N. Where |h_j q| = 0
-/// and p'_j > 0 the cost has a kink; a subgradient is taken there that is not zero if the face can be reached at all.
-Eigen::VectorXd skin_half_gradient(const SkinProblem& problem, const Eigen::VectorXcd& q);
-
 /// The level a in 0..1/max|q| at which cost(a q) + added a^2 is least, in closed form: the sum is quadratic in a. Of
 /// drives that make no field at all, which leave it open, min(1, 1/max|q|).
 double best_level(const SkinProblem& problem, const Eigen::VectorXcd& q, double added = 0.0);

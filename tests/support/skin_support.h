@@ -92,4 +92,20 @@ inline Eigen::VectorXcd random_drives(Eigen::Index channels, unsigned seed) {
   return q;
 }
 
+/// Half the gradient of the cost along the phases of q = a exp(i phi): d cost / d phi = 2 x this, N. Where |h_j q| = 0
+/// and p'_j > 0 the cost has a kink; a subgradient is taken there that is not zero if the face can be reached at all.
+inline Eigen::VectorXd skin_half_gradient(const SkinProblem& problem, const Eigen::VectorXcd& q) {
+  SkinField field;
+  send(problem, q, field);
+  Eigen::VectorXcd directions;
+  const Eigen::VectorXcd phasors =
+      q.unaryExpr([](std::complex<double> drive) { return std::polar(1.0, std::arg(drive)); });
+  pressure_directions(problem, target_reach(problem), field, phasors, directions);
+  field.target =
+      problem.weights.array() * (field.target.array().abs() - problem.amplitudes.array()) * directions.array();
+  Eigen::VectorXcd x;
+  send_back(problem, field, x);
+  return (q.array().conjugate() * x.array()).imag();  // Re(conj(i q) x)
+}
+
 }  // namespace touchfield
