@@ -43,6 +43,13 @@ std::string text_of(double value) { return fmt::format("{}", value); }
 std::string text_of(Complex value) { return fmt::format("{}{:+}j", value.real(), value.imag()); }
 std::string text_of(std::int64_t value) { return fmt::format("{}", value); }
 
+/// Drives of a solution; anything else as it is.
+template <typename Scalar>
+nb::object given(nb::handle value) {
+  const bool solution = std::is_same_v<Scalar, Complex> && nb::hasattr(value, "drives");
+  return solution ? nb::object(value.attr("drives")) : nb::borrow(value);
+}
+
 /// columns   0: a list; else of a table, -1: any number
 /// shape     in messages, e.g. "(n, 3)"
 template <typename Scalar>
@@ -51,7 +58,7 @@ Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> matrix_of(nb::handle value
   const nb::module_ numpy = nb::module_::import_("numpy");
   nb::object array;
   try {
-    array = numpy.attr("asarray")(value);
+    array = numpy.attr("asarray")(given<Scalar>(value));
   } catch (const nb::python_error& error) {  // rows of different lengths, an object that refuses
     throw InputError(fmt::format("{} is not an array: {}", what, error.what()));
   }
@@ -112,9 +119,13 @@ Eigen::Matrix3Xi triangle_rows(nb::handle value, const std::string& what) {
   return rows.transpose().cast<int>();
 }
 
+bool is_one_drive(nb::handle value) {
+  return nb::cast<int>(nb::module_::import_("numpy").attr("ndim")(given<Complex>(value))) < 2;
+}
+
 Eigen::MatrixXcd drive_columns(nb::handle value, const std::string& what, Eigen::Index channels) {
-  const bool one = nb::cast<int>(nb::module_::import_("numpy").attr("ndim")(value)) < 2;
-  Eigen::MatrixXcd drives = one ? Eigen::MatrixXcd(complex_list(value, what)) : complex_table(value, what);
+  Eigen::MatrixXcd drives =
+      is_one_drive(value) ? Eigen::MatrixXcd(complex_list(value, what)) : complex_table(value, what);
   require_count(what, drives.rows(), channels, "per channel");
   return drives;
 }

@@ -3,12 +3,14 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 // Everywhere the same, or one file would convert what another takes for a class.
+#include <algorithm>
 #include <functional>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -20,6 +22,35 @@
 namespace touchfield::python {
 
 namespace nb = nanobind;
+
+/// Arguments that functions read by themselves, and results, by what the stub says of them.
+template <std::size_t size>
+struct Words {
+  char text[size];
+  constexpr Words(const char (&given)[size]) { std::copy_n(given, size, text); }  // NOLINT: written as a text
+};
+inline bool any_object(PyObject* /*value*/) { return true; }
+template <Words words>
+struct Said : nb::object {
+  NB_OBJECT(Said, nb::object, words.text, any_object)
+  Said(const nb::object& value) : nb::object(value) {}  // NOLINT: any object is one
+};
+using ArrayLike = Said<"numpy.typing.ArrayLike">;
+using DrivesLike = Said<"numpy.typing.ArrayLike | Solution">;
+using PathLike = Said<"str | os.PathLike">;
+using SceneLike = Said<"str | os.PathLike | dict">;
+using Changes = Said<"dict[str, typing.Any]">;
+using Callback = Said<"typing.Callable[[str, float], object] | bool">;
+using Values = Said<"dict[str, typing.Any]">;
+using Rows = Said<"list[dict[str, typing.Any]]">;
+using Numbers = Said<"dict[str, float]">;
+using NumbersByName = Said<"dict[str, dict[str, float]]">;
+using TextByName = Said<"dict[str, str]">;
+using State = Said<"tuple[typing.Any, ...]">;
+using RealArray = Said<"numpy.typing.NDArray[numpy.float64]">;
+using ComplexArray = Said<"numpy.typing.NDArray[numpy.complex128]">;
+using RealArrays = Said<"dict[str, numpy.typing.NDArray[numpy.float64]]">;
+using ComplexArrays = Said<"dict[str, numpy.typing.NDArray[numpy.complex128]]">;
 
 /// Shapes as NumPy sees them: one row a point or a face, a list, a matrix by columns.
 template <typename Scalar>
@@ -67,25 +98,29 @@ auto part_of(Part part) {
 }
 
 /// An array that keeps its values itself, for the caller to change as he likes.
-template <typename Values>
-nb::object owned(Values values) {
-  auto* kept = new Values(std::move(values));
-  const nb::capsule owner(kept, [](void* pointer) noexcept { delete static_cast<Values*>(pointer); });
+template <typename Held>
+auto owned(Held values) {
+  using Scalar = typename Held::value_type;
+  using Kept = std::conditional_t<std::is_same_v<Scalar, Complex>, ComplexArray,
+                                  std::conditional_t<std::is_same_v<Scalar, double>, RealArray, nb::object>>;
+  auto* kept = new Held(std::move(values));
+  const nb::capsule owner(kept, [](void* pointer) noexcept { delete static_cast<Held*>(pointer); });
   if constexpr (requires { kept->cols(); }) {
-    if constexpr (Values::ColsAtCompileTime == 1) {
-      return nb::cast(list(kept->data(), kept->size(), owner));
-    } else if constexpr (Values::RowsAtCompileTime == 3) {
-      return nb::cast(rows(kept->data(), kept->cols(), owner));
+    if constexpr (Held::ColsAtCompileTime == 1) {
+      return Kept(nb::cast(list(kept->data(), kept->size(), owner)));
+    } else if constexpr (Held::RowsAtCompileTime == 3) {
+      return Kept(nb::cast(rows(kept->data(), kept->cols(), owner)));
     } else {
-      return nb::cast(table(kept->data(), kept->rows(), kept->cols(), owner));
+      return Kept(nb::cast(table(kept->data(), kept->rows(), kept->cols(), owner)));
     }
   } else {
-    return nb::cast(list(kept->data(), static_cast<Eigen::Index>(kept->size()), owner));
+    return Kept(nb::cast(list(kept->data(), static_cast<Eigen::Index>(kept->size()), owner)));
   }
 }
 
 /// Matrices of what Python hands over: any array or nesting of lists that NumPy takes for one of these numbers, of any
-/// order in memory. Whole numbers and single precision become double, reals complex; anything else is refused.
+/// order in memory. Whole numbers and single precision become double, reals complex; anything else is refused. Where
+/// complex values are asked for, a solution stands for its drives.
 ///
 /// what     the argument in messages, e.g. "transfer: faces"
 /// throws   nanobind's type_error on other than numbers; InputError on another shape or a value that is not finite
@@ -98,6 +133,7 @@ Eigen::Matrix3Xi triangle_rows(nb::handle value, const std::string& what);
 /// Drives of one solution, N, or of several, N x S, a column each.
 /// throws   also InputError unless there is one per channel
 Eigen::MatrixXcd drive_columns(nb::handle value, const std::string& what, Eigen::Index channels);
+bool is_one_drive(nb::handle value);
 
 /// Numbers of things of which there are `count`.
 /// throws   also InputError on a number that is not 0 to count - 1

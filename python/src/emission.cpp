@@ -32,7 +32,7 @@ std::vector<Drive> drives_of(nb::handle phases, nb::handle amplitudes, Eigen::In
   return drives;
 }
 
-nb::dict report_dict(const EmissionReport& report) {
+Values report_dict(const EmissionReport& report) {
   nb::dict values;
   values["link"] = report.link;
   values["device"] = report.device;
@@ -58,10 +58,10 @@ nb::dict report_dict(const EmissionReport& report) {
 
 /// Everything but the device; with `guard`, the program and arguments that start one, the emission too, on this
 /// thread: in a process made for it (touchfield/_emission.py), which takes its signals.
-nb::dict send(const SharedArray& array, nb::handle phases, nb::handle amplitudes, const std::string& to, double rate,
-              std::optional<double> seconds, bool repeat, std::optional<double> level, double most_level,
-              double most_seconds, std::optional<double> modulation, double depth, bool force,
-              const std::vector<std::string>& guard) {
+Values send(const SharedArray& array, const ArrayLike& phases, const ArrayLike& amplitudes, const std::string& to,
+            double rate, std::optional<double> seconds, bool repeat, std::optional<double> level, double most_level,
+            double most_seconds, std::optional<double> modulation, double depth, bool force,
+            const std::vector<std::string>& guard) {
   EmissionPlan plan;
   plan.device.link = to;
   plan.device.replace = force;
@@ -91,25 +91,19 @@ nb::dict send(const SharedArray& array, nb::handle phases, nb::handle amplitudes
 
 void add_emission(nb::module_& module) {
   const EmissionRequest usual;
+  module.def("_send", &send, nb::arg("array"), nb::arg("phases"), nb::arg("amplitudes"), nb::kw_only(),
+             nb::arg("to") = DeviceChoice{}.link, nb::arg("rate") = 10.0, nb::arg("seconds") = nb::none(),
+             nb::arg("repeat") = usual.repeat, nb::arg("level") = nb::none(), nb::arg("max_level") = usual.most_level,
+             nb::arg("max_seconds") = usual.most_seconds, nb::arg("modulation") = nb::none(),
+             nb::arg("depth") = DeviceChoice{}.depth, nb::arg("force") = false,
+             nb::arg("guard") = std::vector<std::string>());
   module.def(
-      "send", &send, nb::arg("array"), nb::arg("phases"), nb::arg("amplitudes"), nb::kw_only(),
-      nb::arg("to") = DeviceChoice{}.link, nb::arg("rate") = 10.0, nb::arg("seconds") = nb::none(),
-      nb::arg("repeat") = usual.repeat, nb::arg("level") = nb::none(), nb::arg("max_level") = usual.most_level,
-      nb::arg("max_seconds") = usual.most_seconds, nb::arg("modulation") = nb::none(),
-      nb::arg("depth") = DeviceChoice{}.depth, nb::arg("force") = false, nb::arg("guard") = std::vector<std::string>(),
-      nb::sig("def send(array: Array, phases: numpy.typing.ArrayLike, amplitudes: numpy.typing.ArrayLike, *, to: "
-              "str = 'dry-run', rate: float = 10.0, seconds: float | None = None, repeat: bool = False, level: "
-              "float | None = None, max_level: float = ..., max_seconds: float = ..., modulation: float | None "
-              "= None, depth: float = ..., force: bool = False, guard: list[str] = []) -> "
-              "dict[str, typing.Any]"),
-      "Checks and rounds frames of phases and amplitudes for a device, as `touchfield send`.");
-  module.def(
-      "serve_link",
+      "_serve_link",
       [] {
         const nb::gil_scoped_release released;
         run_guard();
       },
-      nb::sig("def serve_link() -> None"), "The process of a guard.");
+      "The process of a guard.");
 }
 
 }  // namespace touchfield::python

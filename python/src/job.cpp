@@ -205,6 +205,23 @@ int thread_count(std::optional<int> threads) {
   return threads.value_or(0);
 }
 
+Reporting::Reporting(nb::handle progress) {
+  if (!progress.is_none()) {
+    context_ = nb::module_::import_("touchfield._progress").attr("reporting")(progress);
+    context_.attr("__enter__")();
+  }
+}
+
+Reporting::~Reporting() {
+  try {
+    if (context_.is_valid()) {
+      context_.attr("__exit__")();
+    }
+  } catch (nb::python_error& error) {
+    error.discard_as_unraisable("touchfield: progress");
+  }
+}
+
 nb::object report_to(nb::object report) {
   PyObject* const before = reporter();
   reporter() = report.is_none() ? nullptr : report.ptr();

@@ -53,6 +53,20 @@ auto computed(int threads, Make make) {
 /// throws   InputError unless it is 1 to 4096
 int thread_count(std::optional<int> threads);
 
+/// While it lasts, computations of this thread report to the argument `progress` of a function: a function of stage and
+/// fraction, True for a bar, None for nobody (touchfield/_progress.py).
+class Reporting {
+ public:
+  /// throws   nanobind's python_error on anything else
+  explicit Reporting(nanobind::handle progress);
+  ~Reporting();
+  Reporting(const Reporting&) = delete;
+  Reporting& operator=(const Reporting&) = delete;
+
+ private:
+  nanobind::object context_;
+};
+
 /// Sets the function that hears of the progress of this thread's computations, by stage and fraction; none: nobody.
 ///
 /// report    stays alive as long as it is set

@@ -15,12 +15,15 @@
 #include "sim/field/metrics.h"
 #include "sim/field/target.h"
 #include "sim/model/warnings.h"
+#include "sim/run/methods.h"
 #include "sim/run/run_data.h"
 #include "sim/scene/scene_reader.h"
 
 namespace touchfield::python {
 
 namespace {
+
+using MeshLike = Said<"Mesh">;
 
 SharedModel model_of(const SceneInput& scene, const std::vector<std::string>& overrides) {
   return computed(0, [scene, overrides](Progress& progress) {
@@ -32,12 +35,16 @@ SharedModel model_of(const SceneInput& scene, const std::vector<std::string>& ov
   });
 }
 
+SkinMesh skin_of(const SharedModel& model) {
+  return {part_of(model, model->body.mesh), skin_mesh(model->body).landmarks};
+}
+
 /// None of a scene without a target.
 std::optional<SharedTarget> target_of(const SharedModel& model) {
   if (!model->posture.target) {
     return std::nullopt;
   }
-  return shared(build_target(*model));
+  return SharedTarget{shared(build_target(*model)), skin_of(model)};
 }
 
 Vector3 three_numbers(nb::handle value, const std::string& what) {
@@ -49,7 +56,10 @@ Vector3 three_numbers(nb::handle value, const std::string& what) {
 SharedTarget target_of_faces(const SkinMesh& skin, nb::handle faces, nb::handle amplitudes) {
   Target target;
   target.faces = index_list(faces, "Target: faces", skin.mesh->face_count());
-  target.amplitudes = real_list(amplitudes, "Target: amplitudes");
+  double pressure = 0;
+  target.amplitudes = nb::try_cast(amplitudes, pressure)
+                          ? Eigen::VectorXd::Constant(static_cast<Eigen::Index>(target.faces.size()), pressure)
+                          : real_list(amplitudes, "Target: amplitudes");
   require_count("Target: amplitudes", target.amplitudes.size(), target.size(), "per face");
   target.box.assign(target.faces.size(), 0);
   if (std::ranges::adjacent_find(target.faces, std::greater_equal<>()) != target.faces.end()) {
@@ -58,17 +68,17 @@ SharedTarget target_of_faces(const SkinMesh& skin, nb::handle faces, nb::handle 
   if (target.faces.empty() || (target.amplitudes.array() < 0).any() || target.amplitudes.maxCoeff() == 0) {
     throw InputError("Target: amplitudes must be >= 0, and one of them > 0");
   }
-  return shared(std::move(target));
+  return {shared(std::move(target)), skin};
 }
 
-Target target_of_state(const nb::tuple& state) {
+SharedTarget target_of_state(const nb::tuple& state) {
   constexpr Eigen::Index kAny = std::numeric_limits<int>::max();
   Target target;
   target.faces = index_list(state[0], "Target: state", kAny);
   target.amplitudes = real_list(state[1], "Target: state");
   const std::vector<Eigen::Index> box = index_list(state[2], "Target: state", kAny);
   target.box.assign(box.begin(), box.end());
-  return target;
+  return {shared(std::move(target)), nb::cast<SkinMesh>(state[3]), nb::cast<std::string>(state[4])};
 }
 
 void require_above_zero(const char* what, double value, const char* unit) {
@@ -87,8 +97,8 @@ SharedTarget target_of_box(const SkinMesh& skin, nb::handle centre, nb::handle s
   if (profile != "uniform" && profile != "penetration") {
     throw InputError(fmt::format("Target.box: profile = '{}' must be uniform or penetration", profile));
   }
-  return shared(make_target(*skin.mesh, {box},
-                            profile == "uniform" ? TargetProfile::kUniform : TargetProfile::kPenetration, pressure));
+  const auto kind = profile == "uniform" ? TargetProfile::kUniform : TargetProfile::kPenetration;
+  return {shared(make_target(*skin.mesh, {box}, kind, pressure)), skin};
 }
 
 SharedTarget target_of_discs(const SkinMesh& skin, nb::handle centres, double diameter, nb::handle pressures) {
@@ -104,7 +114,7 @@ SharedTarget target_of_discs(const SkinMesh& skin, nb::handle centres, double di
     boxes.push_back(
         strokes.disc(at.col(i), diameter, wanted(i) / wanted.maxCoeff(), fmt::format("Target.points: points[{}]", i)));
   }
-  return shared(make_target(*skin.mesh, boxes, TargetProfile::kUniform, wanted.maxCoeff()));
+  return {shared(make_target(*skin.mesh, boxes, TargetProfile::kUniform, wanted.maxCoeff())), skin};
 }
 
 SharedTarget target_of_strip(const SkinMesh& skin, nb::handle points, double width, double pressure) {
@@ -114,7 +124,7 @@ SharedTarget target_of_strip(const SkinMesh& skin, nb::handle points, double wid
   require(through.cols() > 1, "Target.line: points = {} must be two or more", through.cols());
   const std::vector<Vector3> nodes(through.colwise().begin(), through.colwise().end());
   const std::vector<TargetBox> boxes = SkinStrokes(*skin.mesh).strip(nodes, width, 1.0, "Target.line");
-  return shared(make_target(*skin.mesh, boxes, TargetProfile::kUniform, pressure));
+  return {shared(make_target(*skin.mesh, boxes, TargetProfile::kUniform, pressure)), skin};
 }
 
 SharedTarget target_of_mask(const SkinMesh& skin, nb::handle levels, double pressure) {
@@ -124,15 +134,11 @@ SharedTarget target_of_mask(const SkinMesh& skin, nb::handle levels, double pres
   require((given.array() >= 0).all() && (given.array() <= 1).all() && (given.array() > 0).any(),
           "Target.mask: levels must be 0 to 1, one of them > 0");
   const std::vector<double> each(given.begin(), given.end());
-  return shared(
-      make_target(*skin.mesh, {masked_box(*skin.mesh, each, "Target.mask")}, TargetProfile::kUniform, pressure));
+  const TargetBox box = masked_box(*skin.mesh, each, "Target.mask");
+  return {shared(make_target(*skin.mesh, {box}, TargetProfile::kUniform, pressure)), skin};
 }
 
-Eigen::Index central_face_of(const SharedTarget& target, const SkinMesh& skin) {
-  return central_face(*skin.mesh, *target);
-}
-
-nb::dict score(const SharedModel& model, nb::handle pressure) {
+Numbers score(const SharedModel& model, const ArrayLike& pressure) {
   const std::string what = "score: pressure";
   const Eigen::VectorXcd p = complex_list(pressure, what);
   const TriangleMesh& mesh = model->body.mesh;
@@ -147,12 +153,12 @@ nb::dict score(const SharedModel& model, nb::handle pressure) {
 
 }  // namespace
 
-nb::dict metrics_dict(const Metrics& metrics) {
+Numbers metrics_dict(const Metrics& metrics) {
   nb::dict values;
   for (const MetricField& field : metric_fields()) {
     values[field.name] = metrics.*field.value;
   }
-  return values;
+  return named(values);
 }
 
 std::string path_of(nb::handle path) {
@@ -169,10 +175,11 @@ Scene SceneInput::read(const std::vector<std::string>& overrides) const {
 }
 
 SceneInput scene_input(nb::handle scene) {
-  if (!nb::isinstance<nb::tuple>(scene)) {
-    return {path_of(scene), std::nullopt};
+  const nb::object source = nb::module_::import_("touchfield._scenes").attr("source")(scene);
+  if (!nb::isinstance<nb::tuple>(source)) {
+    return {path_of(source), std::nullopt};
   }
-  const auto [text, name] = nb::cast<std::pair<std::string, std::string>>(scene);
+  const auto [text, name] = nb::cast<std::pair<std::string, std::string>>(source);
   return {name, text};
 }
 
@@ -203,7 +210,8 @@ std::vector<std::string> overrides_of(nb::handle set, const std::optional<std::s
   if (!set.is_none()) {
     const nb::object dumps = nb::module_::import_("json").attr("dumps");
     const nb::object plain = nb::module_::import_("touchfield._plain").attr("plain");
-    for (const auto& [key, value] : dict_of(set, "set")) {  // JSON is YAML
+    const nb::object written = nb::module_::import_("touchfield._scenes").attr("written")(dict_of(set, "set"));
+    for (const auto& [key, value] : nb::cast<nb::dict>(written)) {  // JSON is YAML
       overrides.push_back(fmt::format("{}={}", text_of(key, "set: a key"),
                                       nb::cast<std::string>(dumps(value, nb::arg("default") = plain))));
     }
@@ -215,7 +223,12 @@ std::vector<std::string> overrides_of(nb::handle set, const std::optional<std::s
 }
 
 OwnMethod own_method(const std::string& name, nb::handle drives, const std::string& what) {
-  if (!nb::cast<bool>(nb::module_::import_("numpy").attr("iscomplexobj")(drives))) {
+  if (nb::isinstance<SharedSolution>(drives)) {  // to the last bit
+    const auto& solution = nb::cast<const SharedSolution&>(drives);
+    if ((solution->amplitudes.array() == 1).all()) {
+      return {name, solution->phases};
+    }
+  } else if (!nb::cast<bool>(nb::module_::import_("numpy").attr("iscomplexobj")(drives))) {
     return {name, real_list(drives, what)};
   }
   constexpr double kRounding = 1e-9;
@@ -251,74 +264,130 @@ Model with_own(const Model& model, const OwnMethods& own) {
   return with;
 }
 
-void add_models(nb::module_& module) {
-  nb::class_<SharedTarget>(module, "Target", "The faces of the target.")
+namespace {
+
+void add_target(nb::module_& module) {
+  nb::class_<SharedTarget>(module, "Target", R"(Faces of a mesh and the wanted pressure on each.
+
+Parameters
+----------
+mesh : Mesh
+    The skin.
+faces : array_like of int, shape (K,)
+    Numbers of the faces, ascending.
+amplitudes : array_like, shape (K,), or float
+    Wanted pressure amplitudes [Pa].
+
+Raises
+------
+InputError
+    On a face that is missing or given twice, or if no pressure is wanted.
+
+Examples
+--------
+>>> ball = tf.sphere(8e-3, 2e-3)
+>>> below = np.flatnonzero(ball.normals[:, 2] < -0.9)
+>>> target = tf.Target(ball, below, 800)
+)")
       .def(
           "__init__",
-          [](SharedTarget* self, const SkinMesh& skin, nb::handle faces, nb::handle amplitudes) {
-            new (self) SharedTarget(target_of_faces(skin, faces, amplitudes));
+          [](SharedTarget* self, const MeshLike& mesh, const ArrayLike& faces, const ArrayLike& amplitudes) {
+            if (!nb::isinstance<SkinMesh>(mesh)) {
+              const auto kind = nb::cast<std::string>(mesh.type().attr("__name__"));
+              throw nb::type_error(fmt::format("mesh must be a touchfield.Mesh, not {}", kind).c_str());
+            }
+            new (self) SharedTarget(target_of_faces(nb::cast<const SkinMesh&>(mesh), faces, amplitudes));
           },
-          nb::arg("mesh"), nb::arg("faces"), nb::arg("amplitudes"),
-          nb::sig("def __init__(self, mesh: Mesh, faces: numpy.typing.ArrayLike, amplitudes: numpy.typing.ArrayLike) "
-                  "-> None"))
-      .def_static("box", &target_of_box, nb::arg("mesh"), nb::arg("centre"), nb::arg("size"), nb::arg("angles"),
-                  nb::arg("profile"), nb::arg("pressure"),
-                  nb::sig("def box(mesh: Mesh, centre: numpy.typing.ArrayLike, size: numpy.typing.ArrayLike, angles: "
-                          "numpy.typing.ArrayLike, profile: str, pressure: float) -> Target"),
-                  "The faces with their centroids in a box; lengths in m, angles in rad.")
-      .def_static("discs", &target_of_discs, nb::arg("mesh"), nb::arg("centres"), nb::arg("diameter"),
-                  nb::arg("pressures"),
-                  nb::sig("def discs(mesh: Mesh, centres: numpy.typing.ArrayLike, diameter: float, pressures: "
-                          "numpy.typing.ArrayLike) -> Target"),
-                  "The faces in discs on the skin about the points nearest to these [m].")
-      .def_static("strip", &target_of_strip, nb::arg("mesh"), nb::arg("points"), nb::arg("width"), nb::arg("pressure"),
-                  nb::sig("def strip(mesh: Mesh, points: numpy.typing.ArrayLike, width: float, pressure: float) "
-                          "-> Target"),
-                  "The faces in a strip on the skin through the points nearest to these [m].")
-      .def_static("mask", &target_of_mask, nb::arg("mesh"), nb::arg("levels"), nb::arg("pressure"),
-                  nb::sig("def mask(mesh: Mesh, levels: numpy.typing.ArrayLike, pressure: float) -> Target"),
-                  "The faces whose level is above 0.")
-      .def("central_face", &central_face_of, nb::arg("mesh"), "The number of the face nearest to the centre.")
-      .def_prop_ro("faces", part_of<SharedTarget>(&Target::faces))
-      .def_prop_ro("amplitudes", part_of<SharedTarget>(&Target::amplitudes), "The wanted pressure on each [Pa].")
-      .def(
-          "__getstate__",
-          [](const SharedTarget& self) {
-            return nb::make_tuple(owned(self->faces), owned(self->amplitudes), owned(self->box));
-          },
-          nb::sig("def __getstate__(self) -> tuple[typing.Any, ...]"))
-      .def(
-          "__setstate__",
-          [](SharedTarget& self, const nb::tuple& state) { new (&self) SharedTarget(shared(target_of_state(state))); },
-          nb::sig("def __setstate__(self, state: tuple[typing.Any, ...]) -> None"))
+          nb::arg("mesh"), nb::arg("faces"), nb::arg("amplitudes"))
+      .def_static("_box", &target_of_box, nb::arg("mesh"), nb::arg("centre"), nb::arg("size"), nb::arg("angles"),
+                  nb::arg("profile"), nb::arg("pressure"))
+      .def_static("_discs", &target_of_discs, nb::arg("mesh"), nb::arg("centres"), nb::arg("diameter"),
+                  nb::arg("pressures"))
+      .def_static("_strip", &target_of_strip, nb::arg("mesh"), nb::arg("points"), nb::arg("width"), nb::arg("pressure"))
+      .def_static("_mask", &target_of_mask, nb::arg("mesh"), nb::arg("levels"), nb::arg("pressure"))
+      .def_rw("_keys", &SharedTarget::keys)
+      .def_ro("mesh", &SharedTarget::skin, "The skin.")
+      .def_prop_ro("faces", part_of<SharedTarget>(&Target::faces), "Numbers of the faces, shape (K,).")
+      .def_prop_ro("amplitudes", part_of<SharedTarget>(&Target::amplitudes),
+                   "The wanted pressure amplitude on each [Pa], shape (K,).")
+      .def_prop_ro(
+          "centre", [](const SharedTarget& self) { return central_face(*self.skin.mesh, *self); },
+          "The number of the face nearest to the centre of the target, where `focus` aims.")
+      .def("__getstate__",
+           [](const SharedTarget& self) {
+             return nb::make_tuple(owned(self->faces), owned(self->amplitudes), owned(self->box), self.skin, self.keys);
+           })
+      .def("__setstate__",
+           [](SharedTarget& self, const nb::tuple& state) { new (&self) SharedTarget(target_of_state(state)); })
       .def("__len__", [](const SharedTarget& self) { return self->size(); })
       .def("__repr__",
            [](const SharedTarget& self) { return fmt::format("<touchfield.Target: {} faces>", self->size()); });
-  nb::class_<SharedModel>(module, "Model", "The model of a scene, with which a run computes, in the world's frame.")
+}
+
+}  // namespace
+
+void add_models(nb::module_& module) {
+  add_target(module);
+  nb::class_<SharedModel>(module, "Model", nb::dynamic_attr(),
+                          R"(The mesh, array and target of a scene, with which a run computes, in the world's frame.
+
+Parameters
+----------
+scene : str, os.PathLike or dict
+    A file, YAML text, or a dict with the keys of a scene. In a dict a `Mesh` may stand for `body` or `mesh`, an `Array`
+    for `array`, a `Target` for `target`.
+set : dict, optional
+    Changes of the scene by key path: ``{"solve.iterations": 10}``.
+device : {"auto", "cpu", "cuda", "cuda:N"}, optional
+
+Raises
+------
+InputError
+    That lists every problem of the scene.
+
+Examples
+--------
+>>> model = tf.Model("scenes/quick.yaml", set={"target.pressure_pa": 500})
+>>> parts = {"array": model.array, "body": model.mesh, "solve": {"methods": ["focus"]},
+...          "target": tf.Target.box(model.mesh, "bottom", [8e-3, 20e-3, 6e-3], 500)}
+>>> len(tf.Model(parts).mesh) == len(model.mesh)
+True
+)")
       .def(
           "__init__",
-          [](SharedModel* self, nb::handle scene, nb::handle set, const std::optional<std::string>& device) {
-            new (self) SharedModel(model_of(scene_input(scene), overrides_of(set, device)));
+          [](nb::pointer_and_handle<SharedModel> self, const SceneLike& scene, const Changes& set,
+             const std::optional<std::string>& device) {
+            new (self.p) SharedModel(model_of(scene_input(scene), overrides_of(set, device)));
+            if (nb::isinstance<nb::dict>(scene)) {  // for another process, where the files of its objects are not
+              nb::setattr(self.h, "_given", nb::make_tuple(scene, set, device));
+            }
           },
-          nb::arg("scene"), nb::arg("set") = nb::none(), nb::arg("device") = nb::none(),
-          nb::sig("def __init__(self, scene: str | os.PathLike | tuple[str, str], set: dict[str, typing.Any] | None = "
-                  "None, device: str | None = None) -> None"))
-      .def_prop_ro("name", [](const SharedModel& self) { return self->fixed->scene.name; })
+          nb::arg("scene"), nb::arg("set") = nb::none(), nb::arg("device") = nb::none())
+      .def_prop_ro(
+          "name", [](const SharedModel& self) { return self->fixed->scene.name; }, "Of the scene.")
       .def_prop_ro(
           "scene", [](const SharedModel& self) { return resolved_yaml(self->fixed->scene); },
           "The scene as YAML with all defaults.")
-      .def_prop_ro("mesh",
-                   [](const SharedModel& self) {
-                     SkinMesh skin{part_of(self, self->body.mesh)};
-                     skin.landmarks = skin_mesh(self->body).landmarks;
-                     return skin;
-                   })
-      .def_prop_ro("array", [](const SharedModel& self) { return part_of(self, self->fixed->array); })
-      .def_prop_ro("wave", [](const SharedModel& self) { return self->fixed->wave; })
-      .def_prop_ro("target", &target_of)
-      .def("score", &score, nb::arg("pressure"),
-           nb::sig("def score(self, pressure: numpy.typing.ArrayLike) -> dict[str, float]"),
-           "The metrics of a pressure on every face of the mesh [Pa].")
+      .def_prop_ro("mesh", &skin_of, "The skin, a `Mesh` with landmarks.")
+      .def_prop_ro(
+          "array", [](const SharedModel& self) { return SharedArray{part_of(self, self->fixed->array)}; },
+          "The transducers, an `Array`.")
+      .def_prop_ro(
+          "wave", [](const SharedModel& self) { return self->fixed->wave; }, "The sound, a `Wave`.")
+      .def_prop_ro("target", &target_of, "The `Target`; None if the scene has none.")
+      .def("score", &score, nb::arg("pressure"), R"(The metrics of a pressure on the skin.
+
+Parameters
+----------
+pressure : array_like of complex, shape (M,)
+    On every face of the mesh [Pa], of `scatter` or ``H @ drives``.
+
+Examples
+--------
+>>> model = tf.Model("scenes/quick.yaml")
+>>> model.score(np.ones(len(model.mesh)))["peak_pa"]
+1.0
+)")
       .def("__repr__", [](const SharedModel& self) {
         return fmt::format("<touchfield.Model {}: {} faces, {} channels>", self->fixed->scene.name,
                            self->body.mesh.face_count(), self->fixed->array.size());

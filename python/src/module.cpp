@@ -1,8 +1,5 @@
 #include <exception>
-#include <nanobind/nanobind.h>
-#include <nanobind/stl/string.h>
 #include <stdexcept>
-#include <string>
 
 #include <fmt/format.h>
 
@@ -84,6 +81,8 @@ void say(const Remark& remark) {
   nb::module_::import_("touchfield._plain").attr("warn")(text, nb::borrow(type));
 }
 
+namespace {
+
 void add_errors(nb::module_& module) {
   names.error = made(module, "Error", "Base class of all errors of touchfield.", PyExc_Exception);
   names.input = made(module, "InputError", "Wrong input that the caller can correct: a scene, a file, an argument.",
@@ -101,6 +100,8 @@ void add_errors(nb::module_& module) {
   nb::register_exception_translator(translate, nullptr);
 }
 
+}  // namespace
+
 }  // namespace touchfield::python
 
 NB_MODULE(_core, module) {
@@ -117,21 +118,19 @@ NB_MODULE(_core, module) {
   add_arrays(module);
   add_models(module);
   add_problems(module);
+  add_scattering(module);
   add_runs(module);
   add_motions(module);
   add_reports(module);
   add_emission(module);
-  module.def("report_to", &report_to, nb::arg("report").none(),
-             nb::sig("def report_to(report: typing.Callable[[str, float], object] | None) -> typing.Callable[[str, "
-                     "float], object] | None"),
+  module.def("_report_to", &report_to, nb::arg("report").none(),
              "Sets the function that hears of the progress of this thread's computations; returns the one before.");
   module.def(
-      "new_name",
+      "_new_name",
       [](const std::string& kind, const std::string& old) {
         return new_name(kind == "key" ? NameOf::kKey : kind == "argument" ? NameOf::kArgument : NameOf::kPython, old);
       },
-      nb::arg("kind"), nb::arg("old"), nb::sig("def new_name(kind: str, old: str) -> str"),
+      nb::arg("kind"), nb::arg("old"),
       "The new name of a key, argument or Python name of release 0.3; empty if it has not changed.");
-  module.def("_serve_cases", &serve_cases, nb::call_guard<nb::gil_scoped_release>(),
-             nb::sig("def _serve_cases() -> int"));
+  module.def("_serve_cases", &serve_cases, nb::call_guard<nb::gil_scoped_release>());
 }

@@ -19,9 +19,12 @@ namespace touchfield::python {
 namespace {
 
 using SharedMotion = Shared<Motion>;
+using TablesByName = Said<"dict[str, dict[str, numpy.typing.NDArray[numpy.float64]]]">;
 
-SharedMotion play(nb::handle scene, nb::handle out, nb::handle set, const std::optional<std::string>& device,
-                  bool force, std::optional<int> threads) {
+SharedMotion play(const SceneLike& scene, const PathLike& out, const Changes& set,
+                  const std::optional<std::string>& device, bool force, std::optional<int> threads,
+                  const Callback& progress) {
+  const Reporting reporting(progress);
   const std::optional<std::string> folder = out.is_none() ? std::nullopt : std::optional(path_of(out));
   return computed(thread_count(threads), [input = scene_input(scene), overrides = overrides_of(set, device), folder,
                                           force](Progress& progress) {
@@ -39,25 +42,17 @@ SharedMotion play(nb::handle scene, nb::handle out, nb::handle set, const std::o
   });
 }
 
-const MotionMethod& method_of(const Motion& motion, const std::string& name) {
-  const auto found = std::ranges::find(motion.methods, name, &MotionMethod::name);
-  if (found == motion.methods.end()) {
-    throw InputError(fmt::format("motion {}: it has no method '{}'", motion.name, name));
-  }
-  return *found;
-}
-
 /// A column of a table: a number of each row.
 template <typename Row, typename Number>
-nb::object column(const std::vector<Row>& rows, Number number) {
+RealArray column(const std::vector<Row>& rows, Number number) {
   Eigen::VectorXd values(static_cast<Eigen::Index>(rows.size()));
   std::ranges::transform(rows, values.begin(), number);
   return owned(std::move(values));
 }
 
 /// What frames.csv has of them, in m and s.
-nb::dict frames_of(const SharedMotion& motion, const std::string& name) {
-  const std::vector<MotionFrame>& frames = method_of(*motion, name).frames;
+nb::object frames_of(const MotionMethod& method) {
+  const std::vector<MotionFrame>& frames = method.frames;
   nb::dict table;
   const auto add = [&](const char* label, auto number) { table[label] = column(frames, number); };
   add("sampled_s", [](const MotionFrame& frame) { return frame.sampled; });
@@ -78,12 +73,12 @@ nb::dict frames_of(const SharedMotion& motion, const std::string& name) {
     table[("seconds_" + stage).c_str()] =
         column(frames, [&](const MotionFrame& frame) { return stage_seconds(frame, stage); });
   }
-  return table;
+  return named(table);
 }
 
 /// What motion.csv has of them, likewise.
-nb::dict scores_of(const SharedMotion& motion, const std::string& name) {
-  const std::vector<MotionScore>& scores = method_of(*motion, name).scores;
+nb::object scores_of(const MotionMethod& method) {
+  const std::vector<MotionScore>& scores = method.scores;
   nb::dict table;
   const auto add = [&](const char* label, auto number) { table[label] = column(scores, number); };
   add("time_s", [](const MotionScore& score) { return score.time; });
@@ -93,20 +88,21 @@ nb::dict scores_of(const SharedMotion& motion, const std::string& name) {
   for (const MetricField& field : metric_fields()) {
     add(field.name, [&](const MotionScore& score) { return score.metrics.*field.value; });
   }
-  return table;
+  return named(table);
 }
 
 /// A number of each channel in each frame, F x N.
-nb::object of_frames(const SharedMotion& motion, const std::string& name, Eigen::VectorXd PhaseSolution::*part) {
-  const std::vector<MotionFrame>& frames = method_of(*motion, name).frames;
-  Eigen::MatrixXd values(static_cast<Eigen::Index>(frames.size()), motion->array.size());
-  for (Eigen::Index f = 0; f < values.rows(); ++f) {
-    values.row(f) = (frames[static_cast<std::size_t>(f)].solution.*part).transpose();
-  }
-  return owned(std::move(values));
+RealArrays of_frames(const SharedMotion& motion, Eigen::VectorXd PhaseSolution::*part) {
+  return by_method(*motion, [&](const MotionMethod& method) {
+    Eigen::MatrixXd values(static_cast<Eigen::Index>(method.frames.size()), motion->array.size());
+    for (Eigen::Index f = 0; f < values.rows(); ++f) {
+      values.row(f) = (method.frames[static_cast<std::size_t>(f)].solution.*part).transpose();
+    }
+    return owned(std::move(values));
+  });
 }
 
-void save(const SharedMotion& motion, nb::handle path, bool force) {
+void save(const SharedMotion& motion, const PathLike& path, bool force) {
   do_work(0, [motion, place = path_of(path), force](Progress&) {
     if (!force && std::filesystem::exists(place)) {
       throw InputError(fmt::format("{}: the file exists; force=True replaces it", place));
@@ -117,42 +113,59 @@ void save(const SharedMotion& motion, nb::handle path, bool force) {
 
 void add_class(nb::module_& module) {
   nb::class_<SharedMotion>(module, "Motion", "The results of a scene that moves.")
-      .def_prop_ro("name", [](const SharedMotion& self) { return self->name; })
-      .def_prop_ro("scene", [](const SharedMotion& self) { return self->scene; })
-      .def_prop_ro("duration", [](const SharedMotion& self) { return self->seconds; })
-      .def_prop_ro("mesh", [](const SharedMotion& self) { return SkinMesh{part_of(self, self->mesh)}; })
-      .def_prop_ro("array", [](const SharedMotion& self) { return part_of(self, self->array); })
-      .def_prop_ro("methods",
-                   [](const SharedMotion& self) {
-                     std::vector<std::string> names;
-                     std::ranges::transform(self->methods, std::back_inserter(names), &MotionMethod::name);
-                     return names;
-                   })
-      .def("frames", &frames_of, nb::arg("method"))
-      .def("scores", &scores_of, nb::arg("method"))
-      .def(
-          "phases",
-          [](const SharedMotion& self, const std::string& method) {
-            return of_frames(self, method, &PhaseSolution::phases);
-          },
-          nb::arg("method"))
-      .def(
-          "amplitudes",
-          [](const SharedMotion& self, const std::string& method) {
-            return of_frames(self, method, &PhaseSolution::amplitudes);
-          },
-          nb::arg("method"))
-      .def(
+      .def_prop_ro(
+          "name", [](const SharedMotion& self) { return self->name; }, "Of the scene.")
+      .def_prop_ro(
+          "scene", [](const SharedMotion& self) { return self->scene; }, "The scene as YAML with all defaults.")
+      .def_prop_ro(
+          "duration", [](const SharedMotion& self) { return self->seconds; }, "[s]")
+      .def_prop_ro(
+          "mesh", [](const SharedMotion& self) { return SkinMesh{part_of(self, self->mesh)}; },
+          "The skin at the beginning, as the solver sees it: a `Mesh`.")
+      .def_prop_ro(
+          "array", [](const SharedMotion& self) { return SharedArray{part_of(self, self->array)}; },
+          "The transducers, an `Array`.")
+      .def_prop_ro(
+          "methods", [](const SharedMotion& self) { return names_of(self->methods); }, "Names of the methods.")
+      .def_prop_ro(
+          "scores", [](const SharedMotion& self) { return TablesByName(by_method(*self, scores_of)); },
+          "By method: columns of the scores over time, as motion.csv has them, in s and m.")
+      .def_prop_ro(
+          "frames", [](const SharedMotion& self) { return TablesByName(by_method(*self, frames_of)); },
+          "By method: columns of the frames, as frames.csv has them, in s and m.")
+      .def_prop_ro(
+          "phases", [](const SharedMotion& self) { return of_frames(self, &PhaseSolution::phases); },
+          "By method, of every channel in each frame, shape (F, N) [rad].")
+      .def_prop_ro(
+          "amplitudes", [](const SharedMotion& self) { return of_frames(self, &PhaseSolution::amplitudes); },
+          "By method, of every channel in each frame, shape (F, N).")
+      .def_prop_ro(
           "summary",
-          [](const SharedMotion& self, const std::string& method) {
-            return numbers_dict(summary_columns(summary(method_of(*self, method))));
+          [](const SharedMotion& self) {
+            const auto of = [](const MotionMethod& method) { return numbers_dict(summary_columns(summary(method))); };
+            return NumbersByName(by_method(*self, of));
           },
-          nb::arg("method"))
-      .def_prop_ro("warnings", [](const SharedMotion& self) { return self->warnings; })
-      .def_prop_ro("notes", [](const SharedMotion& self) { return self->notes; })
-      .def_prop_ro("complete", [](const SharedMotion& self) { return self->complete; })
-      .def("save", &save, nb::arg("path"), nb::arg("force") = false,
-           nb::sig("def save(self, path: str | os.PathLike, force: bool = False) -> None"))
+          "By method: mean, median, 95th percentile and worst of every metric over the motion.")
+      .def_prop_ro(
+          "warnings", [](const SharedMotion& self) { return self->warnings; },
+          "Anything that makes a result unreliable.")
+      .def_prop_ro(
+          "notes", [](const SharedMotion& self) { return self->notes; }, "Information about results that are reliable.")
+      .def_prop_ro(
+          "complete", [](const SharedMotion& self) { return self->complete; },
+          "Whether the motion was played to its end.")
+      .def("save", &save, nb::arg("path"), nb::arg("force") = false, R"(Writes a motion.h5.
+
+Parameters
+----------
+path : str or os.PathLike
+force : bool
+    Whether an older file is replaced.
+
+Examples
+--------
+>>> motion.save("motion.h5")  # doctest: +SKIP
+)")
       .def("__repr__", [](const SharedMotion& self) { return motion_table(*self); });
 }
 
@@ -161,19 +174,50 @@ void add_class(nb::module_& module) {
 void add_motions(nb::module_& module) {
   add_class(module);
   module.def("play", &play, nb::arg("scene"), nb::arg("out") = nb::none(), nb::arg("set") = nb::none(),
-             nb::arg("device") = nb::none(), nb::arg("force") = false, nb::arg("threads") = nb::none(),
-             nb::sig("def play(scene: str | os.PathLike | tuple[str, str], out: str | os.PathLike | None = None, set: "
-                     "dict[str, typing.Any] | None = None, device: str | None = None, force: bool = False, threads: "
-                     "int | None = None) -> Motion"),
-             "Plays the motion of a scene, as `touchfield play`. Writes its results into `out`, if given.");
+             nb::arg("device") = nb::none(), nb::kw_only(), nb::arg("force") = false, nb::arg("threads") = nb::none(),
+             nb::arg("progress") = nb::none(),
+             R"(Plays the motion of a scene on the clock of its sensor, solver and array, as `touchfield play`.
+
+Parameters
+----------
+scene : str, os.PathLike or dict
+    A scene with `motion`, as of `Model`.
+out : str or os.PathLike, optional
+    A folder for motion.h5, tables, pictures and surfaces; default: none is written.
+set : dict, optional
+    Changes of the scene by key path.
+device : {"auto", "cpu", "cuda", "cuda:N"}, optional
+force : bool
+    Whether older results in the folder are replaced.
+threads : int, optional
+progress : callable or bool, optional
+
+Raises
+------
+InputError
+    If the scene has no motion, or as of `run`.
+
+Examples
+--------
+>>> motion = tf.play("scenes/moving.yaml")  # doctest: +SKIP
+)");
   module.def(
       "read_motion",
-      [](nb::handle path) {
+      [](const PathLike& path) {
         return computed(0, [file = path_of(path)](Progress& progress) {
           return shared(read_motion_file(file, [&](const std::string& text) { progress.warn(text); }));
         });
       },
-      nb::arg("path"), nb::sig("def read_motion(path: str | os.PathLike) -> Motion"), "Reads a motion.h5.");
+      nb::arg("path"), R"(Reads a motion.h5.
+
+Parameters
+----------
+path : str or os.PathLike
+
+Examples
+--------
+>>> motion = tf.read_motion("motion.h5")  # doctest: +SKIP
+)");
 }
 
 }  // namespace touchfield::python

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -45,54 +46,61 @@ struct SkinMesh {
 
 SkinMesh skin_mesh(const Body& body);
 
-using SharedArray = Shared<TransducerArray>;
+/// With what a scene says of it, as JSON of its key `array`: all of it, what it says beside the layout, or "".
+struct SharedArray : Shared<TransducerArray> {
+  std::string keys{};
+};
+
+/// Faces of a skin, with the keys of `target` in a scene, as JSON; "" where a scene cannot say it.
+struct SharedTarget : Shared<Target> {
+  SkinMesh skin{};
+  std::string keys{};
+};
+
 using SharedModel = Shared<Model>;
 using SharedProblem = Shared<SkinProblem>;
 using SharedRun = Shared<Run>;
 using SharedSolution = Shared<PhaseSolution>;
-using SharedTarget = Shared<Target>;
 
-void add_errors(nb::module_& module);
 void add_shapes(nb::module_& module);
 void add_arrays(nb::module_& module);
 void add_models(nb::module_& module);
 void add_problems(nb::module_& module);
 void add_runs(nb::module_& module);
+void add_scattering(nb::module_& module);
 void add_motions(nb::module_& module);
 void add_reports(nb::module_& module);
 void add_emission(nb::module_& module);
 
+/// Of none, that of 40 kHz at 20 degrees C.
+Wave wave_or_default(const std::optional<Wave>& wave);
+
+/// A dict of results, for which an old key is an error with the new one (touchfield/_plain.py).
+nb::object named(nb::handle values);
+
 /// Numbers by name.
-nb::dict numbers_dict(const std::vector<std::pair<std::string, double>>& values);
+Numbers numbers_dict(const std::vector<std::pair<std::string, double>>& values);
 
 /// Metrics by name; NaN where not computed.
-nb::dict metrics_dict(const Metrics& metrics);
+Numbers metrics_dict(const Metrics& metrics);
 
-/// A path, of whatever Python takes for one.
-std::string path_of(nb::handle path);
-
-/// A scene as Python hands it over: a file, or a text of touchfield/_scenes.py whose paths count from the working
-/// directory.
-struct SceneInput {
-  std::string name;  // the path, or what messages call the text
-  std::optional<std::string> text;
-
-  /// throws   InputError as read_scene
-  Scene read(const std::vector<std::string>& overrides) const;
-};
-
-/// Of a path, or of a tuple of a text and its name.
-SceneInput scene_input(nb::handle scene);
-
-/// throws   nanobind's type_error that names what it is, Python's UnicodeEncodeError on half of a surrogate pair
-std::string text_of(nb::handle value, const char* what);
-
-/// throws   nanobind's type_error that names the argument unless the value is a dict
-nb::dict dict_of(nb::handle value, const char* argument);
-
-/// "key.path=value" of the argument `set`, a dict of values that JSON can spell, and of `device`.
-/// throws   nanobind's type_error on a value that it cannot
-std::vector<std::string> overrides_of(nb::handle set, const std::optional<std::string>& device);
+/// A dict of what `value` makes of every method of a run or motion; their names.
+template <typename Whole, typename Value>
+nb::dict by_method(const Whole& whole, Value value) {
+  nb::dict values;
+  for (const auto& method : whole.methods) {
+    values[method.name.c_str()] = value(method);
+  }
+  return values;
+}
+template <typename Methods>
+std::vector<std::string> names_of(const Methods& methods) {
+  std::vector<std::string> names;
+  for (const auto& method : methods) {
+    names.push_back(method.name);
+  }
+  return names;
+}
 
 /// A method of one's own: what it found.
 struct OwnMethod {
@@ -108,5 +116,31 @@ OwnMethod own_method(const std::string& name, nb::handle drives, const std::stri
 /// A model whose scene has these methods too, as ones of given phases.
 /// throws   InputError on a name that is taken or cannot be one, or phases that do not fit the channels
 Model with_own(const Model& model, const OwnMethods& own);
+
+/// A path, of whatever Python takes for one.
+std::string path_of(nb::handle path);
+
+/// A scene as Python hands it over (touchfield/_scenes.py): a file, or a text whose paths count from the working
+/// directory.
+struct SceneInput {
+  std::string name;  // the path, or what messages call the text
+  std::optional<std::string> text;
+
+  /// throws   InputError as read_scene
+  Scene read(const std::vector<std::string>& overrides) const;
+};
+
+/// Of a path, a text, or a dict with objects in it.
+SceneInput scene_input(nb::handle scene);
+
+/// throws   nanobind's type_error that names what it is, Python's UnicodeEncodeError on half of a surrogate pair
+std::string text_of(nb::handle value, const char* what);
+
+/// throws   nanobind's type_error that names the argument unless the value is a dict
+nb::dict dict_of(nb::handle value, const char* argument);
+
+/// "key.path=value" of the argument `set`, a dict of objects and values that JSON can spell, and of `device`.
+/// throws   nanobind's type_error on a value that it cannot
+std::vector<std::string> overrides_of(nb::handle set, const std::optional<std::string>& device);
 
 }  // namespace touchfield::python

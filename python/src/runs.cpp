@@ -23,6 +23,9 @@ namespace touchfield::python {
 
 namespace {
 
+using GridArrays = Said<"dict[str, dict[str, numpy.typing.NDArray[typing.Any]]]">;
+using ProblemsByName = Said<"dict[str, Problem]">;
+
 /// A picture as the bytes of its file.
 struct Picture {
   std::string bytes;
@@ -37,8 +40,8 @@ SharedRun solved(const Model& model, Progress& progress) {
       model, options, [](const Run&) {}, progress));
 }
 
-SharedRun run(nb::handle scene, nb::handle set, const std::optional<std::string>& device, std::optional<int> threads,
-              nb::handle own) {
+SharedRun run(const SceneLike& scene, const Changes& set, const std::optional<std::string>& device,
+              std::optional<int> threads, const Changes& own) {
   OwnMethods methods;
   if (!own.is_none()) {
     for (const auto& [name, phases] : dict_of(own, "own")) {
@@ -63,7 +66,7 @@ SharedRun run(nb::handle scene, nb::handle set, const std::optional<std::string>
 
 Scene scene_of(const Run& run) { return read_scene_text(run.scene, "run " + run.name, ""); }
 
-void save(const SharedRun& run, nb::handle path, bool force) {
+void save(const SharedRun& run, const PathLike& path, bool force) {
   do_work(0, [run, place = path_of(path), force](Progress& progress) {
     if (!place.ends_with(".h5")) {
       filled(written_job(*run, scene_of(*run)), place, force, progress);
@@ -75,7 +78,7 @@ void save(const SharedRun& run, nb::handle path, bool force) {
   });
 }
 
-void save_picture(const Picture& picture, nb::handle path) {
+void save_picture(const Picture& picture, const PathLike& path) {
   const std::string place = path_of(path);
   if (!place.ends_with(".png")) {
     throw InputError(fmt::format("{}: the name of a picture must end in .png", place));
@@ -83,29 +86,19 @@ void save_picture(const Picture& picture, nb::handle path) {
   write_atomically(place, {picture.bytes});
 }
 
-Picture plot(const SharedRun& run, const std::optional<std::string>& picture) {
+Picture picture_of(const SharedRun& run, const std::optional<std::string>& picture) {
   const std::string first = run->methods.empty() ? "setup" : "pressure_" + run->methods.front().name;
   return computed(0, [run, name = picture.value_or(first)](Progress&) {
     return Picture{draw_figure(name, *run, PictureFormat::kPng)};
   });
 }
 
-/// A dict of what `value` makes of every method.
-template <typename Value>
-nb::dict by_method(const SharedRun& run, Value value) {
-  nb::dict values;
-  for (const MethodResult& method : run->methods) {
-    values[method.name.c_str()] = value(method);
-  }
-  return values;
-}
-
-/// The same of something in a run that is looked at.
-template <typename Member>
+/// Views of something in a run, by method.
+template <typename Arrays, typename Member>
 auto views_by_method(Member member) {
   return [member](nb::handle_t<SharedRun> self) {
-    return by_method(nb::cast<const SharedRun&>(self),
-                     [&](const MethodResult& method) { return view(member(method), self); });
+    return Arrays(by_method(*nb::cast<const SharedRun&>(self),
+                            [&](const MethodResult& method) { return view(member(method), self); }));
   };
 }
 
@@ -114,8 +107,8 @@ Wave wave_of(const Run& run) {
   return {build_medium(scene.medium, scene.frequency), scene.frequency};
 }
 
-nb::dict field_at(const SharedRun& run, nb::handle points, std::optional<int> threads,
-                  const std::optional<Wave>& wave) {
+ComplexArrays field_at(const SharedRun& run, const ArrayLike& points, std::optional<int> threads,
+                       const std::optional<Wave>& wave) {
   const Points at = point_rows(points, "Run.field: points");
   const Wave sound = wave ? *wave : wave_of(*run);
   const Eigen::MatrixXcd pressure =
@@ -127,7 +120,7 @@ nb::dict field_at(const SharedRun& run, nb::handle points, std::optional<int> th
   return values;
 }
 
-nb::dict provenance(const SharedRun& run) {
+Values provenance(const SharedRun& run) {
   nb::dict values;
   for (const ProvenanceField& field : provenance_fields()) {
     values[field.name] = run->provenance.*field.value;
@@ -137,7 +130,7 @@ nb::dict provenance(const SharedRun& run) {
 }
 
 /// A grid's values in the order of its axes, z first.
-nb::dict grids(const SharedRun& run, nb::handle self) {
+GridArrays grids(const SharedRun& run, nb::handle self) {
   using Grid = nb::ndarray<nb::numpy, const Complex, nb::shape<-1, -1, -1>, nb::c_contig>;
   nb::dict fields;
   for (const FieldResult& field : run->fields) {
@@ -154,71 +147,111 @@ nb::dict grids(const SharedRun& run, nb::handle self) {
   return fields;
 }
 
+nb::bytes bytes_of(const Picture& picture) { return nb::bytes(picture.bytes.data(), picture.bytes.size()); }
+
 void add_picture(nb::module_& module) {
-  nb::class_<Picture>(module, "Picture", "A picture made by the program; Jupyter displays it.")
-      .def("_repr_png_", [](const Picture& self) { return nb::bytes(self.bytes.data(), self.bytes.size()); })
-      .def("__bytes__", [](const Picture& self) { return nb::bytes(self.bytes.data(), self.bytes.size()); })
-      .def("save", &save_picture, nb::arg("path"), nb::sig("def save(self, path: str | os.PathLike) -> None"),
-           "Writes it as PNG.");
+  nb::class_<Picture>(module, "Picture", "A picture made by the program, as PNG; Jupyter displays it.")
+      .def("_repr_png_", &bytes_of)
+      .def("__bytes__", &bytes_of)
+      .def("__reduce__",
+           [](const Picture& /*self*/) {
+             throw nb::type_error("a picture cannot be pickled; bytes(picture) are those of its PNG file");
+           })
+      .def("save", &save_picture, nb::arg("path"), R"(Writes it into a file.
+
+Parameters
+----------
+path : str or os.PathLike
+    That ends in .png.
+
+Examples
+--------
+>>> tf.run("scenes/quick.yaml", set={"solve.methods": ["focus"]}).picture("setup").save("setup.png")
+)");
 }
 
-void add_methods(nb::class_<SharedRun>& run) {
-  run.def_prop_ro("name", [](const SharedRun& self) { return self->name; })
+/// What it is of.
+void add_inputs(nb::class_<SharedRun>& run) {
+  run.def_prop_ro(
+         "name", [](const SharedRun& self) { return self->name; }, "Of the scene.")
       .def_prop_ro(
           "scene", [](const SharedRun& self) { return self->scene; }, "The scene as YAML with all defaults.")
-      .def_prop_ro("mesh", [](const SharedRun& self) { return SkinMesh{part_of(self, self->mesh)}; })
-      .def_prop_ro("array", [](const SharedRun& self) { return part_of(self, self->array); })
-      .def_prop_ro("target",
-                   [](const SharedRun& self) -> std::optional<SharedTarget> {
-                     return self->target ? std::optional(part_of(self, *self->target)) : std::nullopt;
-                   })
-      .def_prop_ro("methods",
-                   [](const SharedRun& self) {
-                     std::vector<std::string> names;
-                     for (const MethodResult& method : self->methods) {
-                       names.push_back(method.name);
-                     }
-                     return names;
-                   })
       .def_prop_ro(
-          "metrics",
-          [](const SharedRun& self) {
-            return by_method(self, [](const MethodResult& method) { return metrics_dict(method.metrics); });
-          },
-          nb::sig("def metrics(self) -> dict[str, dict[str, float]]"))
+          "mesh", [](const SharedRun& self) { return SkinMesh{part_of(self, self->mesh)}; }, "The skin, a `Mesh`.")
       .def_prop_ro(
-          "status",
-          [](const SharedRun& self) {
-            return by_method(self, [](const MethodResult& method) { return to_string(method.solution.status); });
+          "array", [](const SharedRun& self) { return SharedArray{part_of(self, self->array)}; },
+          "The transducers, an `Array`.")
+      .def_prop_ro(
+          "target",
+          [](const SharedRun& self) -> std::optional<SharedTarget> {
+            if (!self->target) {
+              return std::nullopt;
+            }
+            return SharedTarget{part_of(self, *self->target), SkinMesh{part_of(self, self->mesh)}};
           },
-          nb::sig("def status(self) -> dict[str, str]"))
-      .def_prop_ro("pressures", views_by_method([](const MethodResult& method) -> auto& { return method.pressure; }),
-                   nb::sig("def pressures(self) -> dict[str, numpy.typing.NDArray[numpy.complex128]]"),
-                   "By method, on every face [Pa].")
-      .def_prop_ro("phases",
-                   views_by_method([](const MethodResult& method) -> auto& { return method.solution.phases; }),
-                   nb::sig("def phases(self) -> dict[str, numpy.typing.NDArray[numpy.float64]]"),
-                   "By method, of every channel [rad].")
-      .def_prop_ro("amplitudes",
-                   views_by_method([](const MethodResult& method) -> auto& { return method.solution.amplitudes; }),
-                   nb::sig("def amplitudes(self) -> dict[str, numpy.typing.NDArray[numpy.float64]]"),
-                   "By method, of every channel, 0 to 1.");
-}
-
-void add_evaluation(nb::class_<SharedRun>& run) {
-  run.def_prop_ro("evaluation", [](const SharedRun& self) { return self->evaluation; })
+          "The `Target`; None if the scene has none.")
+      .def_prop_ro(
+          "evaluation", [](const SharedRun& self) { return self->evaluation; },
+          "The evaluation mesh: none, same, truth, edge or split.")
       .def_prop_ro(
           "solved_skin", [](const SharedRun& self) { return to_string(self->solved_skin); },
           "Extent of the skin in `mesh` and `pressures`: 'whole', or 'part' (within keep_within_mm).")
-      .def_prop_ro("evaluation_mesh",
-                   [](const SharedRun& self) -> std::optional<SkinMesh> {
-                     return self->evaluation_model
-                                ? std::optional(SkinMesh{part_of(self, self->evaluation_model->mesh)})
-                                : std::nullopt;
-                   })
-      .def_prop_ro("evaluation_pressures",
-                   views_by_method([](const MethodResult& method) -> auto& { return method.evaluation_pressure; }),
-                   nb::sig("def evaluation_pressures(self) -> dict[str, numpy.typing.NDArray[numpy.complex128]]"),
+      .def_prop_ro(
+          "evaluation_mesh",
+          [](const SharedRun& self) -> std::optional<SkinMesh> {
+            return self->evaluation_model ? std::optional(SkinMesh{part_of(self, self->evaluation_model->mesh)})
+                                          : std::nullopt;
+          },
+          "The evaluation mesh, if it is one of its own.")
+      .def_prop_ro("_wave", [](const SharedRun& self) { return wave_of(*self); })
+      .def(
+          "_clear",
+          [](const SharedRun& self, const ArrayLike& points) {
+            return clear_points(*self, point_rows(points, "Run.clear: points"));
+          },
+          nb::arg("points"),
+          "Whether points lie off the body, no nearer to its skin than the longest edge of the face there.");
+}
+
+/// What every method found.
+void add_methods(nb::class_<SharedRun>& run) {
+  run.def_prop_ro(
+         "methods", [](const SharedRun& self) { return names_of(self->methods); }, "Names of the methods.")
+      .def_prop_ro(
+          "metrics",
+          [](const SharedRun& self) {
+            return NumbersByName(
+                by_method(*self, [](const MethodResult& method) { return metrics_dict(method.metrics); }));
+          },
+          "By method and name; NaN where not computed.")
+      .def_prop_ro(
+          "status",
+          [](const SharedRun& self) {
+            return TextByName(
+                by_method(*self, [](const MethodResult& method) { return to_string(method.solution.status); }));
+          },
+          "By method: converged, iteration_limit, stalled or direct.")
+      .def_prop_ro("pressures",
+                   views_by_method<ComplexArrays>([](const MethodResult& method) -> auto& { return method.pressure; }),
+                   "By method, on every face of `mesh` [Pa], complex.")
+      .def_prop_ro("phases", views_by_method<RealArrays>([](const MethodResult& method) -> auto& {
+                     return method.solution.phases;
+                   }),
+                   "By method, of every channel [rad].")
+      .def_prop_ro("amplitudes", views_by_method<RealArrays>([](const MethodResult& method) -> auto& {
+                     return method.solution.amplitudes;
+                   }),
+                   "By method, of every channel, 0 to 1.")
+      .def_prop_ro(
+          "drives",
+          [](const SharedRun& self) {
+            return ComplexArrays(
+                by_method(*self, [](const MethodResult& method) { return owned(drive(method.solution)); }));
+          },
+          "By method, amplitude exp(i phase) of every channel.")
+      .def_prop_ro("evaluation_pressures", views_by_method<ComplexArrays>([](const MethodResult& method) -> auto& {
+                     return method.evaluation_pressure;
+                   }),
                    "By method, on the evaluation mesh [Pa]; empty if `pressures` are evaluated.")
       .def_prop_ro(
           "problems",
@@ -227,91 +260,128 @@ void add_evaluation(nb::class_<SharedRun>& run) {
             for (const RunTransfer& transfer : self->transfers) {
               problems[transfer.scheme.c_str()] = part_of(self, transfer.problem);
             }
-            return problems;
+            return ProblemsByName(problems);
           },
-          nb::sig("def problems(self) -> dict[str, Problem]"), "By scheme, if the scene's `write` has transfer.")
-      .def_prop_ro(
-          "fields", [](nb::handle_t<SharedRun> self) { return grids(nb::cast<const SharedRun&>(self), self); },
-          nb::sig("def fields(self) -> dict[str, dict[str, numpy.typing.NDArray[typing.Any]]]"),
-          "By name of the grid and method [Pa], axes z, y, x; `points`: the positions, with a last axis x, y, z [m].")
-      .def_prop_ro(
-          "levels", [](const SharedRun& self) { return object_of(levels_value(*self)["sound_levels"]); },
-          nb::sig("def levels(self) -> list[dict[str, typing.Any]]"),
-          "Of every point among the fields and method: point, method, amplitude_pa (peak), level_db (re 20 uPa, rms).")
-      .def_prop_ro(
-          "exposure_limits", [](const SharedRun& self) { return object_of(levels_value(*self)["exposure_limits"]); },
-          nb::sig("def exposure_limits(self) -> list[dict[str, typing.Any]]"),
-          "Published for the frequency, if there are points: source, for, limit_db. No assessment of safety.")
-      .def_prop_ro(
-          "seconds", [](const SharedRun& self) { return numbers_dict(self->seconds); },
-          nb::sig("def seconds(self) -> dict[str, float]"))
-      .def_prop_ro("warnings", [](const SharedRun& self) { return self->warnings; })
-      .def_prop_ro("notes", [](const SharedRun& self) { return self->notes; })
-      .def_prop_ro("provenance", &provenance, nb::sig("def provenance(self) -> dict[str, typing.Any]"))
-      .def_prop_ro(
-          "wave", [](const SharedRun& self) { return wave_of(*self); }, nb::sig("def wave(self) -> Wave"))
-      .def(
-          "clear",
-          [](const SharedRun& self, nb::handle points) {
-            return clear_points(*self, point_rows(points, "Run.clear: points"));
-          },
-          nb::arg("points"), nb::sig("def clear(self, points: numpy.typing.ArrayLike) -> list[bool]"),
-          "Whether points lie off the body, no nearer to its skin than the longest edge of the face there.")
-      .def("field", &field_at, nb::arg("points"), nb::arg("threads") = nb::none(), nb::arg("wave") = nb::none(),
-           nb::sig(
-               "def field(self, points: numpy.typing.ArrayLike, threads: int | None = None, wave: Wave | None = None) "
-               "-> dict[str, numpy.typing.NDArray[numpy.complex128]]"),
-           "By method, the pressure at points off the skin [Pa]: 0 inside the body, NaN on a transducer.")
-      .def("save", &save, nb::arg("path"), nb::arg("force") = false,
-           nb::sig("def save(self, path: str | os.PathLike, force: bool = False) -> None"),
-           "Writes one file if the name ends in .h5, otherwise a folder with the files that the scene's `write` lists.")
-      .def("plot", &plot, nb::arg("picture") = nb::none(),
-           "A picture by its name: setup, target, pressure_METHOD, field_GRID_METHOD; default: the pressure of the "
-           "first method.")
-      .def("_repr_png_",
-           [](const SharedRun& self) {
-             const Picture drawn = plot(self, std::nullopt);
-             return nb::bytes(drawn.bytes.data(), drawn.bytes.size());
-           })
-      .def("__repr__", [](const SharedRun& self) { return methods_table(*self); });
+          "By scheme a `Problem`, if the scene's `write` has transfer.");
 }
 
-void add_run(nb::module_& module) {
-  nb::class_<SharedRun> run(module, "Run", "The results of a scene. Arrays are read-only views of them.");
-  add_methods(run);
-  add_evaluation(run);
+/// What else it holds.
+void add_records(nb::class_<SharedRun>& run) {
+  run.def_prop_ro(
+         "fields", [](nb::handle_t<SharedRun> self) { return grids(nb::cast<const SharedRun&>(self), self); },
+         "By name of the grid and method [Pa], axes z, y, x; `points`: the positions, with a last axis x, y, z [m].")
+      .def_prop_ro(
+          "levels", [](const SharedRun& self) { return Rows(object_of(levels_value(*self)["sound_levels"])); },
+          "Of every point among the fields and method a dict: point, method, amplitude_pa (peak), level_db (re 20 uPa, "
+          "rms).")
+      .def_prop_ro(
+          "exposure_limits",
+          [](const SharedRun& self) { return Rows(object_of(levels_value(*self)["exposure_limits"])); },
+          "Published for the frequency, if there are points, as dicts: source, for, limit_db. No assessment of safety.")
+      .def_prop_ro(
+          "seconds", [](const SharedRun& self) { return numbers_dict(self->seconds); }, "By stage [s].")
+      .def_prop_ro(
+          "warnings", [](const SharedRun& self) { return self->warnings; }, "Anything that makes a result unreliable.")
+      .def_prop_ro(
+          "notes", [](const SharedRun& self) { return self->notes; }, "Information about results that are reliable.")
+      .def_prop_ro("provenance", &provenance, "Program, machine, threads and time.");
+}
+
+void add_functions(nb::class_<SharedRun>& run) {
+  run.def("field", &field_at, nb::arg("points"), nb::arg("threads") = nb::none(), nb::arg("wave") = nb::none(),
+          R"(The pressure off the skin.
+
+Parameters
+----------
+points : array_like, shape (J, 3)
+    [m]
+threads : int, optional
+wave : Wave, optional
+    Another than that of the run, whose pressures on the skin stay.
+
+Returns
+-------
+dict of str to numpy.ndarray of complex, shape (J,)
+    By method [Pa]: 0 inside the body, NaN on a transducer.
+
+Examples
+--------
+>>> run = tf.run("scenes/quick.yaml", set={"solve.methods": ["focus"]})
+>>> run.field([[0, 0, 0.05]])["focus"].shape
+(1,)
+)")
+      .def("save", &save, nb::arg("path"), nb::arg("force") = false,
+           R"(Writes one file if the name ends in .h5, otherwise a folder with the files that the scene's `write` lists.
+
+Parameters
+----------
+path : str or os.PathLike
+force : bool
+    Whether an older run is replaced.
+
+Examples
+--------
+>>> tf.run("scenes/quick.yaml", set={"solve.methods": ["focus"]}).save("quick.h5", force=True)
+)")
+      .def("picture", &picture_of, nb::arg("picture") = nb::none(), R"(A picture of the program.
+
+Parameters
+----------
+picture : str, optional
+    setup, target, pressure_METHOD or field_GRID_METHOD; default: the pressure of the first method.
+
+Examples
+--------
+>>> png = bytes(tf.run("scenes/quick.yaml", set={"solve.methods": ["focus"]}).picture("setup"))
+)")
+      .def("_repr_png_", [](const SharedRun& self) { return bytes_of(picture_of(self, std::nullopt)); })
+      .def("__repr__", [](const SharedRun& self) { return methods_table(*self); });
 }
 
 }  // namespace
 
-nb::dict numbers_dict(const std::vector<std::pair<std::string, double>>& values) {
+nb::object named(nb::handle values) { return nb::module_::import_("touchfield._plain").attr("named")(values); }
+
+Numbers numbers_dict(const std::vector<std::pair<std::string, double>>& values) {
   nb::dict dict;
   for (const auto& [name, value] : values) {
     dict[name.c_str()] = value;
   }
-  return dict;
+  return named(dict);
 }
 
 void add_runs(nb::module_& module) {
   add_picture(module);
-  add_run(module);
-  module.def("run", &run, nb::arg("scene"), nb::arg("set") = nb::none(), nb::arg("device") = nb::none(),
-             nb::arg("threads") = nb::none(), nb::arg("own") = nb::none(),
-             nb::sig("def run(scene: str | os.PathLike | tuple[str, str] | Model, set: dict[str, typing.Any] | None = "
-                     "None, device: str | None = "
-                     "None, threads: int | None = None, own: dict[str, numpy.typing.ArrayLike] | None = None) -> Run"),
-             "Computes a scene, as `touchfield run`. `own` adds methods of your own: their names, and phases or "
-             "complex drives. "
-             "Writes nothing.");
+  nb::class_<SharedRun> kind(module, "Run", "The results of a scene. Arrays are read-only views of them.");
+  add_inputs(kind);
+  add_methods(kind);
+  add_records(kind);
+  add_functions(kind);
+  module.def("_run", &run, nb::arg("scene"), nb::arg("set") = nb::none(), nb::arg("device") = nb::none(),
+             nb::arg("threads") = nb::none(), nb::arg("own") = nb::none());
   module.def(
       "read_run",
-      [](nb::handle path) {
+      [](const PathLike& path) {
         return computed(0, [file = path_of(path)](Progress& progress) {
           return shared(read_run_file(run_file_at(file), [&](const std::string& text) { progress.warn(text); }));
         });
       },
-      nb::arg("path"), nb::sig("def read_run(path: str | os.PathLike) -> Run"),
-      "Reads a run.h5, or the folder that holds it.");
+      nb::arg("path"), R"(Reads a run.h5, or the folder that contains it.
+
+Parameters
+----------
+path : str or os.PathLike
+
+Raises
+------
+InputError
+    If the file is missing, damaged or no run.
+
+Examples
+--------
+>>> tf.run("scenes/quick.yaml", set={"solve.methods": ["focus"]}).save("quick.h5", force=True)
+>>> run = tf.read_run("quick.h5")
+)");
 }
 
 }  // namespace touchfield::python

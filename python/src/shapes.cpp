@@ -21,8 +21,10 @@ namespace touchfield::python {
 
 namespace {
 
+using LandmarksLike = Said<"dict[str, numpy.typing.ArrayLike]">;
+
 /// Landmarks as Python gets them, each an array of three numbers.
-nb::dict landmark_dict(const SkinMesh& skin) {
+RealArrays landmark_dict(const SkinMesh& skin) {
   nb::dict landmarks;
   for (const auto& [name, point] : skin.landmarks) {
     landmarks[name.c_str()] = owned(Eigen::VectorXd(point));
@@ -69,7 +71,7 @@ SkinMesh mesh_of_file(const std::string& file, const std::optional<double>& unit
 }
 
 /// The bodies of a scene in their places, without what a model asks of them.
-SkinMesh bodies_of_scene(nb::handle scene) {
+SkinMesh bodies_of_scene(const SceneLike& scene) {
   return computed(0, [input = scene_input(scene)](Progress&) {
     const Scene read = input.read({});
     const BodyPlan plan = plan_bodies(read, [](const TriangleMesh& mesh) { return Vector3(mesh.vertices().col(0)); });
@@ -100,53 +102,76 @@ void add_mesh_class(nb::module_& module) {
       return view(std::invoke(get, *nb::cast<const SkinMesh&>(self).mesh), self);
     };
   };
-  nb::class_<SkinMesh>(module, "Mesh", "A triangulated surface with outward normals, lengths in m. Immutable.")
+  nb::class_<SkinMesh>(module, "Mesh",
+                       R"(A triangulated surface with outward normals. It never changes: its methods return new meshes.
+
+Parameters
+----------
+vertices : array_like, shape (V, 3)
+    Positions [m].
+triangles : array_like of int, shape (M, 3)
+    Numbers of vertices, counter-clockwise seen from outside.
+landmarks : dict of str to array_like, shape (3,), optional
+    Named points near the skin [m].
+
+Raises
+------
+InputError
+    On a size that no body has (0.01 mm to 10 m), a face without area, a vertex that is missing.
+
+Examples
+--------
+>>> mesh = tf.Mesh([[0, 0, 0], [.01, 0, 0], [0, .01, 0], [0, 0, .01]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+>>> len(mesh)
+4
+)")
       .def(
           "__init__",
-          [](SkinMesh* self, nb::handle vertices, nb::handle triangles, nb::handle landmarks) {
+          [](SkinMesh* self, const ArrayLike& vertices, const ArrayLike& triangles, const LandmarksLike& landmarks) {
             TriangleMesh mesh = mesh_of(vertices, triangles);
             check_size(mesh, "Mesh: vertices in m");
             new (self) SkinMesh{shared(std::move(mesh)), landmarks_of(landmarks)};
           },
-          nb::arg("vertices"), nb::arg("triangles"), nb::arg("landmarks") = nb::none(),
-          nb::sig("def __init__(self, vertices: numpy.typing.ArrayLike, triangles: numpy.typing.ArrayLike, landmarks: "
-                  "dict[str, numpy.typing.ArrayLike] | None = None) -> None"))
-      .def_static("of_scene", &bodies_of_scene, nb::arg("scene"),
-                  nb::sig("def of_scene(scene: str | os.PathLike | tuple[str, str]) -> Mesh"),
-                  "The bodies of a scene as one mesh, in their places.")
-      .def(
-          "__getstate__",
-          [](const SkinMesh& self) {
-            return nb::make_tuple(owned(self.mesh->vertices()), owned(self.mesh->triangles()), landmark_dict(self));
-          },
-          nb::sig("def __getstate__(self) -> tuple[typing.Any, ...]"))
-      .def(
-          "__setstate__",
-          [](SkinMesh& self, const nb::tuple& state) {
-            new (&self) SkinMesh{shared(mesh_of(state[0], state[1])), landmarks_of(state[2])};
-          },
-          nb::sig("def __setstate__(self, state: tuple[typing.Any, ...]) -> None"))
-      .def_prop_ro("vertices", part(&TriangleMesh::vertices))
-      .def_prop_ro("triangles", part(&TriangleMesh::triangles))
-      .def_prop_ro("centroids", part(&TriangleMesh::centroids))
-      .def_prop_ro("normals", part(&TriangleMesh::normals))
-      .def_prop_ro("areas", part(&TriangleMesh::areas))
-      .def_prop_ro("mean_edge", [](const SkinMesh& self) { return self.mesh->mean_edge(); })
-      .def_prop_ro("volume", [](const SkinMesh& self) { return self.mesh->signed_volume(); })
-      .def_prop_ro("landmarks", &landmark_dict,
-                   nb::sig("def landmarks(self) -> dict[str, numpy.typing.NDArray[numpy.float64]]"),
-                   "Named points on the skin [m], if the shape has some.")
+          nb::arg("vertices"), nb::arg("triangles"), nb::arg("landmarks") = nb::none())
+      .def_static("_of_scene", &bodies_of_scene, nb::arg("scene"))
+      .def("__getstate__",
+           [](const SkinMesh& self) {
+             return nb::make_tuple(owned(self.mesh->vertices()), owned(self.mesh->triangles()), landmark_dict(self));
+           })
+      .def("__setstate__",
+           [](SkinMesh& self, const nb::tuple& state) {
+             new (&self) SkinMesh{shared(mesh_of(state[0], state[1])), landmarks_of(state[2])};
+           })
+      .def_prop_ro("vertices", part(&TriangleMesh::vertices), "Positions, shape (V, 3) [m].")
+      .def_prop_ro("triangles", part(&TriangleMesh::triangles), "Numbers of vertices, shape (M, 3).")
+      .def_prop_ro("centroids", part(&TriangleMesh::centroids), "Centres of the faces, shape (M, 3) [m].")
+      .def_prop_ro("normals", part(&TriangleMesh::normals), "Outward unit normals of the faces, shape (M, 3).")
+      .def_prop_ro("areas", part(&TriangleMesh::areas), "Areas of the faces, shape (M,) [m2].")
+      .def_prop_ro(
+          "mean_edge", [](const SkinMesh& self) { return self.mesh->mean_edge(); },
+          "Side of the equilateral triangle of the mean area [m].")
+      .def_prop_ro(
+          "volume", [](const SkinMesh& self) { return self.mesh->signed_volume(); },
+          "Enclosed volume [m3]; positive if the normals point outwards.")
+      .def_prop_ro("landmarks", &landmark_dict, "Named points on the skin, each of shape (3,) [m].")
       .def(
           "save",
-          [](const SkinMesh& self, nb::handle path, double unit) {
-            computed(0, [mesh = self.mesh, file = path_of(path), unit](Progress&) {
-              write_mesh(file, *mesh, unit);
-              return true;
-            });
+          [](const SkinMesh& self, const PathLike& path, double unit) {
+            do_work(0, [mesh = self.mesh, file = path_of(path), unit](Progress&) { write_mesh(file, *mesh, unit); });
           },
           nb::arg("path"), nb::arg("unit") = 1e-3,
-          nb::sig("def save(self, path: str | os.PathLike, unit: float = 1e-3) -> None"),
-          "Writes STL, OBJ, PLY, OFF or VTP, according to the file ending. `unit`: the unit of the file in metres.")
+          R"(Writes STL, OBJ, PLY, OFF or VTP, according to the file ending.
+
+Parameters
+----------
+path : str or os.PathLike
+unit : float
+    The unit of the file in metres.
+
+Examples
+--------
+>>> tf.sphere(5e-3, 2e-3).save("ball.stl")
+)")
       .def("__len__", [](const SkinMesh& self) { return self.mesh->face_count(); })
       .def("__repr__", [](const SkinMesh& self) {
         return fmt::format("<touchfield.Mesh: {} faces, mean edge {:.2f} mm>", self.mesh->face_count(),
@@ -168,31 +193,55 @@ void add_shapes(nb::module_& module) {
   add_mesh_class(module);
   module.def(
       "read_mesh",
-      [](nb::handle path, std::optional<double> unit) {
+      [](const PathLike& path, std::optional<double> unit) {
         return computed(
             0, [file = path_of(path), unit](Progress& progress) { return mesh_of_file(file, unit, progress); });
       },
       nb::arg("path"), nb::arg("unit") = nb::none(),
-      nb::sig("def read_mesh(path: str | os.PathLike, unit: float | None = None) -> Mesh"),
-      "Reads an STL, OBJ, PLY, OFF or GLB file. `unit`: the unit of the file in metres. Without it the file must "
-      "be in "
-      "mm, and its size must confirm that.");
+      R"(Reads an STL, OBJ, PLY, OFF or GLB file.
+
+Parameters
+----------
+path : str or os.PathLike
+unit : float, optional
+    The unit of the file in metres. Default: mm, which the size of the body must confirm.
+
+Raises
+------
+InputError
+    If the file is missing or damaged, or its unit is not certain.
+
+Examples
+--------
+>>> tf.sphere(5e-3, 2e-3).save("ball.stl")
+>>> ball = tf.read_mesh("ball.stl", unit=1e-3)
+)");
   module.def(
-      "rotation",
-      [](nb::handle angles) {
+      "_rotation",
+      [](const ArrayLike& angles) {
         const Eigen::VectorXd values = real_list(angles, "rotation: angles");
         require_count("rotation: angles", values.size(), 3, "per axis");
         return owned(Eigen::MatrixXd(extrinsic_rotation(values)));
       },
-      nb::arg("angles"), nb::sig("def rotation(angles: numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]"),
-      "The matrix of a rotation about the fixed x, then y, then z axis [rad].");
+      nb::arg("angles"), "The matrix of a rotation about the fixed x, then y, then z axis [rad].");
   module.def(
       "sphere",
       [](double radius, double edge) {
         require_body_size(2 * radius, "sphere: radius in m");
         return skin_mesh(sphere(radius, edge));
       },
-      nb::arg("radius"), nb::arg("edge"), "A sphere about the origin [m].");
+      nb::arg("radius"), nb::arg("edge"),
+      R"(A sphere about the origin.
+
+Parameters
+----------
+radius, edge : float
+    Radius and wanted edge length of the mesh [m].
+
+Examples
+--------
+>>> ball = tf.sphere(radius=8e-3, edge=2e-3)
+)");
 }
 
 }  // namespace touchfield::python

@@ -111,7 +111,7 @@ def test_an_emission_ends_in_silence():
     try:
         report = tf.send(array, array.focus([0, 0, 0.1]), to=f"sonicsurface:{board.port}", emit=True, seconds=0.3, max_level=1)
         assert report["emitted"] and report["silent"] and report["sent"] == 1
-        assert board.wait(lambda heard: heard.outside_at is not None) and board.firmware.faults == []
+        assert board.wait(lambda heard: heard.silent_at is not None) and board.firmware.faults == []
         with pytest.raises(tf.InputError, match="level"):
             tf.send(array, array.focus([0, 0, 0.1]), to=f"sonicsurface:{board.port}", emit=True)
     finally:

@@ -40,24 +40,25 @@ try:
 finally:
     if _open:
         del _os.environ["GOMP_SPINCOUNT"]
-from ._arrays import Array, Wave
-from ._bodies import Mesh, hand, read_mesh, sphere
-from ._core import DeviceError, Error, InputError, IoError, NotBuiltError, NumericalError, TouchfieldNote, TouchfieldWarning
+from ._arrays import Array
+from ._bodies import Mesh, hand
+from ._core import (DeviceError, Error, InputError, IoError, NotBuiltError, NumericalError, Picture, Problem, Solution, TouchfieldNote,
+                    TouchfieldWarning, Wave, check, compare, evaluate, field, fit, force, optimality_bound, paper, play, read_mesh,
+                    read_motion, read_run, scatter, see, sphere, study, transfer, unscattered)
 from ._emission import send
-from ._models import Model, Picture, Run, check, compare, evaluate, read_run, run, study
-from ._motions import Motion, fit, play, read_motion, see
-from ._phases import (Problem, Solution, eigen, field, focus, force, gs, gs_pat, lbfgs, optimality_bound, paper, scatter, surface,
-                      transfer, unscattered, wgs)
+from ._exports import public as _public
+from ._models import Model, Motion, Run, run
+from ._phases import eigen, focus, gs, gs_pat, lbfgs, surface, wgs
 from ._scans import Calibration, Scan, compare_scan, fit_calibration, fit_scan, read_scan
 from ._sweeps import Sweep, list_sweep, read_sweep, sweep
 from ._targets import Target
 
 __version__ = _core.__version__
 __all__ = [name for name in dir() if not name.startswith("_")]
-for _name in __all__:  # as what they are imported from, in messages and help
-    globals()[_name].__module__ = __name__
+for _name in __all__:
+    globals()[_name] = _public(globals()[_name])
 
 
 def __getattr__(name):
-    now = _core.new_name("python", name)
+    now = _core._new_name("python", name)
     raise AttributeError(f"touchfield.{name} is called {now}" if now else f"module 'touchfield' has no attribute '{name}'")

@@ -1,11 +1,12 @@
-"""Meshes: the skin of bodies."""
+"""Meshes moved and shown, those of other libraries, and the built-in hand."""
 
 import json
 
 import numpy as np
 
 from . import _core
-from ._plain import Part, millimetres, plain
+from ._exports import extends
+from ._plain import millimetres, plain
 
 
 def _matrix(rotation):
@@ -13,39 +14,14 @@ def _matrix(rotation):
     if hasattr(rotation, "as_matrix"):
         rotation = rotation.as_matrix()
     rotation = np.asarray(rotation, float)
-    matrix = _core.rotation(np.deg2rad(rotation)) if rotation.shape == (3,) else rotation
+    matrix = _core._rotation(np.deg2rad(rotation)) if rotation.shape == (3,) else rotation
     if matrix.shape != (3, 3) or not np.allclose(matrix @ matrix.T, np.eye(3), atol=1e-6) or np.linalg.det(matrix) < 0:
         raise _core.InputError("rotation must be a rotation matrix (3, 3), three angles in degrees, or an object with as_matrix()")
     return matrix
 
 
-class Mesh(Part):
-    """A triangulated surface with outward normals. It never changes: its methods return new meshes.
-
-    Parameters
-    ----------
-    vertices : array_like, shape (V, 3)
-        Positions [m].
-    triangles : array_like of int, shape (M, 3)
-        Numbers of vertices, counter-clockwise seen from outside.
-    landmarks : dict of str to array_like, shape (3,), optional
-        Named points near the skin [m].
-
-    Raises
-    ------
-    InputError
-        On a size that no body has (0.01 mm to 10 m), a face without area, a vertex that is missing.
-
-    Examples
-    --------
-    >>> mesh = tf.Mesh([[0, 0, 0], [.01, 0, 0], [0, .01, 0], [0, 0, .01]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
-    >>> len(mesh)
-    4
-    """
-
-    def __init__(self, vertices, triangles, landmarks=None):
-        self._core = _core.Mesh(vertices, triangles, landmarks)
-
+@extends
+class Mesh(_core.Mesh):
     @classmethod
     def from_trimesh(cls, mesh, unit=1.0, landmarks=None):
         """The same surface of a `trimesh.Trimesh`.
@@ -84,46 +60,6 @@ class Mesh(Part):
         surface = mesh.triangulate()
         return cls(np.asarray(surface.points, float) * unit, np.asarray(surface.faces).reshape(-1, 4)[:, 1:], _scaled(landmarks, unit))
 
-    @property
-    def vertices(self):
-        """Positions, shape (V, 3) [m]."""
-        return self._core.vertices
-
-    @property
-    def triangles(self):
-        """Numbers of vertices, shape (M, 3)."""
-        return self._core.triangles
-
-    @property
-    def centroids(self):
-        """Centres of the faces, shape (M, 3) [m]."""
-        return self._core.centroids
-
-    @property
-    def normals(self):
-        """Outward unit normals of the faces, shape (M, 3)."""
-        return self._core.normals
-
-    @property
-    def areas(self):
-        """Areas of the faces, shape (M,) [m2]."""
-        return self._core.areas
-
-    @property
-    def mean_edge(self):
-        """Side of the equilateral triangle of the mean area [m]."""
-        return self._core.mean_edge
-
-    @property
-    def volume(self):
-        """Enclosed volume [m3]; positive if the normals point outwards."""
-        return self._core.volume
-
-    @property
-    def landmarks(self):
-        """Named points on the skin, each of shape (3,) [m]."""
-        return self._core.landmarks
-
     def _moved(self, move):
         return Mesh(move(self.vertices), self.triangles, {name: move(point) for name, point in self.landmarks.items()})
 
@@ -134,10 +70,6 @@ class Mesh(Part):
         ----------
         shift : array_like, shape (3,)
             [m]
-
-        Returns
-        -------
-        Mesh
 
         Examples
         --------
@@ -156,10 +88,6 @@ class Mesh(Part):
         about : array_like of shape (3,), or str
             A point [m], or the name of a landmark.
 
-        Returns
-        -------
-        Mesh
-
         Examples
         --------
         >>> turned = tf.hand(edge=8e-3).rotate([0, 180, 0], about="palm_centre")
@@ -176,10 +104,6 @@ class Mesh(Part):
             Larger than 0.
         about : array_like of shape (3,), or str
             The point that stays [m], or the name of a landmark.
-
-        Returns
-        -------
-        Mesh
 
         Examples
         --------
@@ -203,10 +127,6 @@ class Mesh(Part):
         rotate : array_like
             A rotation about it first, as of `rotate`.
 
-        Returns
-        -------
-        Mesh
-
         Examples
         --------
         >>> tf.hand(edge=8e-3).place([0, 0, 0.2], "index_pad").landmarks["index_pad"].tolist()
@@ -221,21 +141,6 @@ class Mesh(Part):
         if point not in self.landmarks:
             raise _core.InputError(f"landmark '{point}' is missing, the mesh has {', '.join(self.landmarks) or 'none'}")
         return self.landmarks[point]
-
-    def save(self, path, unit=1e-3):
-        """Writes STL, OBJ, PLY, OFF or VTP, according to the file ending.
-
-        Parameters
-        ----------
-        path : str or os.PathLike
-        unit : float
-            The unit of the file in metres.
-
-        Examples
-        --------
-        >>> tf.sphere(5e-3, 2e-3).save("ball.stl")
-        """
-        self._core.save(path, unit)
 
     def to_trimesh(self):
         """The same surface as a `trimesh.Trimesh` [m].
@@ -303,57 +208,9 @@ class Mesh(Part):
         ax.view_init(*view)
         return ax
 
-    def __len__(self):
-        return len(self._core)
-
 
 def _scaled(landmarks, unit):
     return landmarks and {name: np.asarray(point, float) * unit for name, point in landmarks.items()}
-
-
-def read_mesh(path, unit=None):
-    """Reads an STL, OBJ, PLY, OFF or GLB file.
-
-    Parameters
-    ----------
-    path : str or os.PathLike
-    unit : float, optional
-        The unit of the file in metres. Default: mm, which the size of the body must confirm.
-
-    Returns
-    -------
-    Mesh
-
-    Raises
-    ------
-    InputError
-        If the file is missing or damaged, or its unit is not certain.
-
-    Examples
-    --------
-    >>> tf.sphere(5e-3, 2e-3).save("ball.stl")
-    >>> ball = tf.read_mesh("ball.stl", unit=1e-3)
-    """
-    return Mesh._of(_core.read_mesh(path, unit))
-
-
-def sphere(radius, edge):
-    """A sphere about the origin.
-
-    Parameters
-    ----------
-    radius, edge : float
-        Radius and wanted edge length of the mesh [m].
-
-    Returns
-    -------
-    Mesh
-
-    Examples
-    --------
-    >>> ball = tf.sphere(radius=8e-3, edge=2e-3)
-    """
-    return Mesh._of(_core.sphere(radius, edge))
 
 
 def hand(pose="index_up", *, edge=3e-3, breadth=88.3e-3, length=193.3e-3, side="right", forearm=0.0, joints=None, landmark="",
@@ -411,7 +268,7 @@ def hand(pose="index_up", *, edge=3e-3, breadth=88.3e-3, length=193.3e-3, side="
              "forearm_mm": millimetres(forearm)}
     place = {"landmark": landmark, "at_mm": millimetres(at), "rotate_deg": [float(angle) for angle in rotate]}
     body = {"hand": shape | ({"joints": joints} if joints else {}), "edge_mm": edges, "place": place}
-    return Mesh._of(_core.Mesh.of_scene((bare_scene(body=body), "hand")))
+    return Mesh._of_scene((bare_scene(body=body), "hand"))
 
 
 def bare_scene(**parts):

@@ -8,11 +8,8 @@ import sys
 import numpy as np
 
 from . import _core
-from ._arrays import Array
-from ._models import Run
-from ._motions import Motion
-from ._phases import Solution
-from ._plain import core, named
+from ._core import Array, Motion, Run, Solution
+from ._plain import named
 
 
 def _process(work):
@@ -21,7 +18,7 @@ def _process(work):
     return [sys.executable, "-c", f"import sys; sys.path = [{folder!r}, *filter(None, sys.path)]; import touchfield._emission; {work}"]
 
 
-_GUARD = _process("touchfield._core.serve_link()")
+_GUARD = _process("touchfield._core._serve_link()")
 
 
 def _frames(drives):
@@ -115,17 +112,16 @@ def send(source, drives=None, *, method=None, to="dry-run", emit=False, rate=10.
     if isinstance(source, Array):
         if drives is None:
             raise TypeError("send: an Array needs drives")
-        array = core(source, Array, "source")
+        array = source
         phases, amplitudes = _frames(drives)
     else:
         if drives is not None:
             raise TypeError("send: drives need an Array; results have their own")
         array, phases, amplitudes = _of_results(source, method)
-        array = array._core
     options = {"to": to, "rate": rate, "seconds": seconds, "repeat": repeat, "level": level, "max_level": max_level,
                "max_seconds": max_seconds, "modulation": modulation, "depth": depth, "force": force}
     if not emit:
-        return named(_core.send(array, phases, amplitudes, **options))
+        return named(_core._send(array, phases, amplitudes, **options))
     child = subprocess.Popen(_process("touchfield._emission._emit()"), stdin=subprocess.PIPE, stdout=subprocess.PIPE)
     child.stdin.write(pickle.dumps((array, phases, amplitudes, options)))
     child.stdin.close()
@@ -146,7 +142,7 @@ def _emit():
     """In the process that emits: this thread takes its signals."""
     array, phases, amplitudes, options = pickle.loads(sys.stdin.buffer.read())
     try:
-        report = _core.send(array, phases, amplitudes, guard=_GUARD, **options)
+        report = _core._send(array, phases, amplitudes, guard=_GUARD, **options)
     except _core.Error as error:
         report = error
     sys.stdout.buffer.write(pickle.dumps(report))

@@ -34,11 +34,11 @@ def millimetres(values):
     return float(Decimal(repr(float(values))) * 1000)
 
 
-def file_content(core, name):
+def file_content(part, name):
     """The bytes of the file NAME that a part of the library writes of itself."""
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, name)
-        core.save(path)
+        part.save(path)
         with open(path, "rb") as file:
             return file.read()
 
@@ -57,7 +57,7 @@ class Names(dict):
 
     def new_name(self, key):
         """The key that an old one is called now; None if there is none."""
-        now = ".".join(_core.new_name("key", part) or part for part in str(key).split("."))
+        now = ".".join(_core._new_name("key", part) or part for part in str(key).split("."))
         return now if now != key and now in self else None
 
     def __missing__(self, key):
@@ -78,41 +78,14 @@ def new_arguments(function):
     @functools.wraps(function)
     def call(*values, **arguments):
         for name in arguments:
-            if now := _core.new_name("argument", name):
-                raise TypeError(f"{function.__qualname__.removesuffix('.__init__')}: the argument {name} is called {now}")
+            if now := _core._new_name("argument", name):
+                raise TypeError(f"{function.__name__}: the argument {name} is called {now}")
         return function(*values, **arguments)
 
     return call
 
 
-class Part:
-    """A part of the library, `_core`, that never changes: copies are the part itself."""
-
-    _core = None
-
-    def __getattr__(self, name):
-        if now := _core.new_name("python", f"{type(self).__name__}.{name}"):
-            raise AttributeError(f"{type(self).__name__}.{name} is called {now}")
-        return self.__getattribute__(name)  # which raises what it raised before
-
-    @classmethod
-    def _of(cls, core):
-        part = cls.__new__(cls)
-        part._core = core
-        return part
-
-    def __copy__(self):
-        return self
-
-    def __deepcopy__(self, memo):
-        return self
-
-    def __repr__(self):
-        return repr(self._core).replace("touchfield._core.", "touchfield.")
-
-
-def core(part, kind, argument):
-    """The part of the library in an argument."""
+def require(part, kind, argument):
+    """Raises a TypeError unless the argument is of this kind."""
     if not isinstance(part, kind):
         raise TypeError(f"{argument} must be a touchfield.{kind.__name__}, not {type(part).__name__}")
-    return part._core

@@ -39,10 +39,10 @@ class reporting:
         self.report = self.progress or None
         if self.progress is True:
             self.report, self.close = _bar()
-        self.before = _core.report_to(self.report)
+        self.before = _core._report_to(self.report)
         return self
 
     def __exit__(self, *error):
-        _core.report_to(self.before)
+        _core._report_to(self.before)
         if self.close:
             self.close()

@@ -6,9 +6,8 @@ import re
 import numpy as np
 
 from . import _core
-from ._arrays import Array, Wave
-from ._models import Run
-from ._plain import core
+from ._core import Array, Run, Wave
+from ._plain import require
 
 # Value of a setting: its group, a change that a scan shows, its bounds. Places in m, turns in rad.
 _VALUES = {"x": ("place", 1e-3, -10, 10), "y": ("place", 1e-3, -10, 10), "z": ("place", 1e-3, -10, 10),
@@ -95,10 +94,10 @@ def _over_opening(placed, setting, field):
 
 def _wave(run, setting):
     """The run's, at the true speed of sound."""
-    frequency, speed, *air = run._core.wave.__getstate__()
-    wave = _core.Wave.__new__(_core.Wave)
+    frequency, speed, *air = run._wave.__getstate__()
+    wave = Wave.__new__(Wave)
     wave.__setstate__((frequency, speed * setting["sound_speed"], *air))
-    return Wave._of(wave)
+    return wave
 
 
 def _match(computed, measured):
@@ -185,7 +184,7 @@ def compare_scan(run, points, pressure, *, method=None, setting=None):
     >>> scan.relative < 1e-9
     True
     """
-    core(run, Run, "run")
+    require(run, Run, "run")
     method = run.methods[0] if method is None else method
     if method not in run.methods:
         raise _core.InputError(f"method = '{method}' must be one of {', '.join(run.methods)}")
@@ -198,7 +197,7 @@ def compare_scan(run, points, pressure, *, method=None, setting=None):
         raise _core.InputError(f"points of shape {points.shape} and pressure of shape {measured.shape} must be (J, 3) and (J,)")
     placed = _placed(points, points.mean(axis=0), setting)
     computed = _reading(run, method, placed, setting)
-    used = np.isfinite(computed) & np.array(run._core.clear(placed))
+    used = np.isfinite(computed) & np.array(run._clear(placed))
     if used.sum() < 2:
         raise _core.InputError(f"{used.sum()} of {len(points)} measured points can be compared, there must be two")
     scaled, correlation = _match(computed[used], measured[used])
@@ -276,7 +275,7 @@ def fit_scan(run, points, pressure, fit=("place", "turn"), *, method=None, start
     if "receiver" in free and at["receiver"] == 0:
         at["receiver"] = _FIRST_RADIUS
     if "x" in free:
-        half, residual = 0.5 * run._core.wave.wavelength, residual_of(_FEW)
+        half, residual = 0.5 * run._wave.wavelength, residual_of(_FEW)
         starts = [at, *({**at, "x": at["x"] + i * half, "y": at["y"] + j * half} for i in range(-4, 5) for j in range(-4, 5))]
         at = min(starts, key=lambda setting: np.sum(residual(setting) ** 2))
     if free:
@@ -353,7 +352,8 @@ def fit_calibration(scan):
     """
     run, setting = scan.run, scan.setting
     if re.search(r"^\s+(calibration|tolerances|phase_levels):", run.scene, re.MULTILINE):
-        raise _core.InputError("fit_calibration: the run must have the array as designed: leave array.calibration, tolerances and phase_levels out")
+        raise _core.InputError("fit_calibration: the run must have the array as designed: leave array.calibration, "
+                               "tolerances and phase_levels out")
     if not np.iscomplexobj(scan.measured):
         raise _core.InputError("fit_calibration: the points have magnitudes alone, must be complex")
     drive, measured, placed = run.drives[scan.method], scan.measured[scan.used], scan.points[scan.used]

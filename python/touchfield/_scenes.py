@@ -34,10 +34,11 @@ def _file_of(mesh):
 
 def _file_of_levels(levels):
     """A file of a mask's levels, likewise."""
-    path = os.path.join(_folder(), hashlib.sha256(levels.tobytes()).hexdigest()[:32] + ".txt")
+    content = "".join(f"{level!r}\n" for level in levels)
+    path = os.path.join(_folder(), hashlib.sha256(content.encode()).hexdigest()[:32] + ".txt")
     if not os.path.exists(path):
         with open(path, "w") as file:
-            file.writelines(f"{level!r}\n" for level in levels.tolist())
+            file.write(content)
     return path
 
 
@@ -70,8 +71,3 @@ def source(scene):
     if isinstance(scene, str) and "\n" in scene:
         return scene, "scene"
     return scene
-
-
-def changes(set):
-    """The changes of a scene, with objects written out."""
-    return written(set) if isinstance(set, dict) else set

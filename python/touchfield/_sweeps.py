@@ -10,7 +10,7 @@ import numpy as np
 from . import _core, _display
 from ._plain import Names, plain
 from ._progress import reporting
-from ._scenes import changes, source, written
+from ._scenes import source, written
 
 
 class Sweep(Names):
@@ -91,7 +91,7 @@ class _Files:
 
 def _case(file, out, set, device, case, threads):
     """A case in a worker of an executor; its rows are not needed there."""
-    _core.sweep(file, out, set, device, 1, threads, case)
+    _core._sweep(file, out, set, device, 1, threads, case)
 
 
 def sweep(file, out, set=None, device=None, jobs=1, threads=None, *, executor=None, progress=None):
@@ -134,10 +134,10 @@ def sweep(file, out, set=None, device=None, jobs=1, threads=None, *, executor=No
     """
     with _Files(file) as path, reporting(progress) as reports:
         if executor is None:
-            return Sweep(_core.sweep(path, out, changes(set), device, jobs, threads))
-        cases = _core.sweep_cases(path, changes(set))
+            return Sweep(_core._sweep(path, out, set, device, jobs, threads))
+        cases = _core._sweep_cases(path, set)
         path, out = os.path.abspath(os.fspath(path)), os.path.abspath(os.fspath(out))
-        futures = [executor.submit(_case, path, out, changes(set), device, number, threads) for number in range(1, cases + 1)]
+        futures = [executor.submit(_case, path, out, set and written(set), device, number, threads) for number in range(1, cases + 1)]
         try:
             for done, future in enumerate(concurrent.futures.as_completed(futures), 1):
                 future.result()
@@ -168,7 +168,7 @@ def list_sweep(file, set=None):
     [{'array.level': '0.5'}, {'array.level': '1'}]
     """
     with _Files(file) as path:
-        return _core.list_sweep(path, changes(set))
+        return _core._list_sweep(path, set)
 
 
 def read_sweep(folder):
@@ -186,4 +186,4 @@ def read_sweep(folder):
     --------
     >>> tf.read_sweep("heights")["relative_error"]  # doctest: +SKIP
     """
-    return Sweep(_core.read_sweep(folder))
+    return Sweep(_core._read_sweep(folder))

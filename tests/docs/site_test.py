@@ -102,7 +102,8 @@ class Site(BuiltSite):
         self.assertIn("within <code>within</code> of a landmark", lengths)
         self.assertNotIn("&lt; namespace", (self.site / "reference/cpp/namespacetouchfield.html").read_text())
         python = (self.site / "reference/python.html").read_text()
-        for word in ("surface(h, target=None", "Mesh.vertices", "InputError"):
+        built = list(SOURCE.glob("build/python/lib/python*/site-packages/touchfield"))
+        for word in ("surface(h, target=None", "Mesh.vertices", "InputError") if built else ("scripts/setup_python",):
             self.assertIn(word, python)
 
     def test_formulas_are_marked_for_rendering(self):
