@@ -95,7 +95,7 @@ class Board:
                     if self.firmware.hear(byte):
                         front = self.firmware.front
                         self.events.append((now, [front[self.order[n]] for n in range(256)]))
-                silent = self.firmware.silence()
+                silent = self.firmware.silent()
                 self.silent_at = (self.silent_at or now) if silent else None
                 self.changed.notify_all()
 

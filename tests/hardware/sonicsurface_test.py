@@ -420,7 +420,7 @@ class Emission(BoardTest):
             time.sleep(0.01)
         self.assertEqual([process for process in processes if self.runs(process)], [], "it does not end")
         time.sleep(0.1)
-        self.assertTrue(board.firmware.silence(), "something resumed")
+        self.assertTrue(board.firmware.silent(), "something resumed")
 
 
 class Stops(Emission):
