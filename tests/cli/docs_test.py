@@ -186,8 +186,8 @@ class Docs(CommandTest):
                 with self.subTest(page=page.name, span=span):
                     if re.match(COMMAND, span):
                         self.check_command(span.split())
-                    elif re.fullmatch(r"(scenes|docs|scripts|tests)/[\w/]+\.\w+", span):
-                        self.assertTrue((SOURCE / span).exists(), "no such file")
+                    elif re.fullmatch(r"(apps|cmake|docs|hardware|python|scenes|scripts|sim|solvers|tests)/[\w/*]+(\.\w+)?", span):
+                        self.assertTrue("NAME" in span or list(SOURCE.glob(span)), "no such file")
 
 
 if __name__ == "__main__":
