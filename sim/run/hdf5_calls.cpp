@@ -1,5 +1,3 @@
-#include "sim/run/hdf5_calls.h"
-
 #include <functional>
 #include <numeric>
 #include <type_traits>
@@ -8,6 +6,7 @@
 #include <hdf5.h>
 
 #include "sim/core/types.h"
+#include "sim/run/hdf5_file.h"
 
 namespace touchfield::hdf5 {
 

@@ -3,14 +3,36 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
-#include "sim/run/hdf5_calls.h"
+#include "sim/core/errors.h"
 
 /// A thin layer over the HDF5 C library: identifiers that close themselves, and errors that name file, place and
 /// HDF5's own reason. Element types T are double, int, std::int64_t, unsigned char and Complex (a compound {r, i}).
 namespace touchfield::hdf5 {
+
+using Shape = std::vector<std::uint64_t>;  // slowest index first, as HDF5 counts
+
+/// An HDF5 identifier; closed by its owner.
+class Handle {
+ public:
+  using Close = int (*)(std::int64_t);
+
+  Handle(std::int64_t id, Close close) : id_(id), close_(close) {}
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  Handle& operator=(Handle&&) = delete;
+  ~Handle();
+
+  std::int64_t id() const { return id_; }
+
+ private:
+  std::int64_t id_;
+  Close close_;
+};
 
 /// Keeps HDF5 from printing its errors while it lives.
 class MutedErrors {
@@ -114,5 +136,40 @@ class Content {
 /// Opens an HDF5 file without a lock and returns its root.
 /// throws   InputError naming the file and the library's reason
 Content read_content(const std::string& path);
+
+// What writing and reading share.
+
+/// The most detailed of the errors that the library has noted.
+std::string reason();
+
+template <class Failure>
+[[noreturn]] void fail(const std::string& place, std::string_view what) {
+  throw Failure(place + ": " + std::string(what));
+}
+
+/// The result of a library call, or its error: "PLACE: WHAT (REASON)".
+template <class Failure = IoError, class Result>
+Result checked(Result result, const std::string& place, std::string_view what) {
+  if (result < 0) {
+    fail<Failure>(place, std::string(what) + " (" + reason() + ")");
+  }
+  return result;
+}
+
+template <class Failure = IoError>
+Handle checked_handle(std::int64_t id, Handle::Close close, const std::string& place, std::string_view what) {
+  return {checked<Failure>(id, place, what), close};
+}
+
+/// "a/b", or what messages call an attribute.
+std::string joined(const std::string& place, const std::string& name);
+std::string attribute_place(const std::string& place, const std::string& name);
+
+/// The type in memory of texts of variable length, as pointers, and of elements T; Complex as {r, i}.
+Handle text_type();
+template <class T>
+Handle element_type();
+
+std::uint64_t bytes_of(const Shape& shape, std::uint64_t element);
 
 }  // namespace touchfield::hdf5
