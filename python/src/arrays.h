@@ -46,7 +46,6 @@ using Rows = Said<"list[dict[str, typing.Any]]">;
 using Numbers = Said<"dict[str, float]">;
 using NumbersByName = Said<"dict[str, dict[str, float]]">;
 using TextByName = Said<"dict[str, str]">;
-using State = Said<"tuple[typing.Any, ...]">;
 using RealArray = Said<"numpy.typing.NDArray[numpy.float64]">;
 using ComplexArray = Said<"numpy.typing.NDArray[numpy.complex128]">;
 using RealArrays = Said<"dict[str, numpy.typing.NDArray[numpy.float64]]">;

@@ -112,21 +112,10 @@ void save(const SharedMotion& motion, const PathLike& path, bool force) {
 }
 
 void add_class(nb::module_& module) {
-  nb::class_<SharedMotion>(module, "Motion", "The results of a scene that moves.")
-      .def_prop_ro(
-          "name", [](const SharedMotion& self) { return self->name; }, "Of the scene.")
-      .def_prop_ro(
-          "scene", [](const SharedMotion& self) { return self->scene; }, "The scene as YAML with all defaults.")
-      .def_prop_ro(
+  nb::class_<SharedMotion> kind(module, "Motion", "The results of a scene that moves.");
+  add_results(kind, "The skin at the beginning, as the solver sees it: a `Mesh`.");
+  kind.def_prop_ro(
           "duration", [](const SharedMotion& self) { return self->seconds; }, "[s]")
-      .def_prop_ro(
-          "mesh", [](const SharedMotion& self) { return SkinMesh{part_of(self, self->mesh)}; },
-          "The skin at the beginning, as the solver sees it: a `Mesh`.")
-      .def_prop_ro(
-          "array", [](const SharedMotion& self) { return SharedArray{part_of(self, self->array)}; },
-          "The transducers, an `Array`.")
-      .def_prop_ro(
-          "methods", [](const SharedMotion& self) { return names_of(self->methods); }, "Names of the methods.")
       .def_prop_ro(
           "scores", [](const SharedMotion& self) { return TablesByName(by_method(*self, scores_of)); },
           "By method: columns of the scores over time, as motion.csv has them, in s and m.")
@@ -146,11 +135,6 @@ void add_class(nb::module_& module) {
             return NumbersByName(by_method(*self, of));
           },
           "By method: mean, median, 95th percentile and worst of every metric over the motion.")
-      .def_prop_ro(
-          "warnings", [](const SharedMotion& self) { return self->warnings; },
-          "Anything that makes a result unreliable.")
-      .def_prop_ro(
-          "notes", [](const SharedMotion& self) { return self->notes; }, "Information about results that are reliable.")
       .def_prop_ro(
           "complete", [](const SharedMotion& self) { return self->complete; },
           "Whether the motion was played to its end.")

@@ -117,6 +117,29 @@ OwnMethod own_method(const std::string& name, nb::handle drives, const std::stri
 /// throws   InputError on a name that is taken or cannot be one, or phases that do not fit the channels
 Model with_own(const Model& model, const OwnMethods& own);
 
+/// What the results of a run and of a motion both have.
+///
+/// skin   what is said of `mesh`
+template <typename Whole>
+void add_results(nb::class_<Shared<Whole>>& kind, const char* skin) {
+  using Held = Shared<Whole>;
+  kind.def_prop_ro(
+          "name", [](const Held& self) { return self->name; }, "Of the scene.")
+      .def_prop_ro(
+          "scene", [](const Held& self) { return self->scene; }, "The scene as YAML with all defaults.")
+      .def_prop_ro(
+          "mesh", [](const Held& self) { return SkinMesh{part_of(self, self->mesh)}; }, skin)
+      .def_prop_ro(
+          "array", [](const Held& self) { return SharedArray{part_of(self, self->array)}; },
+          "The transducers, an `Array`.")
+      .def_prop_ro(
+          "methods", [](const Held& self) { return names_of(self->methods); }, "Names of the methods.")
+      .def_prop_ro(
+          "warnings", [](const Held& self) { return self->warnings; }, "Anything that makes a result unreliable.")
+      .def_prop_ro(
+          "notes", [](const Held& self) { return self->notes; }, "Information about results that are reliable.");
+}
+
 /// A path, of whatever Python takes for one.
 std::string path_of(nb::handle path);
 

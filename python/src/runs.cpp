@@ -173,23 +173,14 @@ Examples
 /// What it is of.
 void add_inputs(nb::class_<SharedRun>& run) {
   run.def_prop_ro(
-         "name", [](const SharedRun& self) { return self->name; }, "Of the scene.")
-      .def_prop_ro(
-          "scene", [](const SharedRun& self) { return self->scene; }, "The scene as YAML with all defaults.")
-      .def_prop_ro(
-          "mesh", [](const SharedRun& self) { return SkinMesh{part_of(self, self->mesh)}; }, "The skin, a `Mesh`.")
-      .def_prop_ro(
-          "array", [](const SharedRun& self) { return SharedArray{part_of(self, self->array)}; },
-          "The transducers, an `Array`.")
-      .def_prop_ro(
-          "target",
-          [](const SharedRun& self) -> std::optional<SharedTarget> {
-            if (!self->target) {
-              return std::nullopt;
-            }
-            return SharedTarget{part_of(self, *self->target), SkinMesh{part_of(self, self->mesh)}};
-          },
-          "The `Target`; None if the scene has none.")
+         "target",
+         [](const SharedRun& self) -> std::optional<SharedTarget> {
+           if (!self->target) {
+             return std::nullopt;
+           }
+           return SharedTarget{part_of(self, *self->target), SkinMesh{part_of(self, self->mesh)}};
+         },
+         "The `Target`; None if the scene has none.")
       .def_prop_ro(
           "evaluation", [](const SharedRun& self) { return self->evaluation; },
           "The evaluation mesh: none, same, truth, edge or split.")
@@ -216,14 +207,12 @@ void add_inputs(nb::class_<SharedRun>& run) {
 /// What every method found.
 void add_methods(nb::class_<SharedRun>& run) {
   run.def_prop_ro(
-         "methods", [](const SharedRun& self) { return names_of(self->methods); }, "Names of the methods.")
-      .def_prop_ro(
-          "metrics",
-          [](const SharedRun& self) {
-            return NumbersByName(
-                by_method(*self, [](const MethodResult& method) { return metrics_dict(method.metrics); }));
-          },
-          "By method and name; NaN where not computed.")
+         "metrics",
+         [](const SharedRun& self) {
+           return NumbersByName(
+               by_method(*self, [](const MethodResult& method) { return metrics_dict(method.metrics); }));
+         },
+         "By method and name; NaN where not computed.")
       .def_prop_ro(
           "status",
           [](const SharedRun& self) {
@@ -280,10 +269,6 @@ void add_records(nb::class_<SharedRun>& run) {
           "Published for the frequency, if there are points, as dicts: source, for, limit_db. No assessment of safety.")
       .def_prop_ro(
           "seconds", [](const SharedRun& self) { return numbers_dict(self->seconds); }, "By stage [s].")
-      .def_prop_ro(
-          "warnings", [](const SharedRun& self) { return self->warnings; }, "Anything that makes a result unreliable.")
-      .def_prop_ro(
-          "notes", [](const SharedRun& self) { return self->notes; }, "Information about results that are reliable.")
       .def_prop_ro("provenance", &provenance, "Program, machine, threads and time.");
 }
 
@@ -353,6 +338,7 @@ Numbers numbers_dict(const std::vector<std::pair<std::string, double>>& values) 
 void add_runs(nb::module_& module) {
   add_picture(module);
   nb::class_<SharedRun> kind(module, "Run", "The results of a scene. Arrays are read-only views of them.");
+  add_results(kind, "The skin, a `Mesh`.");
   add_inputs(kind);
   add_methods(kind);
   add_records(kind);
