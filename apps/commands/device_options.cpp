@@ -80,7 +80,7 @@ EmissionPlan plan_of(const DeviceOptions& options) {
   }
   plan.request = options.request;
   plan.emit = options.emit;
-  plan.guard = guard_command();
+  plan.guard = {"/proc/self/exe", kGuardName};
   return plan;
 }
 
@@ -134,8 +134,6 @@ int print_emission(const EmissionReport& report, const CommonFlags& flags, const
   }
   return code;
 }
-
-std::vector<std::string> guard_command() { return {"/proc/self/exe", kGuardName}; }
 
 void add_link_guard(CLI::App& app, Invocation& invocation) {
   add_hidden_command(app, invocation, kGuardName, [] {

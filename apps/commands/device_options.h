@@ -25,19 +25,17 @@ void add_emission(CLI::App* command, DeviceOptions& options);
 /// The plan that the options make: the device with its samples read, the request, and the guard that this program is.
 EmissionPlan plan_of(const DeviceOptions& options);
 
-/// How this program is started as the guard of a link.
-std::vector<std::string> guard_command();
-
-/// Prints the report, unless --quiet, as a person reads it, after `heading`, or as --json; says on standard error by
-/// what signal an emission was stopped.
-/// returns  the exit code
-/// throws   the error that ended it, if one did
-int print_emission(const EmissionReport& report, const CommonFlags& flags, const Json& more = Json::object());
-
 Json emission_value(const EmissionReport& report);
 
 /// Says on standard error by what signal an emission was stopped, if by one.
 /// returns  the exit code
 int said_exit_code(const EmissionReport& report);
+
+/// Does so and prints the report.
+///
+/// more     entries after those of the report
+/// returns  the exit code
+/// throws   the error that ended it, if one did
+int print_emission(const EmissionReport& report, const CommonFlags& flags, const Json& more = Json::object());
 
 }  // namespace touchfield

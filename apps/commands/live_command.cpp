@@ -47,40 +47,7 @@ namespace {
 /// byte a transducer.
 using SentChecksums = std::map<std::size_t, std::string>;
 
-/// What a live loop did, and how what it found was played.
-struct LiveResult {
-  MotionSpec motion;
-  LiveReport loop;
-  PlayReport play;
-  SentChecksums sent;
-};
-
 using Times = std::vector<double>;  // [s], a frame; NaN where there is none
-
-Times latencies(const LiveReport& report) {
-  Times times;
-  for (const MotionFrame& frame : report.frames) {
-    times.push_back(frame.shown - frame.sampled);
-  }
-  return times;
-}
-
-Times solve_times(const LiveReport& report) {
-  Times times;
-  for (std::size_t f = 0; f < report.frames.size(); ++f) {
-    times.push_back(report.solved[f] - report.frames[f].started);
-  }
-  return times;
-}
-
-/// From the phases of a frame until the link had taken it.
-Times send_times(const LiveReport& report) {
-  Times times;
-  for (std::size_t f = 0; f < report.frames.size(); ++f) {
-    times.push_back(report.frames[f].shown - report.solved[f]);
-  }
-  return times;
-}
 
 Json spread(const Times& times) {
   const Statistics over_frames = statistics(times);
@@ -100,47 +67,46 @@ Json stage_spreads(const std::vector<StageSeconds>& stages) {
   return spreads;
 }
 
-/// Frames that a newer one, or the end, overtook before the link took them.
-std::size_t unsent_frames(const LiveResult& result) {
-  return result.loop.frames.size() - result.play.sent - result.play.stale;
-}
-
-/// Frames a second.
-double rate_of(const LiveResult& result) {
-  return static_cast<double>(result.loop.frames.size()) / std::max(result.play.seconds, 1e-9);
-}
-
-long silent_frames(const LiveReport& report) { return std::ranges::count(report.frames, true, &MotionFrame::silent); }
-long lost_frames(const LiveReport& report) { return std::ranges::count(report.frames, true, &MotionFrame::lost); }
-
 /// Frames, silences, and the median, 95th percentile and worst of times, those of `solve` by stage.
-Json live_value(const LiveResult& result) {
-  const LiveReport& loop = result.loop;
+///
+/// stale_after   age from which a frame is stale [s]
+/// play          how what the loop found was played
+Json live_value(const LiveReport& loop, const PlayReport& play, double stale_after) {
+  const std::size_t count = loop.frames.size();
   std::vector<StageSeconds> solve_stages;
-  std::ranges::transform(loop.frames, std::back_inserter(solve_stages), &MotionFrame::seconds);
-  return {{"frames", loop.frames.size()},
-          {"seconds", result.play.seconds},
-          {"rate_hz", rate_of(result)},
-          {"sent", result.play.sent},
+  Times latencies;
+  Times solves;
+  Times sends;  // from the phases of a frame until the link had taken it
+  for (std::size_t f = 0; f < count; ++f) {
+    const MotionFrame& frame = loop.frames[f];
+    solve_stages.push_back(frame.seconds);
+    latencies.push_back(frame.shown - frame.sampled);
+    solves.push_back(loop.solved[f] - frame.started);
+    sends.push_back(frame.shown - loop.solved[f]);
+  }
+  return {{"frames", count},
+          {"seconds", play.seconds},
+          {"rate_hz", static_cast<double>(count) / std::max(play.seconds, 1e-9)},
+          {"sent", play.sent},
           {"late", loop.late},
           {"dropped", loop.dropped},
           {"waiting", loop.waiting},
-          {"silent_frames", silent_frames(loop)},
-          {"lost_frames", lost_frames(loop)},
-          {"stale", result.play.stale},
-          {"unsent", unsent_frames(result)},
-          {"stale_after_s", result.motion.stale},
-          {"silences", result.play.silences},
-          {"silent_s", result.play.silent},
+          {"silent_frames", std::ranges::count(loop.frames, true, &MotionFrame::silent)},
+          {"lost_frames", std::ranges::count(loop.frames, true, &MotionFrame::lost)},
+          {"stale", play.stale},
+          {"unsent", count - play.sent - play.stale},  // a newer one, or the end, overtook them
+          {"stale_after_s", stale_after},
+          {"silences", play.silences},
+          {"silent_s", play.silent},
           {"worst_residual", loop.residual},
           {"samples", loop.sensed.size()},
           {"overtaken", loop.overtaken},
           {"sense", spread(loop.sensed)},
           {"sense_stages", stage_spreads(loop.sensed_stages)},
-          {"latency", spread(latencies(loop))},
-          {"solve", spread(solve_times(loop))},
+          {"latency", spread(latencies)},
+          {"solve", spread(solves)},
           {"stages", stage_spreads(solve_stages)},
-          {"send", spread(send_times(loop))}};
+          {"send", spread(sends)}};
 }
 
 /// live.csv: a header line and one line per frame. A line begins with the frame's number, its times since the loop
@@ -300,8 +266,7 @@ class Live {
       const Scene scene = within_budget(scene_, notes_, &progress_);
       apply_threads(flags_);
       SensedMotion sensed = sensed_motion(scene, nullptr, &progress_, MotionClock::kWall);
-      std::vector<std::pair<std::string, double>> taken;
-      timed(progress_, taken, "", "sensor learning", [&] { sensed.sensor->start(progress_); });
+      timed(progress_, "sensor learning", [&] { sensed.sensor->start(progress_); });
       return sensed;
     });
     while (built.wait_for(std::chrono::duration<double>(kLook)) != std::future_status::ready) {
@@ -333,8 +298,7 @@ class Live {
     MotionFrame first;
     const auto prepare = [&] {
       const int threads = apply_threads(flags_);
-      std::vector<std::pair<std::string, double>> taken;
-      LiveSolver solver = timed(progress_, taken, "", "prepare the solver",
+      LiveSolver solver = timed(progress_, "prepare the solver",
                                 [&] { return live_solver(*sensed_->sensor, method_, first, &progress_); });
       leave_one_to_the_sensor(threads, motion_);
       return solver;
@@ -387,7 +351,6 @@ class Live {
     for (const MotionFrame& frame : loop.frames) {
       report.play.worst_delay = std::max(report.play.worst_delay, frame.late);
     }
-    const LiveResult result{motion_, loop, report.play, sent_};
     if (directory_) {
       write_text_file(directory_->file("live.csv"), live_csv(with_target_off(loop), sent_));
       if (!report.failure) {
@@ -402,7 +365,7 @@ class Live {
                       loop.residual, tolerance));
     }
     Json value = emission_value(report);
-    Json live = live_value(result);
+    Json live = live_value(loop, report.play, motion_.stale);
     live.update({{"warnings", warnings_}, {"notes", notes_}});
     value["live"] = live;
     print_value(value, flags_);

@@ -30,20 +30,25 @@ namespace touchfield {
 
 namespace {
 
+/// The file's unit: stated or guessed, and what there is to warn of.
+struct FileScale {
+  LengthUnit unit;
+  bool stated;
+  UnitGuess guess;
+  std::vector<std::string> warnings;
+};
+
 /// What `mesh` found and did.
 struct MeshText {
   std::string file;
-  LengthUnit unit;
-  bool unit_stated;
-  UnitGuess guess;
-  double size;  // [file units]
-  std::vector<std::string> warnings;
-  SurfaceReport report;            // of the file's surface
-  std::vector<std::string> steps;  // that made the result
-  std::optional<SkinReport> result;
-  std::string written;                           // file and unit; empty: none
-  std::optional<SurfaceDistance> to_resurfaced;  // from the file's outer faces to the new skin, if it was resurfaced
-  std::optional<SurfaceDistance> from_resurfaced;
+  FileScale scale;
+  double size;                       // [file units]
+  SurfaceReport report;              // of the file's surface
+  std::vector<std::string> steps{};  // that made the result
+  std::optional<SkinReport> result{};
+  std::string written{};                           // file and unit; empty: none
+  std::optional<SurfaceDistance> to_resurfaced{};  // from the file's outer faces to the new skin, if it was resurfaced
+  std::optional<SurfaceDistance> from_resurfaced{};
 };
 
 /// In air at 20 C at 40 kHz [m].
@@ -114,12 +119,12 @@ const char* certainty_text(UnitCertainty certainty) { return certainty_words(cer
 Json mesh_value(const MeshText& text) {
   const SurfaceReport& report = text.report;
   return {{"file", text.file},
-          {"unit", text.unit.name},
-          {"unit_stated", text.unit_stated},
+          {"unit", text.scale.unit.name},
+          {"unit_stated", text.scale.stated},
           {"unit_guess",
-           {{"unit", text.guess.unit.name},
-            {"certainty", certainty_words(text.guess.certainty).first},
-            {"reason", text.guess.reason}}},
+           {{"unit", text.scale.guess.unit.name},
+            {"certainty", certainty_words(text.scale.guess.certainty).first},
+            {"reason", text.scale.guess.reason}}},
           {"size", text.size},
           {"points", report.points},
           {"faces", report.faces},
@@ -129,7 +134,7 @@ Json mesh_value(const MeshText& text) {
           {"duplicate_faces", report.duplicate_faces},
           {"surface", skin_value(report.skin)},
           {"usable", report.skin.faults.empty()},
-          {"warnings", text.warnings},
+          {"warnings", text.scale.warnings},
           {"steps", text.steps},
           {"to_resurfaced", distance_value(text.to_resurfaced)},
           {"from_resurfaced", distance_value(text.from_resurfaced)},
@@ -145,14 +150,6 @@ struct MeshCommand {
   std::string output_unit;          // empty: the file's
   std::optional<double> resurface;  // edge of new faces [m]
   std::optional<double> edge;       // to remesh to [m]
-};
-
-/// The file's unit: stated or guessed, and what there is to warn of.
-struct FileScale {
-  LengthUnit unit;
-  bool stated;
-  UnitGuess guess;
-  std::vector<std::string> warnings;
 };
 
 FileScale find_scale(double size, const std::string& stated) {
@@ -186,12 +183,6 @@ void require_known_scale(const MeshCommand& command, const FileScale& scale) {
   }
 }
 
-template <class Work>
-auto as_stage(Progress& progress, const char* what, const Work& work) {
-  std::vector<std::pair<std::string, double>> unused;
-  return timed(progress, unused, what, what, work);
-}
-
 /// The mesh after all that the command asks for; adds a line a step, and how far resurfacing moved the skin.
 TriangleMesh worked(const MeshCommand& command, const FileSurface& surface, const FileScale& scale, Progress& progress,
                     MeshText& text) {
@@ -205,7 +196,7 @@ TriangleMesh worked(const MeshCommand& command, const FileSurface& surface, cons
       WeldedSurface merged = welded(surface, scale.unit.metres);
       return TriangleMesh(std::move(merged.points), std::move(merged.triangles));
     }
-    Resurfaced result = as_stage(progress, "resurface", [&] {
+    Resurfaced result = timed(progress, "resurface", [&] {
       return resurfaced(surface, scale.unit.metres, *command.resurface, command.file, "--resurface");
     });
     steps = std::move(result.steps);
@@ -214,7 +205,7 @@ TriangleMesh worked(const MeshCommand& command, const FileSurface& surface, cons
     return std::move(result.mesh);
   }();
   if (command.edge) {
-    mesh = as_stage(progress, "remesh", [&] { return remeshed_surface(mesh, EdgeSizing(*command.edge)); });
+    mesh = timed(progress, "remesh", [&] { return remeshed_surface(mesh, EdgeSizing(*command.edge)); });
     steps.push_back(
         fmt::format("remeshed to edges of {} mm: {} faces", *command.edge / kMillimetre, mesh.face_count()));
   }
@@ -246,10 +237,8 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
   if (command.resurface) {
     require_resurfaceable(surface, scale.unit.metres, *command.resurface, command.file, "--resurface");
   }
-  const SurfaceReport report =
-      as_stage(progress, "inspect", [&] { return inspect_surface(surface, scale.unit.metres); });
-
-  MeshText text{command.file, scale.unit, scale.stated, scale.guess, size, scale.warnings, report, {}, {}, {}, {}, {}};
+  MeshText text{command.file, scale, size,
+                timed(progress, "inspect", [&] { return inspect_surface(surface, scale.unit.metres); })};
   if (works) {
     const TriangleMesh mesh = worked(command, surface, scale, progress, text);
     text.result = inspect_skin(mesh.vertices(), mesh.triangles());

@@ -331,10 +331,9 @@ class FolderFitter {
       progress.warn(warning);
     };
     std::ranges::for_each(folder_.warnings(), warn);
-    std::vector<std::pair<std::string, double>> seconds;
     if (how_.learning > 0) {
-      fitted_.learnt = timed(progress, seconds, "learn", "the hand's shape",
-                             [&] { return learn(folder_, how_.learning, tracker_, progress); });
+      fitted_.learnt =
+          timed(progress, "the hand's shape", [&] { return learn(folder_, how_.learning, tracker_, progress); });
       if (!fitted_.learnt) {
         warn(
             fmt::format("shape: in no period of {:g} s was the hand found in three frames, so its shape is that of the "
@@ -344,7 +343,7 @@ class FolderFitter {
     }
     fitted_.proportions = tracker_.shape().proportions;
     tracker_.forget();
-    timed(progress, seconds, "fit", fmt::format("{} frames", folder_.size()), [&] {
+    timed(progress, fmt::format("{} frames", folder_.size()), [&] {
       try {
         fit_all(progress);
       } catch (...) {
@@ -443,9 +442,8 @@ FittedFolder fit_folder(const CameraFolder& folder, const FolderFit& how, RunDir
   FolderFit own = how;
   std::optional<std::string> warning;
   if (how.any_pose || how.any_side) {
-    std::vector<std::pair<std::string, double>> seconds;
-    own.hand = timed(progress, seconds, "hand", "find the pose and side that fit best",
-                     [&] { return nearest_hand(folder, how, warning); });
+    own.hand =
+        timed(progress, "find the pose and side that fit best", [&] { return nearest_hand(folder, how, warning); });
     progress.note(fmt::format("  pose {}, {} hand", own.hand.pose, side_name(own.hand.side)));
   }
   FittedFolder fitted = FolderFitter(folder, own, directory).fitted(progress);

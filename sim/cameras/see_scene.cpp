@@ -301,8 +301,7 @@ std::vector<SightSummary> see_scene(const SeenScene& seen, RunDirectory& directo
   std::ranges::transform(told, std::back_inserter(summaries),
                          [](const DepthCamera& camera) { return SightSummary{.camera = camera.name}; });
   LandmarkRecording landmarks{.names = landmark_names(seen), .seconds = {}, .at = {}};
-  std::vector<std::pair<std::string, double>> seconds;
-  timed(progress, seconds, "see", fmt::format("{} images of each of {} cameras", seen.frames, told.size()), [&] {
+  timed(progress, fmt::format("{} images of each of {} cameras", seen.frames, told.size()), [&] {
     for (int k = 0; k < seen.frames; ++k) {
       const Instant instant = instant_of(seen, k, landmarks.names);
       folder.add(instant.frame);

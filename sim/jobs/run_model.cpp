@@ -49,8 +49,7 @@ void write_vtk(const WriteSpec& write, const Run& run, const RunDirectory& direc
 
 /// The pictures, and the page that shows them.
 void draw(const Run& run, PictureFormat format, const RunDirectory& directory, Progress& progress) {
-  std::vector<std::pair<std::string, double>> unused;
-  timed(progress, unused, "pictures", "draw pictures", [&] {
+  timed(progress, "draw pictures", [&] {
     std::vector<std::string> names;
     for (const std::string& file : draw_figures(directory.path(), run, format)) {
       names.push_back(std::filesystem::path(file).filename().string());

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -28,6 +29,13 @@ auto timed(Progress& progress, std::vector<std::pair<std::string, double>>& reco
     finish();
     return result;
   }
+}
+
+/// The same without a record.
+template <typename Work>
+auto timed(Progress& progress, const std::string& what, Work&& work) {
+  std::vector<std::pair<std::string, double>> none;
+  return timed(progress, none, what, what, std::forward<Work>(work));
 }
 
 }  // namespace touchfield
