@@ -188,23 +188,6 @@ struct SendCommand {
   bool rate_given = false;
 };
 
-template <class Method>
-const Method& chosen_method(const std::vector<Method>& methods, const std::string& name, const std::string& path) {
-  if (name.empty() && methods.size() == 1) {
-    return methods.front();
-  }
-  std::string known;
-  for (const Method& method : methods) {
-    if (method.name == name) {
-      return method;
-    }
-    known += (known.empty() ? "" : ", ") + method.name;
-  }
-  throw InputError(
-      name.empty() ? fmt::format("{}: it has the methods {}; --method picks one", path, known)
-                   : fmt::format("{}: it has no method '{}', it has {}", path, name, known.empty() ? "none" : known));
-}
-
 /// Frames per second of a motion.
 /// throws   InputError unless they follow each other evenly, to 1 %
 double frame_rate(const std::vector<MotionFrame>& frames, const std::string& path) {
@@ -220,7 +203,7 @@ double frame_rate(const std::vector<MotionFrame>& frames, const std::string& pat
 void add_motion(const SendCommand& command, const std::string& path, EmissionPlan& plan, std::vector<Drive>& drives) {
   const Motion motion = read_motion_file(path);
   require(motion.complete, "{}: complete = 0: its end is missing, so its phases are not sent", path);
-  const MotionMethod& method = chosen_method(motion.methods, command.method, path);
+  const MotionMethod& method = chosen_method(motion.methods, command.method, path + ": it");
   require(!method.frames.empty(), "{}: method {} has no frames", path, method.name);
   for (const MotionFrame& frame : method.frames) {
     drives.push_back({frame.solution.phases, frame.solution.amplitudes});
@@ -248,7 +231,7 @@ int send_command(const SendCommand& command, const CommonFlags& flags) {
                       "`touchfield run --from` computes it again",
                       path));
     }
-    const MethodResult& method = chosen_method(run.methods, command.method, path);
+    const MethodResult& method = chosen_method(run.methods, command.method, path + ": it");
     drives.push_back({method.solution.phases, method.solution.amplitudes});
     plan.must_match.push_back(run.array);
   }

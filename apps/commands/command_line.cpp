@@ -70,15 +70,6 @@ struct NumberRule {
   }
 };
 
-/// An option whose values `keep` gets once they obey the rule.
-template <class Keep>
-CLI::Option* add_checked(CLI::App* command, const NumberRule& rule, const std::string& what, const Keep& keep) {
-  return command
-      ->add_option_function<std::string>(
-          rule.name, [rule, keep](const std::string& text) { keep(rule(text)); }, rule.described(what))
-      ->type_name(rule.kind());
-}
-
 }  // namespace
 
 void finish_command(CLI::App* command, Invocation& invocation, std::function<int(const Invocation&)> action) {
@@ -125,15 +116,13 @@ void add_scene(CLI::App* command, std::string& scene, std::vector<std::string>& 
   add_overrides(command, overrides);
 }
 
-CLI::Option* add_number(CLI::App* command, const std::string& name, double& value, const schema::Range& range,
-                        const std::string& what, double unit) {
-  return add_checked(command, {name, range}, what, [&value, unit](double number) { value = number * unit; })
-      ->default_str(fmt::format("{:g}", value / unit));
-}
-
-CLI::Option* add_number(CLI::App* command, const std::string& name, std::optional<double>& value,
-                        const schema::Range& range, const std::string& what, double unit) {
-  return add_checked(command, {name, range}, what, [&value, unit](double number) { value = number * unit; });
+CLI::Option* add_checked(CLI::App* command, const std::string& name, const schema::Range& range, bool whole,
+                         const std::string& what, const std::function<void(double)>& keep) {
+  const NumberRule rule{name, range, whole};
+  return command
+      ->add_option_function<std::string>(
+          name, [rule, keep](const std::string& text) { keep(rule(text)); }, rule.described(what))
+      ->type_name(rule.kind());
 }
 
 CLI::Option* add_numbers(CLI::App* command, const std::string& name, std::vector<double>& values,
@@ -155,16 +144,6 @@ CLI::Option* add_numbers(CLI::App* command, const std::string& name, std::vector
           rule.described(what))
       ->type_name(rule.kind())
       ->default_str(fmt::format("{}", fmt::join(defaults, " ")));
-}
-
-CLI::Option* add_whole(CLI::App* command, const std::string& name, int& value, const schema::Range& range,
-                       const std::string& what) {
-  return add_checked(command, {name, range, true}, what, [&value](double number) { value = static_cast<int>(number); });
-}
-
-CLI::Option* add_whole(CLI::App* command, const std::string& name, std::optional<int>& value,
-                       const schema::Range& range, const std::string& what) {
-  return add_checked(command, {name, range, true}, what, [&value](double number) { value = static_cast<int>(number); });
 }
 
 CLI::Validator one_of(const std::vector<std::string>& words) {

@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -61,18 +62,27 @@ void add_compute_device(CLI::App* command, std::vector<std::string>& overrides);
 /// shows its bounds. All options with numbers are made by these functions, so that each refuses in the same words:
 /// "--edge-mm 0.01 must be 0.4 to 8".
 /// throws   InputError while the line is parsed
-CLI::Option* add_number(CLI::App* command, const std::string& name, double& value, const schema::Range& range,
-                        const std::string& what, double unit = 1);
-CLI::Option* add_number(CLI::App* command, const std::string& name, std::optional<double>& value,
-                        const schema::Range& range, const std::string& what, double unit = 1);
+CLI::Option* add_checked(CLI::App* command, const std::string& name, const schema::Range& range, bool whole,
+                         const std::string& what, const std::function<void(double)>& keep);
+template <class Value>  // double, or an optional one
+CLI::Option* add_number(CLI::App* command, const std::string& name, Value& value, const schema::Range& range,
+                        const std::string& what, double unit = 1) {
+  CLI::Option* option =
+      add_checked(command, name, range, false, what, [&value, unit](double number) { value = number * unit; });
+  if constexpr (std::is_same_v<Value, double>) {
+    option->default_str(fmt::format("{:g}", value / unit));
+  }
+  return option;
+}
+/// The same of a whole number.
+template <class Value>  // int, or an optional one
+CLI::Option* add_whole(CLI::App* command, const std::string& name, Value& value, const schema::Range& range,
+                       const std::string& what) {
+  return add_checked(command, name, range, true, what, [&value](double number) { value = static_cast<int>(number); });
+}
 /// The same of a list; how many they are is set at the option.
 CLI::Option* add_numbers(CLI::App* command, const std::string& name, std::vector<double>& values,
                          const schema::Range& range, const std::string& what, double unit = 1);
-/// The same of a whole number.
-CLI::Option* add_whole(CLI::App* command, const std::string& name, int& value, const schema::Range& range,
-                       const std::string& what);
-CLI::Option* add_whole(CLI::App* command, const std::string& name, std::optional<int>& value,
-                       const schema::Range& range, const std::string& what);
 
 /// One of several words; an error lists them.
 CLI::Validator one_of(const std::vector<std::string>& words);

@@ -3,8 +3,11 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "apps/commands/command_line.h"
 #include "hardware/emission/emission.h"
+#include "sim/core/errors.h"
 #include "sim/core/json.h"
 
 namespace touchfield {
@@ -24,6 +27,25 @@ void add_emission(CLI::App* command, DeviceOptions& options);
 
 /// The plan that the options make: the device with its samples read, the request, and the guard that this program is.
 EmissionPlan plan_of(const DeviceOptions& options);
+
+/// The method of a name; without one the only one.
+/// holder   of the methods, for messages
+template <class Method>
+const Method& chosen_method(const std::vector<Method>& methods, const std::string& name, const std::string& holder) {
+  if (name.empty() && methods.size() == 1) {
+    return methods.front();
+  }
+  std::string known;
+  for (const Method& method : methods) {
+    if (method.name == name) {
+      return method;
+    }
+    known += (known.empty() ? "" : ", ") + method.name;
+  }
+  throw InputError(name.empty()
+                       ? fmt::format("{} has the methods {}; --method picks one", holder, known)
+                       : fmt::format("{} has no method '{}', it has {}", holder, name, known.empty() ? "none" : known));
+}
 
 Json emission_value(const EmissionReport& report);
 

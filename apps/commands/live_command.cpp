@@ -150,22 +150,6 @@ struct LiveCommand {
   DeviceOptions options;
 };
 
-const MethodSpec& method_of(const Scene& scene, const std::string& name) {
-  const std::vector<MethodSpec>& methods = scene.solve.methods;
-  if (name.empty() && methods.size() == 1) {
-    return methods.front();
-  }
-  std::string known;
-  for (const MethodSpec& method : methods) {
-    if (method.name == name) {
-      return method;
-    }
-    known += (known.empty() ? "" : ", ") + method.name;
-  }
-  throw InputError(name.empty() ? fmt::format("the scene has the methods {}; --method picks one", known)
-                                : fmt::format("the scene has no method '{}', it has {}", name, known));
-}
-
 std::string checksum_of(const DriveFrame& frame) {
   std::string bytes(frame.phase.begin(), frame.phase.end());
   bytes.append(frame.intensity.begin(), frame.intensity.end());
@@ -198,7 +182,7 @@ class Live {
         flags_(flags),
         progress_(flags),
         scene_(moving_scene(command)),
-        method_(method_of(scene_, command.method)),
+        method_(chosen_method(scene_.solve.methods, command.method, "the scene")),
         motion_(motion_of(scene_, command.options.request.seconds)) {
     require_apart(command.output, command.scene, scene_);
   }
@@ -273,7 +257,7 @@ class Live {
       leave_if_interrupted();
     }
     sensed_.emplace(built.get());
-    method_ = method_of(sensed_->scene, command_.method);
+    method_ = chosen_method(sensed_->scene.solve.methods, command_.method, "the scene");
     motion_ = motion_of(sensed_->scene, command_.options.request.seconds);
     std::ranges::copy(sensed_->sensor->notes(), std::back_inserter(notes_));
     const Remarks remarks = moving_remarks(sensed_->truth ? *sensed_->truth : sensed_->solved());
