@@ -89,9 +89,9 @@ void require_real_array(const TransducerArray& array, double wavelength, const s
   }
   const ArrayGeometry geometry = array_geometry(array);
   const double least = std::min(kLeastPitch, wavelength / kFewestPerWavelength);
-  if (array.size() > 1 && !(geometry.least_pitch >= (1 - kRounding) * least)) {
-    throw InputError(fmt::format("{}: {}; they must be at least {:.2g} mm apart: {}", field,
-                                 apart_text(array, geometry), least / kMillimetre, advice));
+  if (array.size() > 1) {
+    require(geometry.least_pitch >= (1 - kRounding) * least, "{}: {}; they must be at least {:.2g} mm apart: {}", field,
+            apart_text(array, geometry), least / kMillimetre, advice);
   }
   require(geometry.size.norm() <= kLargestArray, "{}: the array is {:.4g} m across, must be at most {:g} m: {}", field,
           geometry.size.norm(), kLargestArray, advice);

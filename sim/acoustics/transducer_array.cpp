@@ -6,9 +6,6 @@
 #include <numbers>
 #include <stdexcept>
 
-#include <fmt/format.h>
-
-#include "sim/core/errors.h"
 #include "sim/core/random.h"
 #include "sim/core/require.h"
 
@@ -49,15 +46,11 @@ constexpr double kAutd3BoardY = 151.4e-3;  // [m]
 bool is_autd3_hole(int x, int y) { return y == 1 && (x == 1 || x == 2 || x == 16); }
 
 void require_pitch(double pitch) {
-  if (!(pitch > 0) || !std::isfinite(pitch)) {
-    throw InputError(fmt::format("array: pitch = {} m must be > 0", pitch));
-  }
+  require(pitch > 0 && std::isfinite(pitch), "array: pitch = {} m must be > 0", pitch);
 }
 
 void require_counts(int count_x, int count_y) {
-  if (count_x < 1 || count_y < 1) {
-    throw InputError(fmt::format("array: counts = {} x {} must be >= 1", count_x, count_y));
-  }
+  require(count_x >= 1 && count_y >= 1, "array: counts = {} x {} must be >= 1", count_x, count_y);
 }
 
 ArrayLayout flat_layout(const Points& positions) {
@@ -109,9 +102,7 @@ Directivity::Directivity(Kind kind, double ka) : kind_(kind), ka_(ka) {
 Directivity Directivity::omni() { return Directivity(Kind::kOmni); }
 
 Directivity Directivity::piston(double k, double radius) {
-  if (!(k > 0) || !(radius > 0)) {
-    throw InputError(fmt::format("piston: k = {} and radius = {} m must be > 0", k, radius));
-  }
+  require(k > 0 && radius > 0, "piston: k = {} and radius = {} m must be > 0", k, radius);
   return Directivity(Kind::kPiston, k * radius);
 }
 
@@ -223,14 +214,10 @@ TransducerArray make_array(const ArrayLayout& layout, const Directivity& directi
                            double source_strength) {
   require(layout.positions.cols() != 0, "array: it has no transducer");
   require(level > 0 && level <= 1, "array.level = {} must be > 0 and <= 1", level);
-  if (!(source_strength > 0) || !std::isfinite(source_strength)) {
-    throw InputError(fmt::format("array.source_pa_m = {} must be > 0", source_strength));
-  }
+  require(source_strength > 0 && std::isfinite(source_strength), "array.source_pa_m = {} must be > 0", source_strength);
   for (Eigen::Index n = 0; n < layout.axes.cols(); ++n) {
-    if (!(std::abs(layout.axes.col(n).norm() - 1.0) < 1e-9)) {
-      throw InputError(
-          fmt::format("array: the axis of transducer {} has length {}, it must be 1", n, layout.axes.col(n).norm()));
-    }
+    const double length = layout.axes.col(n).norm();
+    require(std::abs(length - 1.0) < 1e-9, "array: the axis of transducer {} has length {}, it must be 1", n, length);
   }
   return {TransducerArray::Kind::kTransducers,
           layout.positions,
@@ -254,9 +241,7 @@ TransducerArray moved(const TransducerArray& array, const RigidMotion& motion) {
 TransducerArray plane_wave(const Vector3& direction, double amplitude) {
   require(std::abs(direction.norm() - 1.0) < 1e-9, "plane_wave: its direction has length {}, it must be 1",
           direction.norm());
-  if (!(amplitude > 0) || !std::isfinite(amplitude)) {
-    throw InputError(fmt::format("plane_wave.amplitude_pa = {} must be > 0", amplitude));
-  }
+  require(amplitude > 0 && std::isfinite(amplitude), "plane_wave.amplitude_pa = {} must be > 0", amplitude);
   return {TransducerArray::Kind::kPlaneWave,
           Points::Zero(3, 1),
           direction,

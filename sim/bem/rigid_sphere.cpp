@@ -4,9 +4,6 @@
 #include <numbers>
 #include <vector>
 
-#include <fmt/format.h>
-
-#include "sim/core/errors.h"
 #include "sim/core/require.h"
 
 namespace touchfield {
@@ -74,15 +71,12 @@ Eigen::VectorXcd rigid_sphere_point_source(const Wave& wave, double radius, doub
                                            const Eigen::VectorXd& cos_theta) {
   require_sphere(wave, radius);
   // Nearer, the terms vanish so slowly that h_n(ka) overflows first.
-  if (!(source_distance >= 1.5 * radius)) {
-    throw InputError(
-        fmt::format("rigid sphere: source_distance = {} m must be >= 1.5 radii of {} m", source_distance, radius));
-  }
+  require(source_distance >= 1.5 * radius, "rigid sphere: source_distance = {} m must be >= 1.5 radii of {} m",
+          source_distance, radius);
   const double ka = wave.k() * radius;
   const double kr = wave.k() * source_distance;
-  if (!(kr <= 1e4)) {  // the standard library's spherical Bessel functions do not converge beyond
-    throw InputError(fmt::format("rigid sphere: k source_distance = {} must be <= 1e4", kr));
-  }
+  // Beyond, the standard library's spherical Bessel functions do not converge.
+  require(kr <= 1e4, "rigid sphere: k source_distance = {} must be <= 1e4", kr);
   // Beyond n ~ kr the terms fall off as (a / r0)^n.
   const double tail = 23.0 / std::log(source_distance / radius);
   const int order = static_cast<int>(std::ceil(ka + 10.0 + 6.0 * std::cbrt(ka) + tail));

@@ -43,15 +43,13 @@ struct LevenbergMarquardtOptions {
   double step_tolerance = 1e-10;      // converged if |h| <= this (1 + |x|); >= 0
 };
 
-/// Minimises the cost over theta and phi by Levenberg-Marquardt with Madsen's damping: gain ratio
-/// (cost - cost_new) / (h . (mu h - J^T f)); accepted: mu *= max(1/3, 1 - (2 gain - 1)^3), nu = 2; rejected: mu *= nu,
-/// nu *= 2 and nothing else changes. The cost never rises. A step's normal equations are factorised in single precision
-/// and refined until the step is known to 1e-9 of itself; in double where that fails.
+/// Minimises the cost over theta and phi by Levenberg-Marquardt with Madsen's damping (levenberg_marquardt.h), gain ratio
+/// (cost - cost_new) / (h . (mu h - J^T f)). The cost never rises. A step's normal equations are factorised in single
+/// precision and refined until the step is known to 1e-9 of itself; in double where that fails.
 ///
 /// start     [theta; phi], K + N [rad]
 /// returns   phi as the solution's phases, amplitudes 1; kStalled if no damping up to 1e30 times the start's helps
 /// throws    std::invalid_argument on sizes that do not fit, options out of range, or a gram that is not finite
-/// source    Madsen, Nielsen, Tingleff, Methods for Non-Linear Least Squares Problems, 2004, ch. 3.2
 PhaseSolution solve_incident(const IncidentProblem& problem, const Eigen::VectorXd& start,
                              const LevenbergMarquardtOptions& options, const IterationCallback& callback = {});
 

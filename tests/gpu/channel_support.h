@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "sim/acoustics/incident_field.h"
-#include "sim/gpu/cuda/source_pressure.cuh"
+#include "sim/gpu/cuda/sources.cuh"
 
 namespace touchfield {
 
