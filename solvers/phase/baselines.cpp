@@ -25,7 +25,7 @@ constexpr double kFaintest = 1e-3;     // |u_j| / p'_j over its mean: a fainter 
 constexpr double kLeastWeight = 1e-6;  // over the mean: what a weight can come back from
 constexpr double kLargestBoost = 1e3;  // of a point in GS-PAT's last step
 constexpr double kFlat = 1e-10;        // of lbfgs: share by which a step lowers the cost, and gradient over the unit
-constexpr std::size_t kPairs = 20;     // of lbfgs
+constexpr double kMostTurn = 1.0;      // of its phases in a step, root mean square [rad]
 
 /// Throws as require_valid, and std::invalid_argument unless iterations >= 1; `who` begins the message.
 void require_valid(const SkinProblem& problem, const BaselineOptions& options, const std::string& who) {
@@ -253,7 +253,7 @@ PhaseSolution solve_lbfgs(const SkinProblem& problem, const Eigen::VectorXcd& st
   Eigen::VectorXd gradient = skin.gradient(point);
   const auto is_flat = [&] { return gradient.cwiseAbs().maxCoeff() <= kFlat; };
   solution.status = is_flat() ? PhaseStatus::kConverged : PhaseStatus::kIterationLimit;
-  PhaseDescent descent(kPairs);
+  PhaseDescent descent(kMostTurn);
   iterate(solution, options.iterations, callback, [&](PhaseStatus& status) {
     const double before = point.cost;
     const PhaseDescent::Step step = descent.step(skin, point, gradient);

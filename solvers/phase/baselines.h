@@ -65,7 +65,7 @@ PhaseSolution solve_gs_pat(const SkinProblem& problem, const BaselineOptions& op
 /// source   Long, Seah, Carter, Subramanian, ACM Trans. Graph. 33 (2014) 181
 PhaseSolution solve_eigen(const SkinProblem& problem);
 
-/// Minimises skin_cost over the phases by limited-memory BFGS of rank 20 (PhaseDescent). It has converged (kConverged,
+/// Minimises skin_cost over the phases by limited-memory BFGS of rank 60 (PhaseDescent). It has converged (kConverged,
 /// after 0 iterations too) when a step lowers the cost by less than 1e-10 of itself. It also has when the gradient is
 /// below 1e-10 of the cost of the start or of silence, whichever is greater. Otherwise it ends after
 /// options.iterations, or where no step along the gradient lowers the cost (kStalled).

@@ -20,7 +20,7 @@ using Eigen::VectorXcf;
 using Eigen::VectorXd;
 
 constexpr double kFirstTurn = 0.05;       // of a phase in the first step, root mean square [rad]
-constexpr double kMostTurn = 0.3;         // in any step
+constexpr std::size_t kMemory = 60;       // steps: those of some six problems
 constexpr double kLeastCurvature = 1e-8;  // cosine of a step and the gradient's change: below, rounding tells it
 
 double root_mean_square(const VectorXd& x) { return x.norm() / std::sqrt(static_cast<double>(x.size())); }
@@ -177,7 +177,7 @@ VectorXd PhaseDescent::direction(const VectorXd& gradient) const {
   for (std::size_t i = 0; i < memory_.size(); ++i) {
     d += (shares[i] - memory_[i].change.dot(d) / memory_[i].product) * memory_[i].step;
   }
-  return d * std::min(1.0, kMostTurn / std::max(root_mean_square(d), 1e-300));
+  return d * std::min(1.0, most_turn_ / std::max(root_mean_square(d), 1e-300));
 }
 
 void PhaseDescent::remember(VectorXd step, VectorXd change) {
@@ -185,7 +185,7 @@ void PhaseDescent::remember(VectorXd step, VectorXd change) {
   if (product > kLeastCurvature * step.norm() * change.norm()) {
     memory_.push_back({std::move(step), std::move(change), product});
   }
-  if (memory_.size() > pairs_) {
+  if (memory_.size() > kMemory) {
     memory_.pop_front();
   }
 }

@@ -33,15 +33,14 @@ struct PhaseBounds {
   }
 };
 
-/// Limited-memory BFGS over phases. Its memory of curvature may serve a sequence of problems that change little from one
-/// to the next, as those of a body that moves. Each step halves until the cost falls (Armijo). It turns phases by at most
-/// 0.3 rad, root mean square.
+/// Limited-memory BFGS over phases. Its memory of 60 steps may serve a sequence of problems that change little from one
+/// to the next, as those of a body that moves. Each step halves until the cost falls (Armijo).
 ///
 /// source   Nocedal, Math. Comp. 35 (1980) 773
 class PhaseDescent {
  public:
-  /// pairs   of steps and changes of the gradient that are remembered: 60 are those of some six problems
-  explicit PhaseDescent(std::size_t pairs = 60) : pairs_(pairs) {}
+  /// most_turn   of phases in a step, root mean square [rad]
+  explicit PhaseDescent(double most_turn = 0.3) : most_turn_(most_turn) {}
 
   /// Steps from these phases at full drive, N. One step takes a product with H for each trial, 1.1 on average, and one
   /// with H^H.
@@ -93,7 +92,7 @@ class PhaseDescent {
     Eigen::VectorXd change;  // of the gradient
     double product;          // of both, > 0
   };
-  std::size_t pairs_;
+  double most_turn_;
   std::deque<Pair> memory_;
 };
 
