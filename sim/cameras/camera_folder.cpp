@@ -1,7 +1,6 @@
 #include "sim/cameras/camera_folder.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <iterator>
@@ -18,6 +17,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/files.h"
 #include "sim/core/require.h"
+#include "sim/core/version.h"
 #include "sim/scene/number_table.h"
 #include "sim/scene/quantity.h"
 #include "sim/scene/scene_table.h"
@@ -245,7 +245,6 @@ std::string image_file(const DepthCamera& camera, std::size_t frame) {
 /// Where the time and then each camera stand in a row.
 std::vector<std::size_t> header_order(const schema::Cells& names, const std::vector<std::string>& columns) {
   std::vector<std::size_t> order;
-  order.reserve(columns.size());
   for (const std::string& column : columns) {
     order.push_back(static_cast<std::size_t>(std::ranges::find(names, column) - names.begin()));
   }
@@ -258,10 +257,10 @@ double row_seconds(std::string_view text) {
   const auto seconds = schema::parse_decimal(text);
   const std::string shown = schema::quoted_for_message(std::string(text));
   require(seconds, "time_s = {} must be a number, such as 1.5", shown);
-  require(std::abs(*seconds) <= kLatest,
-          "time_s = {} must be at most {:g} in magnitude: it is in seconds, from any start; divide ms, us or ns of a "
-          "clock",
-          shown, kLatest);
+  require(
+      std::abs(*seconds) <= kLatest,
+      "time_s = {} must be at most {:g} in magnitude: it is in seconds, from any start; divide ms, us or ns of a clock",
+      shown, kLatest);
   return *seconds;
 }
 
@@ -269,10 +268,8 @@ double row_seconds(std::string_view text) {
 
 CameraFolder::CameraFolder(std::string folder, Progress* progress) : folder_(std::move(folder)) {
   std::error_code error;
-  if (!fs::is_directory(folder_, error)) {
-    throw InputError(
-        fmt::format("{}: {}", folder_, fs::exists(folder_, error) ? "a file, must be a folder" : "no such folder"));
-  }
+  require(fs::is_directory(folder_, error), "{}: {}", folder_,
+          fs::exists(folder_, error) ? "a file, must be a folder" : "no such folder");
   const std::string cameras = path_in(folder_, kCamerasFile);
   const std::string table = path_in(folder_, kTimesFile);
   for (const std::string& file : {cameras, table}) {
@@ -282,9 +279,7 @@ CameraFolder::CameraFolder(std::string folder, Progress* progress) : folder_(std
   }
   cameras_ = read_cameras_text(read_whole_file(cameras, schema::kMostTextBytes), cameras);
   read_rows(table);
-  std::vector<double> seconds;
-  std::ranges::transform(rows_, std::back_inserter(seconds), &Row::seconds);
-  warnings_ = recording_warnings(cameras_, seconds);
+  warnings_ = recording_warnings(cameras_, times());
   Progress silent;
   check_images(table, progress != nullptr ? *progress : silent);
   if (const std::string landmarks = path_in(folder_, kLandmarksFile); fs::is_regular_file(landmarks, error)) {
@@ -331,7 +326,7 @@ void CameraFolder::check_images(const std::string& table, Progress& progress) co
     return entry->second;
   };
   progress.begin(fmt::format("check the images of {} frame{}", rows_.size(), rows_.size() == 1 ? "" : "s"));
-  const auto begun = std::chrono::steady_clock::now();
+  const double begun = steady_now();
   for (std::size_t row = 0; row < rows_.size(); ++row) {
     for (std::size_t c = 0; c < cameras_.size(); ++c) {
       if (rows_[row].files[c].empty()) {
@@ -345,12 +340,18 @@ void CameraFolder::check_images(const std::string& table, Progress& progress) co
     }
     progress.advance((static_cast<double>(row) + 1) / static_cast<double>(rows_.size()));
   }
-  progress.end(std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count());
+  progress.end(steady_now() - begun);
   if (faulty > kMostNamed) {
     faults.push_back(
         fmt::format("{}: {} of {} images are faulty, these are the first {}", table, faulty, images, kMostNamed));
   }
   require(faulty <= 0, "{}", fmt::join(faults, "\n"));
+}
+
+std::vector<double> CameraFolder::times() const {
+  std::vector<double> seconds;
+  std::ranges::transform(rows_, std::back_inserter(seconds), &Row::seconds);
+  return seconds;
 }
 
 DepthFrame CameraFolder::frame(std::size_t frame) const {
@@ -383,10 +384,8 @@ CameraFolderWriter::CameraFolderWriter(std::string folder, std::vector<DepthCame
     : folder_(std::move(folder)), cameras_(std::move(cameras)), table_(kTimeColumn) {
   for (const char* file : {kCamerasFile, kTimesFile}) {
     std::error_code error;
-    if (fs::exists(path_in(folder_, file), error)) {
-      throw InputError(
-          fmt::format("{}: there already, images are recorded to a folder of their own", path_in(folder_, file)));
-    }
+    require(!fs::exists(path_in(folder_, file), error),
+            "{}: there already, images are recorded to a folder of their own", path_in(folder_, file));
   }
   const std::string text = cameras_text(cameras_);
   read_cameras_text(text, path_in(folder_, kCamerasFile));
@@ -404,18 +403,12 @@ CameraFolderWriter::CameraFolderWriter(std::string folder, std::vector<DepthCame
 }
 
 void CameraFolderWriter::add(const DepthFrame& frame) {
-  const auto refuse = [&](const std::string& what) {
-    throw InputError(fmt::format("{}: frame {}: {}", folder_, frames_, what));
-  };
-  if (frames_ == schema::kMostListed) {
-    refuse(fmt::format("a recording must have at most {} frames", schema::kMostListed));
-  }
-  if (!std::isfinite(frame.seconds) || (frames_ > 0 && frame.seconds <= seconds_)) {
-    refuse(fmt::format("at {} s must be after the frame before it, at {} s", frame.seconds, seconds_));
-  }
-  if (frame.images.size() != cameras_.size()) {
-    refuse(fmt::format("{} images, must be {}", frame.images.size(), cameras_.size()));
-  }
+  const std::string own = fmt::format("{}: frame {}", folder_, frames_);
+  require(frames_ < schema::kMostListed, "{}: a recording must have at most {} frames", own, schema::kMostListed);
+  require(std::isfinite(frame.seconds) && (frames_ == 0 || frame.seconds > seconds_),
+          "{}: at {} s must be after the frame before it, at {} s", own, frame.seconds, seconds_);
+  require(frame.images.size() == cameras_.size(), "{}: {} images, must be {}", own, frame.images.size(),
+          cameras_.size());
   std::string row = schema::decimal_text(frame.seconds);
   for (std::size_t c = 0; c < cameras_.size(); ++c) {
     const DepthImage& image = frame.images[c];
@@ -424,10 +417,8 @@ void CameraFolderWriter::add(const DepthFrame& frame) {
     if (image.width == 0 && image.height == 0) {
       continue;
     }
-    if (image.width != view.width || image.height != view.height) {
-      refuse(fmt::format("{}: {} x {} pixels, must be {} x {}", cameras_[c].name, image.width, image.height, view.width,
-                         view.height));
-    }
+    require(image.width == view.width && image.height == view.height, "{}: {}: {} x {} pixels, must be {} x {}", own,
+            cameras_[c].name, image.width, image.height, view.width, view.height);
     const std::string file = image_file(cameras_[c], frames_);
     write_depth_png(path_in(folder_, file), image, cameras_[c].depth_unit);
     row += file;

@@ -44,6 +44,7 @@ class CameraFolder {
   std::size_t size() const { return rows_.size(); }
   /// When a frame was taken [s], by the recording's own clock; rising.
   double seconds(std::size_t frame) const { return rows_.at(frame).seconds; }
+  std::vector<double> times() const;
   /// Where somebody knows the hand's landmarks to be, of the table landmarks.csv; empty if there is none. A fit is
   /// compared with it and does not use it.
   const LandmarkRecording& landmarks() const { return landmarks_; }

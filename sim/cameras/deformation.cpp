@@ -12,7 +12,6 @@
 
 #include <Eigen/LU>
 #include <Eigen/SVD>
-#include <fmt/format.h>
 
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
@@ -125,12 +124,9 @@ void DeformationGraph::hang_vertices(const Roads& roads) {
     if (roads.from[static_cast<std::size_t>(v)].empty()) {
       continue;
     }
-    if (known(v) < kFound) {
-      throw InputError(
-          fmt::format("deformation graph: {} nodes on the piece of vertex {}, 5 are needed: a smaller "
-                      "spacing gives more",
-                      known(v), v));
-    }
+    require(known(v) >= kFound,
+            "deformation graph: {} nodes on the piece of vertex {}, 5 are needed: a smaller spacing gives more",
+            known(v), v);
     const Eigen::Array4d near = 1 - distances.col(v).head<kNearest>().array() / distances(kNearest, v);
     vertex_nodes_.col(v) = found.col(v).head<kNearest>();
     vertex_weights_.col(v) = near.square() / near.square().sum();
@@ -189,10 +185,9 @@ Eigen::Matrix3d DeformationGraph::frame(const Points& vertices, int vertex) cons
 }
 
 NodeMotions DeformationGraph::motions(const Points& vertices, const Points& shifts) const {
-  if (vertices.cols() != mesh_.vertex_count() || (shifts.cols() != 0 && shifts.cols() != node_count())) {
-    throw InputError(fmt::format("deformation graph: {} vertices and {} shifts, it has {} and {}", vertices.cols(),
-                                 shifts.cols(), mesh_.vertex_count(), node_count()));
-  }
+  require(vertices.cols() == mesh_.vertex_count() && (shifts.cols() == 0 || shifts.cols() == node_count()),
+          "deformation graph: {} vertices and {} shifts, it has {} and {}", vertices.cols(), shifts.cols(),
+          mesh_.vertex_count(), node_count());
   NodeMotions motions{Points(3, node_count()), {}, Points::Zero(3, node_count()), {}};
   motions.frame.reserve(nodes_.size());
   for (Eigen::Index i = 0; i < node_count(); ++i) {
@@ -232,13 +227,13 @@ Points DeformationGraph::shifts(const NodeMotions& motions) {
   return shifts;
 }
 
-SkinBinding DeformationGraph::bind(const Points& points) const {
-  const FaceTree tree(mesh_);
+SkinBinding bound(const TriangleMesh& mesh, const Points& points) {
+  const FaceTree tree(mesh);
   SkinBinding binding{std::vector<int>(static_cast<std::size_t>(points.cols())), Points(3, points.cols())};
   for (Eigen::Index p = 0; p < points.cols(); ++p) {
     const SkinPoint nearest = tree.nearest(points.col(p));
     binding.face[static_cast<std::size_t>(p)] = static_cast<int>(nearest.face);
-    binding.weights.col(p) = barycentric(mesh_, nearest.face, nearest.at);
+    binding.weights.col(p) = barycentric(mesh, nearest.face, nearest.at);
   }
   return binding;
 }
@@ -268,17 +263,13 @@ Eigen::Matrix3d cross(const Vector3& u) {
 void require_sizes(const DeformationGraph& graph, const SkinTargets& targets, const Points& before,
                    const NodeMotions& motions) {
   const Eigen::Index count = targets.at.cols();
-  if (targets.target.cols() != count || targets.normal.cols() != count || targets.weight.size() != count ||
-      static_cast<Eigen::Index>(targets.skin.face.size()) != count || targets.skin.weights.cols() != count) {
-    throw InputError(fmt::format(
-        "deformation: {} points, {} targets, {} normals, {} weights and {} bound points must "
-        "be as many",
-        count, targets.target.cols(), targets.normal.cols(), targets.weight.size(), targets.skin.face.size()));
-  }
-  if (motions.shift.cols() != graph.node_count() || (before.cols() != 0 && before.cols() != graph.node_count())) {
-    throw InputError(fmt::format("deformation: {} shifts, {} before, the graph has {} nodes", motions.shift.cols(),
-                                 before.cols(), graph.node_count()));
-  }
+  require(targets.target.cols() == count && targets.normal.cols() == count && targets.weight.size() == count &&
+              static_cast<Eigen::Index>(targets.skin.face.size()) == count && targets.skin.weights.cols() == count,
+          "deformation: {} points, {} targets, {} normals, {} weights and {} bound points must be as many", count,
+          targets.target.cols(), targets.normal.cols(), targets.weight.size(), targets.skin.face.size());
+  require(motions.shift.cols() == graph.node_count() && (before.cols() == 0 || before.cols() == graph.node_count()),
+          "deformation: {} shifts, {} before, the graph has {} nodes", motions.shift.cols(), before.cols(),
+          graph.node_count());
 }
 
 }  // namespace

@@ -16,6 +16,9 @@ struct SkinBinding {
   Points weights;  // 3 x P, of the face's corners, 1 in sum
 };
 
+/// How points that lie on a mesh, or near it, are bound to it.
+SkinBinding bound(const TriangleMesh& mesh, const Points& points);
+
 /// What the nodes of a graph do to a skin that lies somewhere in space.
 struct NodeMotions {
   Points at;                           // 3 x N, of the nodes, undeformed [m]
@@ -104,9 +107,6 @@ class DeformationGraph {
 
   /// The shifts in the frames of the nodes.
   static Points shifts(const NodeMotions& motions);
-
-  /// How points that lie on the constructor's mesh, or near it, are bound to it.
-  SkinBinding bind(const Points& points) const;
 
   /// Moves points to where the deformation takes them.
   ///

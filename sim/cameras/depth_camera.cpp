@@ -114,15 +114,11 @@ std::uint32_t png_number(std::string_view bytes) {
 void check_png_header(const std::string& path, std::string_view bytes, int width, int height) {
   constexpr std::array<const char*, 7> kColours{
       "", "", "colour", "a palette", "grey with alpha", "", "colour with alpha"};
-  if (!bytes.starts_with(kSignature)) {
-    refuse_png(path, bytes.empty() ? "empty, must be a PNG file" : "not a PNG file");
-  }
-  if (bytes.size() < kHeaderBytes) {
-    refuse_png(path, "cut off");
-  }
-  if (png_number(bytes.substr(8)) != 13 || bytes.substr(12, 4) != "IHDR") {
-    refuse_png(path, "not a PNG file: its header is missing");
-  }
+  require(bytes.starts_with(kSignature), "{}: {}", path,
+          bytes.empty() ? "empty, must be a PNG file" : "not a PNG file");
+  require(bytes.size() >= kHeaderBytes, "{}: cut off", path);
+  require(png_number(bytes.substr(8)) == 13 && bytes.substr(12, 4) == "IHDR",
+          "{}: not a PNG file: its header is missing", path);
   const auto columns = png_number(bytes.substr(16));
   const auto rows = png_number(bytes.substr(20));
   const int bits = static_cast<unsigned char>(bytes[24]);
@@ -132,15 +128,10 @@ void check_png_header(const std::string& path, std::string_view bytes, int width
     refuse_png(path,
                fmt::format("{}, must be 16-bit grey", what.empty() ? fmt::format("colour type {}", colour) : what));
   }
-  if (bits != 16) {
-    refuse_png(path, fmt::format("{} bit{} a pixel, must be 16-bit grey", bits, bits == 1 ? "" : "s"));
-  }
-  if (bytes[28] != SPNG_INTERLACE_NONE) {
-    refuse_png(path, "interlaced, must not be");
-  }
-  if (columns != static_cast<std::uint32_t>(width) || rows != static_cast<std::uint32_t>(height)) {
-    refuse_png(path, fmt::format("{} x {} pixels, must be {} x {} as its camera has", columns, rows, width, height));
-  }
+  require(bits == 16, "{}: {} bit{} a pixel, must be 16-bit grey", path, bits, bits == 1 ? "" : "s");
+  require(bytes[28] == SPNG_INTERLACE_NONE, "{}: interlaced, must not be", path);
+  require(columns == static_cast<std::uint32_t>(width) && rows == static_cast<std::uint32_t>(height),
+          "{}: {} x {} pixels, must be {} x {} as its camera has", path, columns, rows, width, height);
 }
 
 /// What a PNG of this size may have: the image packed by a bad packer, and a mebibyte of other things.
@@ -148,10 +139,6 @@ std::size_t most_png_bytes(int width, int height) {
   const std::size_t image = (2 * static_cast<std::size_t>(width) + 1) * static_cast<std::size_t>(height);
   return image + image / 64 + (std::size_t{1} << 20U);
 }
-
-/// And into how many parts that may be cut: of a file of many, finding the end of each would take longer than unpacking
-/// it.
-std::size_t most_png_parts(int width, int height) { return 100 + most_png_bytes(width, height) / 2048; }
 
 std::vector<std::uint16_t> depth_numbers(const std::string& path, const DepthImage& image, double unit) {
   std::vector<std::uint16_t> numbers;
@@ -172,10 +159,9 @@ std::vector<std::uint16_t> depth_numbers(const std::string& path, const DepthIma
 }  // namespace
 
 void write_depth_png(const std::string& path, const DepthImage& image, double unit) {
-  if (image.width < 1 || image.height < 1 ||
-      image.depth.size() != static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height)) {
-    refuse_png(path, fmt::format("{} depths, must be {} x {}", image.depth.size(), image.width, image.height));
-  }
+  require(image.width >= 1 && image.height >= 1 &&
+              image.depth.size() == static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height),
+          "{}: {} depths, must be {} x {}", path, image.depth.size(), image.width, image.height);
   const std::vector<std::uint16_t> numbers = depth_numbers(path, image, unit);
   write_atomically(path, {png_file(image.width, image.height, PngPixels::kGrey16, std::as_bytes(std::span(numbers)))});
 }
@@ -190,9 +176,7 @@ DepthImage read_depth_png(const std::string& path, double unit, int width, int h
   status = status != 0 ? status : spng_set_png_buffer(png.get(), bytes.data(), bytes.size());
   status = status != 0 ? status : spng_decode_image(png.get(), numbers.data(), 2 * numbers.size(), SPNG_FMT_PNG, 0);
   status = status != 0 ? status : spng_decode_chunks(png.get());
-  if (status != 0) {
-    refuse_png(path, fmt::format("damaged: {}", spng_strerror(status)));
-  }
+  require(status == 0, "{}: damaged: {}", path, spng_strerror(status));
   DepthImage image{width, height, std::vector<float>(numbers.size())};
   std::ranges::transform(numbers, image.depth.begin(),
                          [unit](std::uint16_t number) { return static_cast<float>(number * unit); });
@@ -201,35 +185,25 @@ DepthImage read_depth_png(const std::string& path, double unit, int width, int h
 
 void check_depth_png(const std::string& path, int width, int height) {
   std::error_code error;
-  if (!std::filesystem::exists(path, error)) {
-    refuse_png(path, "no such file");
-  }
-  if (!std::filesystem::is_regular_file(path, error)) {
-    refuse_png(path, "must be a file");
-  }
+  require(std::filesystem::exists(path, error), "{}: no such file", path);
+  require(std::filesystem::is_regular_file(path, error), "{}: must be a file", path);
   const std::size_t size = std::filesystem::file_size(path, error);
   std::ifstream file(path, std::ios::binary);
-  if (error || !file) {
-    refuse_png(path, "cannot be read");
-  }
+  require(!error && file.good(), "{}: cannot be read", path);
   std::array<char, kHeaderBytes> start{};
   file.read(start.data(), start.size());
   check_png_header(path, {start.data(), static_cast<std::size_t>(file.gcount())}, width, height);
-  if (size > most_png_bytes(width, height)) {
-    refuse_png(path, fmt::format("too long, must be at most {} bytes", most_png_bytes(width, height)));
-  }
+  require(size <= most_png_bytes(width, height), "{}: too long, must be at most {} bytes", path,
+          most_png_bytes(width, height));
   std::size_t at = kSignature.size();
-  const std::size_t most_parts = most_png_parts(width, height);
+  // Of a file of many chunks, finding the end of each would take longer than unpacking it.
+  const std::size_t most_parts = 100 + most_png_bytes(width, height) / 2048;
   for (std::size_t part = 0; part < most_parts; ++part) {
     std::array<char, 8> head{};
     file.seekg(static_cast<std::streamoff>(at));
-    if (!file.read(head.data(), head.size())) {
-      refuse_png(path, "cut off");
-    }
+    require(file.read(head.data(), head.size()).good(), "{}: cut off", path);
     at += kChunkFrame + png_number({head.data(), head.size()});
-    if (at > size) {
-      refuse_png(path, "cut off");
-    }
+    require(at <= size, "{}: cut off", path);
     if (std::string_view(head.data() + 4, 4) == "IEND") {
       return;
     }

@@ -1,7 +1,6 @@
 #include "sim/cameras/fit_folder.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <deque>
 #include <filesystem>
@@ -11,11 +10,12 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/cameras/hand_tables.h"
-#include "sim/cameras/sight_check.h"
+#include "sim/cameras/seen_skin.h"
 #include "sim/core/errors.h"
 #include "sim/core/files.h"
 #include "sim/core/text.h"
 #include "sim/core/units.h"
+#include "sim/core/version.h"
 #include "sim/mesh/io/mesh_files.h"
 #include "sim/model/meshed_body.h"
 #include "sim/model/stages.h"
@@ -371,10 +371,10 @@ class FolderFitter {
     constexpr std::size_t kTableEvery = 100;  // frames
     for (std::size_t k = 0; k < folder_.size(); ++k) {
       const DepthFrame frame = folder_.frame(k);
-      const auto begin = std::chrono::steady_clock::now();
+      const double begin = steady_now();
       FittedFrame& own = fitted_.frames.emplace_back();
       own.fit = tracker_.track(frame);
-      own.milliseconds = 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+      own.milliseconds = 1e3 * (steady_now() - begin);
       add_use(frame, own.fit, uses_);
       if (!own.fit.lost) {
         write_skin(frame, own, skin_name(k));

@@ -43,7 +43,7 @@ struct FittedFolder {
 ///
 ///   skin_0001.ply, ...   the same triangles [m] for each frame, except frames in which the hand is lost. Every face
 ///                        has `cameras`, the number of cameras that saw it, and `distance_m` from the points that they
-///                        saw (sight_check.h)
+///                        saw (seen_skin.h)
 ///   times.csv            the times of the meshes, counted from the first frame of the recording
 ///   body.yaml            a scene's body of these meshes with the landmarks of the hand
 ///   landmarks.csv        the landmarks of the fitted hand (hand_tables.h)

@@ -10,6 +10,7 @@
 #include "sim/cameras/camera_folder.h"
 #include "sim/cameras/simulated_camera.h"
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/core/version.h"
 #include "sim/model/stages.h"
@@ -30,16 +31,12 @@ std::string key_of(const MotionSpec::Sensor& sensor) {
 HandShape fitted_hand(const Scene& scene) {
   const MotionSpec::Sensor& sensor = scene.motion->sensor;
   const std::string key = key_of(sensor);
-  if (scene.bodies.size() != 1) {
-    throw InputError(
-        fmt::format("{}: a hand is fitted, but the scene has {} bodies, must have 1", key, scene.bodies.size()));
-  }
+  require(scene.bodies.size() == 1, "{}: a hand is fitted, but the scene has {} bodies, must have 1", key,
+          scene.bodies.size());
   const auto* own = std::get_if<HandShape>(&scene.bodies.front().shape);
-  if (own == nullptr && (!sensor.hand || is_recording(sensor))) {
-    throw InputError(
-        fmt::format("{}: a hand is fitted, but the scene's body is not a hand; must be body.hand{}", key,
-                    is_recording(sensor) ? "" : ", or motion.sensor.hand must say which hand is to be fitted to it"));
-  }
+  require(own != nullptr || (sensor.hand && !is_recording(sensor)),
+          "{}: a hand is fitted, but the scene's body is not a hand; must be body.hand{}", key,
+          is_recording(sensor) ? "" : ", or motion.sensor.hand must say which hand is to be fitted to it");
   if (sensor.hand) {
     return *sensor.hand;
   }
@@ -48,11 +45,6 @@ HandShape fitted_hand(const Scene& scene) {
     hand.length = HandShape{}.length;
     hand.breadth = HandShape{}.breadth;
   }
-  return hand;
-}
-
-HandShape without_forearm(HandShape hand) {
-  hand.forearm = 0;
   return hand;
 }
 
@@ -72,18 +64,19 @@ Scene fitted_scene(const Scene& scene) {
   solved.evaluation.kind = EvaluationSpec::Kind::kNone;
   std::erase_if(solved.motion->changes, [](const MotionChange& change) { return change.path.rfind("target", 0) != 0; });
   const MotionSpec::Sensor& sensor = scene.motion->sensor;
-  if (is_recording(sensor) && solved.motion->changes.size() != scene.motion->changes.size()) {
-    throw InputError(fmt::format(
-        "motion.change: {} {} determine how the hand moves; only the target can change as well",
-        std::holds_alternative<JointsSpec>(sensor.sight) ? "the joints of" : "the images of", key_of(sensor)));
-  }
+  require(!is_recording(sensor) || solved.motion->changes.size() == scene.motion->changes.size(),
+          "motion.change: {} {} determine how the hand moves; only the target can change as well",
+          std::holds_alternative<JointsSpec>(sensor.sight) ? "the joints of" : "the images of", key_of(sensor));
   return solved;
 }
 
 FittedSkin::FittedSkin(const Scene& scene, KeptBodies* kept)
     : solved_(fitted_scene(scene), kept),
-      hand_(without_forearm(std::get<HandShape>(solved_.first().posture.bodies.front().shape)),
-            HandTemplate::kUsualEdge),
+      hand_([&] {
+        HandShape hand = std::get<HandShape>(solved_.first().posture.bodies.front().shape);
+        hand.forearm = 0;
+        return HandTemplate(hand, HandTemplate::kUsualEdge);
+      }()),
       carrier_(hand_.carrier(solved_.first().own_frame(solved_.first().body.mesh.vertices()))) {
   if (const SkinPatches& beyond = solved_.first().beyond; !beyond.empty()) {
     beyond_ = hand_.carrier(solved_.first().own_frame(beyond.corners));
@@ -129,11 +122,7 @@ HandImages simulated_images(const MovingModel& truth, KeptBodies* kept) {
 
 HandImages recorded_images(const std::string& folder, Progress* progress) {
   const auto images = std::make_shared<CameraFolder>(folder, progress);
-  std::vector<double> seconds;
-  for (std::size_t k = 0; k < images->size(); ++k) {
-    seconds.push_back(images->seconds(k));
-  }
-  const RecordedTimes times(std::move(seconds));
+  const RecordedTimes times(images->times());
   const auto last = std::make_shared<std::pair<std::size_t, DepthFrame>>(images->size(), DepthFrame());
   return {images->cameras(),
           [images, times, last](std::int64_t /*number*/, double at) {
@@ -155,8 +144,6 @@ FittedSensor::FittedSensor(const Scene& scene, HandImages images, const MovingMo
       hz_(scene.motion->sensor.hz),
       seconds_(scene.motion->seconds) {}
 
-double FittedSensor::time_of(std::int64_t number) const { return to_seconds(instant(number, hz_)); }
-
 void FittedSensor::start(Progress& progress) {
   tracker_.emplace(skin_.hand(), images_.cameras, Box(workspace_[0], workspace_[1]));
   last_.reset();
@@ -171,8 +158,7 @@ void FittedSensor::start(Progress& progress) {
   }
 }
 
-/// The images that the shape was learnt from; none if it was not.
-std::optional<FittedSensor::Scan> FittedSensor::scan(HandTracker& tracker, Progress& progress) const {
+std::optional<std::pair<std::size_t, double>> FittedSensor::scan(HandTracker& tracker, Progress& progress) const {
   const auto step = static_cast<std::int64_t>(std::ceil(hz_ / kScanHz));
   for (std::int64_t first = 0; time_of(first) < seconds_;) {  // the hand may come into the images later
     const double begin = time_of(first);
@@ -186,7 +172,7 @@ std::optional<FittedSensor::Scan> FittedSensor::scan(HandTracker& tracker, Progr
       return images_.at(kScanFrames + number, time_of(number));
     };
     if (tracker.learn(count, image)) {
-      return Scan{count, begin};
+      return std::pair(count, begin);
     }
     first += static_cast<std::int64_t>(count) * step;
   }
@@ -198,11 +184,11 @@ bool FittedSensor::learn(Progress& progress) {
   const auto from = scan(*tracker_, progress);
   if (from) {
     const HandProportions& by = tracker_->shape().proportions;
-    notes_.push_back(fmt::format(
-        "scan: before the clock starts the hand's shape was learnt from {} images of the second from {:g} s on; its "
-        "length is {:.1f} mm, its breadth {:.1f} mm",
-        from->images, from->begin, length * std::exp(by(kLengthRatio)) / kMillimetre,
-        skin_.hand().hand().breadth * std::exp(by(kBreadthRatio)) / kMillimetre));
+    notes_.push_back(
+        fmt::format("scan: before the clock starts the hand's shape was learnt from {} images of the second from {:g} "
+                    "s on; its length is {:.1f} mm, its breadth {:.1f} mm",
+                    from->first, from->second, length * std::exp(by(kLengthRatio)) / kMillimetre,
+                    skin_.hand().hand().breadth * std::exp(by(kBreadthRatio)) / kMillimetre));
   } else {
     notes_.push_back(
         fmt::format("scan: in no second of the motion was the hand found in three images; its shape is not learnt, its "
@@ -275,8 +261,7 @@ std::vector<TriangleMesh> FittedSensor::places(int count) const {
   std::vector<TriangleMesh> chosen;
   const auto last = static_cast<double>(rehearsed_.size() - 1);
   for (int i = 0; i < count; ++i) {
-    const auto place = static_cast<std::size_t>(std::lround(count > 1 ? last * i / (count - 1) : 0.0));
-    chosen.push_back(rehearsed_[place]);
+    chosen.push_back(rehearsed_[static_cast<std::size_t>(std::lround(evenly(last, i, count)))]);
   }
   return chosen;
 }

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sim/cameras/hand_template.h"
@@ -92,17 +93,14 @@ class FittedSensor final : public MotionSensor {
   std::vector<std::string> notes() const override { return notes_; }
 
  private:
-  struct Scan {
-    std::size_t images;
-    double begin;  // [s]
-  };
-  std::optional<Scan> scan(HandTracker& tracker, Progress& progress) const;
+  /// How many images the shape was learnt from, and when they begin [s]; none if it was not.
+  std::optional<std::pair<std::size_t, double>> scan(HandTracker& tracker, Progress& progress) const;
   bool learn(Progress& progress);
   void rehearse(Progress& progress);
   /// Why the hand is not found in the first image; empty if it is.
   std::string find();
   Seen seen(const DepthFrame& frame);
-  double time_of(std::int64_t number) const;
+  double time_of(std::int64_t number) const { return to_seconds(instant(number, hz_)); }
 
   FittedSkin skin_;
   HandImages images_;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <iterator>
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -225,19 +226,15 @@ struct HandSearch::Sight {
 
 HandSearch::HandSearch(const std::vector<TriangleMesh>& skins) {
   require(!skins.empty(), "search of a hand: no skin to look for");
-  for (const TriangleMesh& mesh : skins) {
-    skins_.push_back(skin_of(mesh));
-  }
-}
-
-HandSearch::Skin HandSearch::skin_of(const TriangleMesh& mesh) const {
   constexpr Eigen::Index kPoints = 200;
-  const Eigen::Index step = std::max<Eigen::Index>(1, mesh.face_count() / kPoints);
-  const auto some = Eigen::seqN(0, (mesh.face_count() + step - 1) / step, step);
-  Skin skin{SkinGrid(mesh, 6e-3, 30e-3), mesh.centroids()(Eigen::all, some), mesh.normals()(Eigen::all, some),
-            Vector3::Zero(), mesh.vertices().row(1).minCoeff() + 8e-3};
-  skin.middle = skin.at.rowwise().mean();
-  return skin;
+  for (const TriangleMesh& mesh : skins) {
+    const Eigen::Index step = std::max<Eigen::Index>(1, mesh.face_count() / kPoints);
+    const auto some = Eigen::seqN(0, (mesh.face_count() + step - 1) / step, step);
+    Skin skin{SkinGrid(mesh, 6e-3, 30e-3), mesh.centroids()(Eigen::all, some), mesh.normals()(Eigen::all, some),
+              Vector3::Zero(), mesh.vertices().row(1).minCoeff() + 8e-3};
+    skin.middle = skin.at.rowwise().mean();
+    skins_.push_back(std::move(skin));
+  }
 }
 
 double HandSearch::cost(const HandStart& start, const Points& at, const Points& normal, const Sight& sight,
@@ -404,10 +401,7 @@ std::vector<HandStart> HandSearch::starts(const HandPoints& points, const std::v
     });
   });
   std::vector<HandStart> starts;
-  starts.reserve(tries.size());
-  for (const Try& one : tries) {
-    starts.push_back(one.start);
-  }
+  std::ranges::transform(tries, std::back_inserter(starts), &Try::start);
   return starts;
 }
 

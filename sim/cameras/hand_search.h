@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "sim/cameras/depth_camera.h"
-#include "sim/cameras/hand_points.h"
+#include "sim/cameras/seen_skin.h"
 #include "sim/core/rigid_motion.h"
 #include "sim/mesh/triangle_mesh.h"
 
@@ -119,7 +119,6 @@ class HandSearch {
   };
   struct Sight;
 
-  Skin skin_of(const TriangleMesh& mesh) const;
   double cost(const HandStart& start, const Points& at, const Points& normal, const Sight& sight,
               Eigen::Index stride) const;
   void bring_closer(HandStart& start, const Points& at, const Points& normal, double reach, int steps) const;

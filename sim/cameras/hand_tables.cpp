@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/errors.h"
 #include "sim/core/require.h"
 #include "sim/core/text.h"
 #include "sim/core/units.h"
@@ -86,10 +85,8 @@ JointRecording read_joints(const std::string& path, const RigidMotion& pose) {
 std::optional<JointPoints> joints_of_row(std::string_view row, const RigidMotion& pose) {
   constexpr std::size_t kNumbers = 1 + 3 * kOpenXrJoints.size();
   const std::vector<std::string_view> fields = schema::cells(row.substr(0, row.find_first_of("\r\n")));
-  if (fields.size() != kNumbers) {
-    throw InputError(
-        fmt::format("{} values, must be {}: time_s, then x, y and z of each joint [m]", fields.size(), kNumbers));
-  }
+  require(fields.size() == kNumbers, "{} values, must be {}: time_s, then x, y and z of each joint [m]", fields.size(),
+          kNumbers);
   std::vector<double> values;
   for (const std::string_view field : fields) {
     const std::optional<double> value = field.empty() ? std::nan("") : number_of<double>(field);

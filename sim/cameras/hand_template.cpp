@@ -1,6 +1,5 @@
 #include "sim/cameras/hand_template.h"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -158,19 +157,8 @@ ShapedHand HandTemplate::shaped(const HandProportions& by, const Eigen::VectorXd
   return shape;
 }
 
-void HandTemplate::carry(const ShapedHand& shape, const HandSkeleton& posed, Points& vertices) const {
-  skin_.pose(shape.rest, shape.skeleton, posed, vertices);
-}
-
 HandTemplate::Carrier HandTemplate::carrier(const Points& points) const {
-  Carrier carrier{SkinnedHand(points, skeleton_, hand_.side), points, {{}, Points(3, points.cols())}};
-  const FaceTree tree(mesh_);
-  for (Eigen::Index i = 0; i < points.cols(); ++i) {
-    const SkinPoint nearest = tree.nearest(points.col(i));
-    carrier.binding.face.push_back(static_cast<int>(nearest.face));
-    carrier.binding.weights.col(i) = barycentric(mesh_, nearest.face, nearest.at);
-  }
-  return carrier;
+  return {SkinnedHand(points, skeleton_, hand_.side), points, bound(mesh_, points)};
 }
 
 void HandTemplate::carry(const ShapedHand& shape, const HandSkeleton& posed, const Carrier& carrier,

@@ -89,7 +89,9 @@ class HandTemplate {
 
   /// The vertices of a shaped hand on a skeleton of its own, in the hand's frame. No memory is taken if `vertices` has
   /// their size.
-  void carry(const ShapedHand& shape, const HandSkeleton& posed, Points& vertices) const;
+  void carry(const ShapedHand& shape, const HandSkeleton& posed, Points& vertices) const {
+    skin_.pose(shape.rest, shape.skeleton, posed, vertices);
+  }
 
   /// How other points are bound to the template: of a finer mesh of the same hand, of a region, an anchor.
   struct Carrier {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -12,6 +13,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "solvers/phase/levenberg_marquardt.h"
 
@@ -38,10 +40,8 @@ double median(std::vector<double> values) {
 
 double median_distance(const std::vector<JointPoints>& frames, Eigen::Index i, Eigen::Index j) {
   std::vector<double> distances;
-  distances.reserve(frames.size());
-  for (const JointPoints& frame : frames) {
-    distances.push_back((frame.col(i) - frame.col(j)).norm());
-  }
+  std::ranges::transform(frames, std::back_inserter(distances),
+                         [&](const JointPoints& frame) { return (frame.col(i) - frame.col(j)).norm(); });
   return median(std::move(distances));
 }
 
@@ -265,21 +265,14 @@ double rms_off(const JointFit& fit, const std::vector<JointPoints>& frames) {
 std::string JointsHand::learn(const std::vector<JointPoints>& frames, const std::string& source) {
   std::vector<double> reaches;
   std::ranges::transform(frames, std::back_inserter(reaches), reach_of);
-  std::ranges::nth_element(reaches, reaches.begin() + static_cast<std::ptrdiff_t>(reaches.size() / 2));
-  const double reach = reaches[reaches.size() / 2];
-  if (!(reach >= kLeastReach && reach <= kMostReach)) {
-    throw InputError(
-        fmt::format("{}: its hand is {:.4g} mm long from the wrist to the middle fingertip, must be {:g} to {:g}: "
-                    "lengths are in m; "
-                    "another unit ends the names of a file's columns, as index_tip_x_mm",
-                    source, reach / kMillimetre, kLeastReach / kMillimetre, kMostReach / kMillimetre));
-  }
+  const double reach = median(std::move(reaches));
+  require(reach >= kLeastReach && reach <= kMostReach,
+          "{}: its hand is {:.4g} mm long from the wrist to the middle fingertip, must be {:g} to {:g}: lengths are in "
+          "m; another unit ends the names of a file's columns, as index_tip_x_mm",
+          source, reach / kMillimetre, kLeastReach / kMillimetre, kMostReach / kMillimetre);
   const HandShape& hand = skin_.hand().hand();
   const HandProportions by = joint_proportions(hand, frames);
-  if (!by.allFinite()) {
-    throw InputError(
-        fmt::format("{}: wrist and knuckles are not arranged as in a hand: are columns exchanged?", source));
-  }
+  require(by.allFinite(), "{}: wrist and knuckles are not arranged as in a hand: are columns exchanged?", source);
   fit_.emplace(hand, by);
   const double off = rms_off(*fit_, frames);
   HandShape other = hand;
@@ -294,8 +287,7 @@ std::string JointsHand::learn(const std::vector<JointPoints>& frames, const std:
   shape_ = skin_.hand().shaped(by);
   return fmt::format(
       "joints: before the clock starts the lengths of the hand's bones were learnt from {} frames; it is {:.1f} mm "
-      "long "
-      "from the wrist to the middle fingertip and {:.1f} mm broad across the knuckles",
+      "long from the wrist to the middle fingertip and {:.1f} mm broad across the knuckles",
       frames.size(), reach / kMillimetre, hand.breadth * std::exp(by(kBreadthRatio)) / kMillimetre);
 }
 
@@ -333,7 +325,7 @@ std::vector<TriangleMesh> JointsHand::places(const std::vector<Frame>& frames, i
   std::vector<TriangleMesh> meshes;
   for (int i = 0; i < count && !good.empty(); ++i) {
     const auto last = static_cast<double>(good.size() - 1);
-    const Seen place = seen(0, *good[static_cast<std::size_t>(std::lround(count > 1 ? last * i / (count - 1) : 0.0))]);
+    const Seen place = seen(0, *good[static_cast<std::size_t>(std::lround(evenly(last, i, count)))]);
     if (!place.lost) {
       meshes.emplace_back(*place.state.skin, solved().first().body.mesh.triangles());
     }

@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/core/version.h"
 #include "sim/motion/loop_clock.h"
@@ -24,10 +25,7 @@ JointsSensor::JointsSensor(const Scene& scene, const JointRecording& recording, 
                            KeptBodies* kept)
     : hand_(scene, kept), times_(recording.seconds), joints_(recording.joints), frames_(recording.joints.size()) {
   const std::vector<JointPoints> frames = first_second();
-  if (frames.empty()) {
-    throw InputError(
-        fmt::format("{}: no frame has a hand: each row lacks a joint, or has all of them in one place", path));
-  }
+  require(!frames.empty(), "{}: no frame has a hand: each row lacks a joint, or has all of them in one place", path);
   notes_.push_back(hand_.learn(frames, path));
   fit_motion(scene.motion->seconds, scene.motion->sensor.hz);
 }
@@ -51,18 +49,14 @@ void JointsSensor::fit_motion(double seconds, double hz) {
   double sum = 0;
   double worst = 0;
   std::size_t fitted_well = 0;
-  std::size_t empty = 0;
-  std::size_t off = 0;
-  std::size_t held = 0;
+  std::array<std::size_t, 4> faults{};  // frames by their fault
   for (std::int64_t k = 0; k <= last_instant(to_ticks(seconds), hz); ++k) {
     std::optional<JointsHand::Frame>& frame = frames_[times_.newest(to_seconds(instant(k, hz)))];
     if (frame) {
       continue;
     }
     frame = hand_.fitted(joints_[static_cast<std::size_t>(&frame - frames_.data())]);
-    empty += frame->fault == JointsHand::Fault::kNoHand ? 1 : 0;
-    off += frame->fault == JointsHand::Fault::kOff ? 1 : 0;
-    held += frame->fault == JointsHand::Fault::kHeld ? 1 : 0;
+    ++faults[static_cast<std::size_t>(frame->fault)];
     if (frame->fault != JointsHand::Fault::kNoHand) {
       sum += frame->off * frame->off;
       worst = std::max(worst, frame->off);
@@ -74,6 +68,7 @@ void JointsSensor::fit_motion(double seconds, double hz) {
         fmt::format("joints: the skeleton is {:.2f} mm rms off the tracked joints, {:.2f} mm in the worst frame",
                     std::sqrt(sum / static_cast<double>(fitted_well)) / kMillimetre, worst / kMillimetre));
   }
+  const auto [good, empty, off, held] = faults;
   if (empty + off + held > 0) {
     notes_.push_back(
         fmt::format("lost: of {} frames {} have no hand; {} are more than {:g} mm rms off every skeleton's pose; {} "
@@ -219,12 +214,10 @@ void LiveJointsSensor::start(Progress& progress) {
       frames.push_back(*received->joints);
     }
   }
-  if (frames.empty()) {
-    throw InputError(
-        fmt::format("{}: no hand came within {:g} s; start the tracker's program before `touchfield live`, "
-                    "and let it send to 127.0.0.1",
-                    socket_.name(), kPatience));
-  }
+  require(!frames.empty(),
+          "{}: no hand came within {:g} s; start the tracker's program before `touchfield live`, and let it send to "
+          "127.0.0.1",
+          socket_.name(), kPatience);
   notes_ = {hand_.learn(frames, socket_.name())};
   learnt_.clear();
   for (const JointPoints& joints : frames) {
@@ -239,7 +232,5 @@ Seen LiveJointsSensor::sample(std::int64_t /*number*/, double seconds) {
   }
   return hand_.seen(seconds - received->age, hand_.fitted(received->joints));
 }
-
-std::vector<TriangleMesh> LiveJointsSensor::places(int count) const { return hand_.places(learnt_, count); }
 
 }  // namespace touchfield

@@ -94,7 +94,7 @@ class LiveJointsSensor final : public MotionSensor {
   /// The newest frame, whose time is this less the age of its datagram.
   Seen sample(std::int64_t number, double seconds) override;
   /// Those while the bones were learnt.
-  std::vector<TriangleMesh> places(int count) const override;
+  std::vector<TriangleMesh> places(int count) const override { return hand_.places(learnt_, count); }
 
  private:
   JointsHand hand_;

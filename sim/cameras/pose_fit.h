@@ -3,8 +3,8 @@
 #include <array>
 #include <vector>
 
-#include "sim/cameras/hand_points.h"
 #include "sim/cameras/hand_template.h"
+#include "sim/cameras/seen_skin.h"
 #include "sim/core/rigid_motion.h"
 #include "sim/core/types.h"
 

@@ -9,7 +9,6 @@
 
 #include "sim/cameras/camera_folder.h"
 #include "sim/cameras/hand_tables.h"
-#include "sim/core/errors.h"
 #include "sim/core/files.h"
 #include "sim/core/require.h"
 #include "sim/core/units.h"
@@ -43,31 +42,17 @@ struct ImagePart {
 /// The part with the mesh, as wide for its height as the image; all of it where the mesh is not seen.
 ImagePart part_with_mesh(const Raster& exact) {
   constexpr double kMargin = 1.1;
-  int left = exact.width;
-  int right = -1;
-  int top = exact.height;
-  int bottom = -1;
-  for (int j = 0; j < exact.height; ++j) {
-    for (int i = 0; i < exact.width; ++i) {
-      if (exact.face[exact.index(i, j)] != Raster::kNothing) {
-        left = std::min(left, i);
-        right = std::max(right, i);
-        top = std::min(top, j);
-        bottom = j;
-      }
-    }
-  }
+  const SeenPart seen = seen_part(exact);
   ImagePart part{0, 0, static_cast<double>(exact.width), static_cast<double>(exact.height)};
-  if (right < left) {
+  if (seen.width() <= 0) {
     return part;
   }
-  const double share =
-      std::min(1.0, kMargin * std::max((right - left + 1) / part.width, (bottom - top + 1) / part.height));
+  const double share = std::min(1.0, kMargin * std::max(seen.width() / part.width, seen.height() / part.height));
   const auto placed = [share](double middle, double size) {
     return std::clamp(middle - 0.5 * share * size, 0.0, size - share * size);
   };
-  part.left = placed(0.5 * (left + right + 1), part.width);
-  part.top = placed(0.5 * (top + bottom + 1), part.height);
+  part.left = placed(0.5 * (seen.left + seen.right), part.width);
+  part.top = placed(0.5 * (seen.top + seen.bottom), part.height);
   part.width *= share;
   part.height *= share;
   return part;
@@ -88,10 +73,8 @@ class SightPanel {
  public:
   SightPanel(const CameraSight& sight, const TriangleMesh& mesh)
       : sight_(sight), mesh_(mesh), exact_(rasterise(sight.camera, mesh.vertices(), mesh.triangles())) {
-    if (sight.depth.size() != exact_.depth.size()) {
-      throw InputError(
-          fmt::format("{}: {} depths, must be {} x {}", sight.label, sight.depth.size(), exact_.width, exact_.height));
-    }
+    require(sight.depth.size() == exact_.depth.size(), "{}: {} depths, must be {} x {}", sight.label,
+            sight.depth.size(), exact_.width, exact_.height);
   }
 
   const Raster& exact() const { return exact_; }
@@ -275,8 +258,7 @@ std::string sight_warning(const StereoCamera& camera, const SightSummary& own) {
   if (own.pixels == 0) {
     return fmt::format(
         "sight: {} has no depth of the body, which is {}; it has depth from {:.0f} to {:.0f} mm, where both eyes see "
-        "the "
-        "skin less steeply than {:.0f} degrees",
+        "the skin less steeply than {:.0f} degrees",
         own.camera, away, camera.nearest() / kMillimetre, farthest_depth(camera) / kMillimetre, kGrazing / kDegree);
   }
   return {};

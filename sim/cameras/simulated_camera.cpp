@@ -17,38 +17,6 @@ namespace {
 
 constexpr int kReach = 10;  // of the noise's weights [pixels]: four deviations
 
-/// The part of an image that sees anything.
-struct SeenPart {
-  int left = 0;
-  int top = 0;
-  int right = 0;   // one beyond
-  int bottom = 0;  // one beyond
-
-  int width() const { return right - left; }
-  int height() const { return bottom - top; }
-};
-
-SeenPart seen_part(const Raster& raster) {
-  SeenPart part{raster.width, raster.height, 0, 0};
-  for (int j = 0; j < raster.height; ++j) {
-    const auto row = raster.face.begin() + static_cast<std::ptrdiff_t>(raster.index(0, j));
-    const auto sees = [](int face) { return face != Raster::kNothing; };
-    const auto first = std::find_if(row, row + raster.width, sees);
-    if (first == row + raster.width) {
-      continue;
-    }
-    int last = raster.width - 1;
-    while (!sees(row[last])) {
-      --last;
-    }
-    part.left = std::min(part.left, static_cast<int>(first - row));
-    part.right = std::max(part.right, last + 1);
-    part.top = std::min(part.top, j);
-    part.bottom = j + 1;
-  }
-  return part;
-}
-
 /// The number that a pixel counts as, also those around the image that its noise needs.
 std::uint64_t pixel_number(int width, int column, int row) {
   return static_cast<std::uint64_t>(row + kReach) * static_cast<std::uint64_t>(width + 2 * kReach) +
@@ -103,50 +71,12 @@ std::vector<float> correlated_noise(int image_width, const SeenPart& part, std::
   return noise;
 }
 
-/// A raster as disparities.
-class Disparities {
- public:
-  Disparities(const StereoCamera& camera, const Raster& raster) : camera_(camera), raster_(raster) {}
-
-  /// 0 where nothing is seen.
-  double at(int column, int row) const {
-    const double depth = raster_.depth[raster_.index(column, row)];
-    return std::isfinite(depth) ? camera_.disparity_metres() / depth : 0.0;
-  }
-
-  /// The depth behind a pixel that lies at an edge, of its farthest neighbour across it; else the pixel's own.
-  double behind(int column, int row) const {
-    double least = at(column, row) - kEdgeJump;
-    bool edge = false;
-    const auto look = [&](int i, int j) {
-      if (i >= 0 && i < raster_.width && j >= 0 && j < raster_.height && at(i, j) < least) {
-        least = at(i, j);
-        edge = true;
-      }
-    };
-    look(column - 1, row);
-    look(column + 1, row);
-    look(column, row - 1);
-    look(column, row + 1);
-    return edge ? camera_.disparity_metres() / least : raster_.depth[raster_.index(column, row)];
-  }
-
- private:
-  const StereoCamera& camera_;
-  const Raster& raster_;
-};
-
 /// Sets the depth that flies to and holes of a row of the exact image to 0, before noise.
 class RowMaker {
  public:
   RowMaker(const StereoCamera& camera, const Raster& raster, const Points& normals, const StereoEffects& effects,
            std::uint64_t key)
-      : camera_(camera),
-        raster_(raster),
-        normals_(normals),
-        effects_(effects),
-        key_(mixed_bits(key)),
-        disparities_(camera, raster) {}
+      : camera_(camera), raster_(raster), normals_(normals), effects_(effects), key_(mixed_bits(key)) {}
 
   /// disparity   of the part's columns; 0 where the camera has none
   void row(const SeenPart& part, int j, std::vector<double>& disparity) const {
@@ -154,7 +84,7 @@ class RowMaker {
         std::numeric_limits<double>::infinity();  // in the second eye's image, of what lies to the right
     for (int i = part.right - 1; i >= part.left; --i) {
       double& d = disparity[static_cast<std::size_t>(i - part.left)];
-      d = disparities_.at(i, j);
+      d = disparity_at(i, j);
       if (d == 0) {
         continue;
       }
@@ -171,6 +101,29 @@ class RowMaker {
   }
 
  private:
+  /// 0 where nothing is seen.
+  double disparity_at(int column, int row) const {
+    const double depth = raster_.depth[raster_.index(column, row)];
+    return std::isfinite(depth) ? camera_.disparity_metres() / depth : 0.0;
+  }
+
+  /// The depth behind a pixel that lies at an edge, of its farthest neighbour across it; else the pixel's own.
+  double behind(int column, int row) const {
+    double least = disparity_at(column, row) - kEdgeJump;
+    bool edge = false;
+    const auto look = [&](int i, int j) {
+      if (i >= 0 && i < raster_.width && j >= 0 && j < raster_.height && disparity_at(i, j) < least) {
+        least = disparity_at(i, j);
+        edge = true;
+      }
+    };
+    look(column - 1, row);
+    look(column + 1, row);
+    look(column, row - 1);
+    look(column, row + 1);
+    return edge ? camera_.disparity_metres() / least : raster_.depth[raster_.index(column, row)];
+  }
+
   bool grazing(int i, int j) const {
     static const double least_cosine = std::cos(kGrazing);
     const Camera& view = camera_.view;
@@ -186,7 +139,7 @@ class RowMaker {
       return d;
     }
     const double front = raster_.depth[raster_.index(i, j)];
-    const double back = std::min(disparities_.behind(i, j), front + kLongestFlight);
+    const double back = std::min(behind(i, j), front + kLongestFlight);
     return camera_.disparity_metres() / (front + drawn / kFlyingShare * (back - front));
   }
 
@@ -195,10 +148,30 @@ class RowMaker {
   const Points& normals_;
   const StereoEffects& effects_;
   std::uint64_t key_;
-  Disparities disparities_;
 };
 
 }  // namespace
+
+SeenPart seen_part(const Raster& raster) {
+  SeenPart part{raster.width, raster.height, 0, 0};
+  for (int j = 0; j < raster.height; ++j) {
+    const auto row = raster.face.begin() + static_cast<std::ptrdiff_t>(raster.index(0, j));
+    const auto sees = [](int face) { return face != Raster::kNothing; };
+    const auto first = std::find_if(row, row + raster.width, sees);
+    if (first == row + raster.width) {
+      continue;
+    }
+    int last = raster.width - 1;
+    while (!sees(row[last])) {
+      --last;
+    }
+    part.left = std::min(part.left, static_cast<int>(first - row));
+    part.right = std::max(part.right, last + 1);
+    part.top = std::min(part.top, j);
+    part.bottom = j + 1;
+  }
+  return part;
+}
 
 std::uint64_t noise_key(std::uint64_t seed, std::uint64_t camera, std::uint64_t frame) {
   return mixed_bits(mixed_bits(mixed_bits(seed) + camera) + frame);

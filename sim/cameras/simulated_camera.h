@@ -49,6 +49,18 @@ inline constexpr double kFlyingShare = 0.2;
 inline constexpr double kEdgeJump = 1.0;  // [pixels]; skin that is not grazing changes by less from pixel to pixel
 inline constexpr double kLongestFlight = 50e-3;  // [m]
 
+/// The part of an image that sees anything.
+struct SeenPart {
+  int left = 0;
+  int top = 0;
+  int right = 0;   // one beyond
+  int bottom = 0;  // one beyond
+
+  int width() const { return right - left; }
+  int height() const { return bottom - top; }
+};
+SeenPart seen_part(const Raster& raster);
+
 /// The start of a camera's random numbers. It follows from the seed, the camera's number and the frame's number. An
 /// image thus depends on no other image, no order and no number of threads.
 std::uint64_t noise_key(std::uint64_t seed, std::uint64_t camera, std::uint64_t frame);

@@ -9,7 +9,7 @@
 #include "sim/core/units.h"
 #include "sim/jobs/run_model.h"
 #include "sim/model/stages.h"
-#include "sim/pictures/motion_picture.h"
+#include "sim/pictures/figures.h"
 #include "sim/run/motion_file.h"
 #include "sim/run/motion_summary.h"
 #include "sim/run/run_text.h"

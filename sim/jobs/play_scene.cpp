@@ -18,7 +18,7 @@
 #include "sim/jobs/run_model.h"
 #include "sim/model/stages.h"
 #include "sim/motion/loop_clock.h"
-#include "sim/pictures/motion_picture.h"
+#include "sim/pictures/figures.h"
 #include "sim/run/motion_file.h"
 #include "sim/run/motion_summary.h"
 #include "sim/run/vtk_files.h"

@@ -6,7 +6,6 @@
 #include <pthread.h>
 #include <utility>
 
-#include "sim/core/version.h"
 #include "sim/motion/frame_solver.h"
 
 namespace touchfield {
@@ -29,8 +28,6 @@ MotionSpec measured(MotionSpec motion) {
 }
 
 }  // namespace
-
-double SteadyTime::now() { return steady_now(); }
 
 void SteadyTime::wait_until(double t, const std::stop_token& stop) {
   std::mutex mutex;
@@ -55,8 +52,6 @@ LiveLoop::LiveLoop(const MotionSpec& motion, LiveSensor sensor, std::function<Li
   solver_thread_ =
       std::jthread([this, make = std::move(prepare)](const std::stop_token& stop) { run([&] { solve(stop, make); }); });
 }
-
-LiveLoop::~LiveLoop() = default;
 
 bool LiveLoop::ready(double seconds) {
   std::unique_lock lock(mutex_);

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "sim/core/version.h"
 #include "sim/motion/loop_clock.h"
 #include "sim/motion/motion_prediction.h"
 #include "sim/motion/motion_sensor.h"
@@ -63,7 +64,7 @@ class LiveTime {
 /// Seconds of steady_now.
 class SteadyTime final : public LiveTime {
  public:
-  double now() override;
+  double now() override { return steady_now(); }
   void wait_until(double t, const std::stop_token& stop) override;
 };
 
@@ -122,7 +123,7 @@ class LiveLoop {
   LiveLoop(const MotionSpec& motion, LiveSensor sensor, std::function<LiveSolver()> prepare, LiveTime& time,
            const RecordedTimes* recorded = nullptr);
   /// Waits for the threads, for ever if one hangs: see stop.
-  ~LiveLoop();
+  ~LiveLoop() = default;
   LiveLoop(const LiveLoop&) = delete;
   LiveLoop& operator=(const LiveLoop&) = delete;
 

@@ -5,9 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include <fmt/format.h>
-
-#include "sim/core/errors.h"
+#include "sim/core/require.h"
 
 namespace touchfield {
 
@@ -34,15 +32,12 @@ double RecordedTimes::covered() const {
 namespace {
 
 double required(const char* name, double value, bool positive) {
-  if (!std::isfinite(value) || value < 0.0 || (positive && value == 0.0)) {
-    throw InputError(fmt::format("motion.{} = {:.15g} must be {}", name, value, positive ? "> 0" : ">= 0"));
-  }
+  require(std::isfinite(value) && (positive ? value > 0.0 : value >= 0.0), "motion.{} = {:.15g} must be {}", name,
+          value, positive ? "> 0" : ">= 0");
   return value;
 }
 
 }  // namespace
-
-Tick instant(std::int64_t number, double hz) { return std::llround(static_cast<double>(number) * kTicksASecond / hz); }
 
 std::int64_t last_instant(Tick tick, double hz) {
   if (tick < 0) {
@@ -57,8 +52,6 @@ std::int64_t last_instant(Tick tick, double hz) {
   }
   return number;
 }
-
-Tick to_ticks(double seconds) { return std::llround(seconds * kTicksASecond); }
 
 LoopClock::LoopClock(const MotionSpec& motion)
     : frames_hz_(required("frames_hz", motion.frames_hz, true)),

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -65,11 +66,13 @@ using Tick = std::int64_t;
 inline constexpr double kTicksASecond = 1e6;
 
 /// The nearest tick.
-Tick to_ticks(double seconds);
+inline Tick to_ticks(double seconds) { return std::llround(seconds * kTicksASecond); }
 inline double to_seconds(Tick ticks) { return static_cast<double>(ticks) / kTicksASecond; }
 
 /// When number k of what comes `hz` times per second is due, round(k 1e6 / hz).
-Tick instant(std::int64_t number, double hz);
+inline Tick instant(std::int64_t number, double hz) {
+  return std::llround(static_cast<double>(number) * kTicksASecond / hz);
+}
 /// The last one due at or before a tick; -1 if there is none.
 std::int64_t last_instant(Tick tick, double hz);
 

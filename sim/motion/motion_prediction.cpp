@@ -16,9 +16,6 @@ constexpr double kAccelerates = -5;     // the logarithm of how likely that is b
 constexpr double kChosenAt = 1 / 30.0;  // the interval that the slowest filters were chosen at [s]
 constexpr double kRounding = 1e-10;     // of a value, relative
 
-/// The derivatives' coefficients of the value a time d on.
-Eigen::Vector3d taylor(double d) { return {1.0, d, 0.5 * d * d}; }
-
 Eigen::MatrixXd transition(int order, double d) {
   Eigen::Matrix3d all;
   all << 1, d, 0.5 * d * d, 0, 1, d, 0, 0, 1;
@@ -58,9 +55,9 @@ double KalmanFilter::see(double d, const Eigen::Ref<const Eigen::VectorXd>& valu
 }
 
 void KalmanFilter::add(double d, double share, Eigen::VectorXd& sum) const {
-  const Eigen::Vector3d coefficients = taylor(d);
+  const Eigen::MatrixXd forward = transition(order_, d);
   for (int k = 0; k < order_; ++k) {
-    sum += share * coefficients(k) * states_.col(k);
+    sum += share * forward(0, k) * states_.col(k);
   }
 }
 

@@ -18,22 +18,13 @@ namespace {
 constexpr std::uint64_t kDraws = 5;             // of noise until the skin that is seen is one
 constexpr std::uint64_t kNextDraw = 1'000'000;  // seeds on: beyond those of a motion's other samples
 
-/// Number i of so many times evenly over a motion, its beginning and end among them.
-double evenly(const MovingModel& moving, int i, int count) {
-  return count > 1 ? moving.first().fixed->scene.motion->seconds * i / (count - 1) : 0.0;
-}
-
 }  // namespace
-
-void MotionSensor::start(Progress& /*progress*/) {}
-
-Seen ExactSensor::sample(std::int64_t /*number*/, double seconds) { return {seconds, truth_.state(seconds)}; }
 
 std::vector<TriangleMesh> ExactSensor::places(int count) const {
   std::vector<TriangleMesh> meshes;
-  meshes.reserve(static_cast<std::size_t>(count));
+  const double seconds = truth_.first().fixed->scene.motion->seconds;
   for (int i = 0; i < count; ++i) {
-    meshes.push_back(truth_.at(truth_.state(evenly(truth_, i, count))).body.mesh);
+    meshes.push_back(truth_.at(truth_.state(evenly(seconds, i, count))).body.mesh);
   }
   return meshes;
 }
@@ -62,11 +53,11 @@ Seen NoisySensor::sample(std::int64_t number, double seconds) {
 }
 
 std::vector<TriangleMesh> NoisySensor::places(int count) const {
-  const double hz = truth_.first().fixed->scene.motion->sensor.hz;
+  const MotionSpec& motion = *truth_.first().fixed->scene.motion;
   std::vector<TriangleMesh> meshes;
   for (int i = 0; i < count; ++i) {
-    const double seconds = evenly(truth_, i, count);
-    meshes.push_back(seen(last_instant(to_ticks(seconds), hz), seconds).mesh);
+    const double seconds = evenly(motion.seconds, i, count);
+    meshes.push_back(seen(last_instant(to_ticks(seconds), motion.sensor.hz), seconds).mesh);
   }
   return meshes;
 }

@@ -17,6 +17,9 @@ namespace touchfield {
 /// Whether the solver knows the motion as it is.
 inline bool is_exact(const MotionSpec::Sensor& sensor) { return std::holds_alternative<std::monostate>(sensor.sight); }
 
+/// Number i of so many, evenly from 0 to `last`, both among them; of one 0.
+inline double evenly(double last, int i, int count) { return count > 1 ? last * i / (count - 1) : 0.0; }
+
 /// What a sensor saw of what moves.
 struct Seen {
   double seconds = 0;     // when it was so, from the beginning of the motion
@@ -37,7 +40,7 @@ class MotionSensor {
   virtual const MovingModel& solved() const = 0;
 
   /// Learns what has to be known before the first sample, and forgets all samples. Called before anything below.
-  virtual void start(Progress& progress);
+  virtual void start(Progress& /*progress*/) {}
 
   /// What is to be said of a result because of that, a line each, once it has started.
   virtual std::vector<std::string> notes() const { return {}; }
@@ -68,7 +71,7 @@ class ExactSensor final : public MotionSensor {
   ExactSensor(MovingModel&&) = delete;
 
   const MovingModel& solved() const override { return truth_; }
-  Seen sample(std::int64_t number, double seconds) override;
+  Seen sample(std::int64_t /*number*/, double seconds) override { return {seconds, truth_.state(seconds)}; }
   std::vector<TriangleMesh> places(int count) const override;
 
  private:

@@ -50,10 +50,8 @@ std::optional<MeshSequence> sequence_of(const Scene& scene) {
     require(!sequence, "bodies: one of them at most can be given as meshes over time");
     sequence.emplace(std::get<MeshShape>(body.shape));
   }
-  if (sequence && scene.evaluation.kind == EvaluationSpec::Kind::kEdge) {
-    throw InputError(
-        "evaluation.edge_mm: bodies given as meshes over time cannot be remeshed; take evaluation: {split: 1}");
-  }
+  require(!sequence || scene.evaluation.kind != EvaluationSpec::Kind::kEdge,
+          "evaluation.edge_mm: bodies given as meshes over time cannot be remeshed; take evaluation: {{split: 1}}");
   return sequence;
 }
 
@@ -184,10 +182,6 @@ MovingSkin::MovingSkin(const Scene& scene, const BodyPlan& plan, const TriangleM
   }
 }
 
-bool MovingSkin::deforms() const {
-  return std::ranges::any_of(parts_, [](const Part& part) { return part.hand || part.series; });
-}
-
 std::optional<HandContact> MovingSkin::fold(const Posture& posture, std::size_t body) const {
   const Part& part = parts_[body];
   if (!part.hand) {
@@ -222,11 +216,9 @@ MovingModel::MovingModel(const Scene& scene, KeptBodies* kept, Progress* progres
       trajectory_(scene),
       sequence_(sequence_of(scene)),
       solving_(scene, first_.plan, first_.body.mesh, first_.fixed->owner) {
-  if (scene.sensing) {
-    throw InputError(
-        "sensing: applies to a still only. For a motion put the same keys into motion.sensor.noise, which gives every "
-        "sample noise of its own, and leave sensing out");
-  }
+  require(!scene.sensing,
+          "sensing: applies to a still only. For a motion put the same keys into motion.sensor.noise, which gives "
+          "every sample noise of its own, and leave sensing out");
   if (first_.fixed->evaluation.kind == Evaluation::Kind::kEdge) {
     const EvaluationMesh evaluation = first_.fixed->evaluation.mesh(first_, kept);
     evaluating_.emplace(scene, first_.plan, evaluation.mesh, evaluation.owner);
@@ -259,11 +251,6 @@ MotionState MovingModel::state(double seconds) const {
   if (sequence_) {
     state.vertices = sequence_->state(seconds);
   }
-  return state;
-}
-
-MotionState MovingModel::in_range(MotionState state) const {
-  state.numbers = trajectory_.in_range(state.numbers);
   return state;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -93,7 +94,9 @@ class MovingSkin {
   MovingSkin(const Scene& scene, const BodyPlan& plan, const TriangleMesh& mesh, const std::vector<int>& owner);
 
   /// Whether a body changes its shape.
-  bool deforms() const;
+  bool deforms() const {
+    return std::ranges::any_of(parts_, [](const Part& part) { return part.hand || part.series; });
+  }
 
   /// Where the skin of a hand whose joints turn cuts itself or is turned inside out.
   ///
@@ -145,7 +148,10 @@ class MovingModel {
 
   MotionState state(double seconds) const;
   /// A state, such as an expected one, with each of its numbers moved to the nearest one in its range.
-  MotionState in_range(MotionState state) const;
+  MotionState in_range(MotionState state) const {
+    state.numbers = trajectory_.in_range(state.numbers);
+    return state;
+  }
 
   /// The model at a state: its scene's numbers, mesh, boxes and own frame. If the state has a skin, that is the mesh,
   /// and boxes and landmarks follow it. Places and joints, and with them the own frame, are still those of the numbers.

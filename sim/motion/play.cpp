@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/text.h"
 #include "sim/core/version.h"
 #include "sim/field/metrics.h"
@@ -406,13 +406,11 @@ void require_motion_memory(const Scene& scene) {
   const Wave wave(build_medium(scene.medium, scene.frequency), scene.frequency);
   const double needed = kept_bytes(scene, build_array(scene.array, wave).size());
   const double free = available_memory();
-  if (free > 0 && needed > free) {
-    throw InputError(
-        fmt::format("motion: {:g} s of {:g} frames and {:g} scores per second need {:.1f} GiB of memory; {:.1f} GiB "
-                    "are free: lower motion.seconds, frames_hz or score_hz",
-                    scene.motion->seconds, scene.motion->frames_hz, scene.motion->score_hz,
-                    needed / (1024.0 * kMebibyte), free / (1024.0 * kMebibyte)));
-  }
+  require(!(free > 0 && needed > free),
+          "motion: {:g} s of {:g} frames and {:g} scores per second need {:.1f} GiB of memory; {:.1f} GiB are free: "
+          "lower motion.seconds, frames_hz or score_hz",
+          scene.motion->seconds, scene.motion->frames_hz, scene.motion->score_hz, needed / (1024.0 * kMebibyte),
+          free / (1024.0 * kMebibyte));
 }
 
 MotionCost expected_cost(const SensedMotion& sensed, Progress* progress) {

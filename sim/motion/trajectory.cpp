@@ -89,12 +89,10 @@ void require_memory(const MeshSeries& series, std::size_t files, Eigen::Index ve
   constexpr double kGibibyte = 1073741824.0;
   const double bytes = static_cast<double>(files) * static_cast<double>(vertices) * sizeof(Vector3);
   const double free = available_memory();
-  if (free > 0 && bytes > kShare * free) {
-    throw InputError(
-        fmt::format("{}: {} files of {} vertices take {:.3g} GiB; at most {:.3g} GiB, half of the free memory, may be "
-                    "used; list fewer files or coarser meshes",
-                    series.times, files, vertices, bytes / kGibibyte, kShare * free / kGibibyte));
-  }
+  require(!(free > 0 && bytes > kShare * free),
+          "{}: {} files of {} vertices take {:.3g} GiB; at most {:.3g} GiB, half of the free memory, may be used; list "
+          "fewer files or coarser meshes",
+          series.times, files, vertices, bytes / kGibibyte, kShare * free / kGibibyte);
 }
 
 }  // namespace

@@ -93,7 +93,7 @@ Surface new_surface(int width, int height, PictureFormat format, std::string& by
   return surface_of(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height));
 }
 
-void require(cairo_status_t status) {
+void require_success(cairo_status_t status) {
   if (status != CAIRO_STATUS_SUCCESS) {
     throw std::runtime_error(fmt::format("a picture cannot be drawn: {}", cairo_status_to_string(status)));
   }
@@ -102,7 +102,7 @@ void require(cairo_status_t status) {
 /// A copy of the image in Cairo's own form.
 Surface image_surface(const ColourImage& image) {
   Surface surface = surface_of(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height));
-  require(cairo_surface_status(surface.get()));
+  require_success(cairo_surface_status(surface.get()));
   unsigned char* data = cairo_image_surface_get_data(surface.get());
   const int stride = cairo_image_surface_get_stride(surface.get());
   for (int row = 0; row < image.height; ++row) {
@@ -325,7 +325,7 @@ void Canvas::image(const PixelBox& box, const ColourImage& image) { sheet_->pain
 void Canvas::describe(const std::string& name, const std::string& text) { sheet_->texts[name] = text; }
 
 std::string Canvas::file() {
-  require(cairo_status(sheet_->draw()));
+  require_success(cairo_status(sheet_->draw()));
   if (sheet_->format == PictureFormat::kPng) {
     cairo_surface_flush(sheet_->surface.get());
     const ColourImage image = copy_of(sheet_->surface.get());
@@ -333,7 +333,7 @@ std::string Canvas::file() {
   }
   sheet_->context.reset();
   cairo_surface_finish(sheet_->surface.get());
-  require(cairo_surface_status(sheet_->surface.get()));
+  require_success(cairo_surface_status(sheet_->surface.get()));
   return sheet_->bytes;
 }
 

@@ -1,7 +1,6 @@
 #include "sim/pictures/figures.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <exception>
 #include <filesystem>
@@ -124,6 +123,12 @@ TriangleMesh transducer_discs(const TransducerArray& array) {
   return {vertices, triangles};
 }
 
+namespace {
+
+/// A picture of the array's transducers and the skin from the side and somewhat above the array, in parallel
+/// projection, the target's outline in red.
+///
+/// run   its array has transducers and is no plane wave
 std::string setup_picture(const Run& run, PictureFormat format) {
   const TriangleMesh mesh = joined_meshes(run.mesh, transducer_discs(run.array));
   std::vector<Colour> colours(static_cast<std::size_t>(mesh.face_count()), kTransducer);
@@ -145,8 +150,6 @@ std::string setup_picture(const Run& run, PictureFormat format) {
   return canvas.file();
 }
 
-namespace {
-
 /// The run with the evaluation's skin and pressures for its own, where there are some: what its metrics are of.
 Run as_evaluated(const Run& run) {
   Run evaluated = run;
@@ -161,15 +164,6 @@ Run as_evaluated(const Run& run) {
     }
   }
   return evaluated;
-}
-
-/// The end of the colours for every picture of the skin.
-double top_of(const Run& run) {
-  std::vector<const Eigen::VectorXcd*> pressures;
-  for (const MethodResult& result : run.methods) {
-    pressures.push_back(&result.pressure);
-  }
-  return skin_top(run.target ? run.target->amplitudes.maxCoeff() : 0.0, pressures);
 }
 
 /// The end of the colours of a plane.
@@ -207,7 +201,10 @@ struct Picture {
 };
 
 void add_skin(const Run& run, const SkinPictures& skin, PictureFormat format, std::vector<Picture>& pictures) {
-  const double top = top_of(run);
+  std::vector<const Eigen::VectorXcd*> pressures;
+  std::ranges::transform(run.methods, std::back_inserter(pressures),
+                         [](const auto& result) { return &result.pressure; });
+  const double top = skin_top(run.target ? run.target->amplitudes.maxCoeff() : 0.0, pressures);
   pictures.push_back({"overview", [&run, top, format] { return overview_picture(run, top, format); }});
   const auto add = [&](const std::string& name, const Eigen::VectorXd& values, const std::string& subtitle,
                        const std::string& caption) {
@@ -246,15 +243,10 @@ void add_planes(const Run& run, PictureFormat format, std::vector<Picture>& pict
   }
 }
 
-bool has_skin(const Run& run) {
-  return run.target ||
-         std::ranges::any_of(run.methods, [](const MethodResult& result) { return result.pressure.size() != 0; });
-}
-
 /// skin   is made where there is one to draw; outlives the pictures
 std::vector<Picture> pictures_of(const Run& run, PictureFormat format, std::optional<SkinPictures>& skin) {
   std::vector<Picture> pictures;
-  if (has_skin(run)) {
+  if (run.target || std::ranges::any_of(run.methods, [](const auto& result) { return result.pressure.size() != 0; })) {
     if (run.array.kind == TransducerArray::Kind::kTransducers) {
       pictures.push_back({"setup", [&run, format] { return setup_picture(run, format); }});
     }

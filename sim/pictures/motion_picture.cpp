@@ -1,5 +1,3 @@
-#include "sim/pictures/motion_picture.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +6,8 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/files.h"
+#include "sim/core/require.h"
+#include "sim/pictures/figures.h"
 #include "sim/pictures/picture_parts.h"
 #include "sim/pictures/skin_picture.h"
 #include "sim/pictures/skin_sight.h"
@@ -160,9 +160,7 @@ struct Layout {
 };
 
 void check_instants(const std::vector<MotionInstant>& instants) {
-  if (instants.empty() || instants.front().pressure.empty()) {
-    throw InputError("strip: there must be an instant with a method");
-  }
+  require(!instants.empty() && !instants.front().pressure.empty(), "strip: there must be an instant with a method");
   for (const MotionInstant& instant : instants) {
     check_instant(instant);
     if (!std::ranges::equal(

@@ -113,7 +113,6 @@ double skin_top(double most_wanted, const std::vector<const Eigen::VectorXcd*>& 
 
 std::vector<double> magnitudes(const Eigen::VectorXcd& pressure) {
   std::vector<double> values;
-  values.reserve(static_cast<std::size_t>(pressure.size()));
   std::ranges::transform(pressure, std::back_inserter(values), [](const Complex& p) { return std::abs(p); });
   return values;
 }
@@ -170,7 +169,6 @@ ColourBar skin_bar(double top, double most) {
 
 std::vector<Colour> skin_colours(const Eigen::VectorXd& values, double top) {
   std::vector<Colour> colours;
-  colours.reserve(static_cast<std::size_t>(values.size()));
   std::ranges::transform(values, std::back_inserter(colours), [&](double value) { return skin_colour(value / top); });
   return colours;
 }
@@ -212,8 +210,6 @@ int LinearAxis::tick_count() const { return static_cast<int>(std::lround((high -
 std::string LinearAxis::label(int i) const {
   return fmt::format("{:.6g}", std::round(tick(i) / step) * step == 0.0 ? 0.0 : tick(i));
 }
-
-double axis_begin(double least, double most) { return least > 0.0 && least < 0.5 * most ? 0.0 : least; }
 
 void draw_plot(Canvas& canvas, const PixelBox& plot, const LinearAxis& x, const LinearAxis& y, bool labelled) {
   constexpr Colour kTicks = {225, 225, 225};

@@ -101,7 +101,7 @@ struct LinearAxis {
 
 /// The beginning of an axis of values least..most. It is zero where that wastes less than half of the height, since a
 /// difference then looks as large as it is.
-double axis_begin(double least, double most);
+inline double axis_begin(double least, double most) { return least > 0.0 && least < 0.5 * most ? 0.0 : least; }
 
 /// A plot's frame, with lines and labels at the ticks of y and lines at those of x, whose labels `labelled` asks for.
 void draw_plot(Canvas& canvas, const PixelBox& plot, const LinearAxis& x, const LinearAxis& y, bool labelled = true);

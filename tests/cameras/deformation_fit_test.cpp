@@ -2,7 +2,7 @@
 #include <random>
 
 #include "sim/cameras/deformation.h"
-#include "sim/cameras/hand_points.h"
+#include "sim/cameras/seen_skin.h"
 #include "sim/core/rigid_motion.h"
 #include "sim/core/units.h"
 #include "sim/hand/shapes.h"

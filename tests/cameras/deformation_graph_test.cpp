@@ -73,7 +73,7 @@ TEST(DeformationGraph, CarriesARigidMotionExactly) {
             2e-3 * point_in_cube(random);
   }
   Points carried = near;
-  graph.apply(motions, graph.bind(near), carried);
+  graph.apply(motions, bound(flat_hand().mesh, near), carried);
   EXPECT_LT((carried - motion(near)).cwiseAbs().maxCoeff(), 1e-12);
 }
 
@@ -89,7 +89,7 @@ TEST(DeformationGraph, BindsItsVerticesAsTheyHang) {
   Points one = vertices;
   Points other = vertices;
   graph.apply(motions, one);
-  graph.apply(motions, graph.bind(vertices), other);
+  graph.apply(motions, bound(flat_hand().mesh, vertices), other);
   EXPECT_GT((one - vertices).colwise().norm().maxCoeff(), 1e-3);
   EXPECT_LT((one - other).cwiseAbs().maxCoeff(), 1e-12);
 }

@@ -1,5 +1,4 @@
-#include "sim/cameras/hand_points.h"
-
+#include "sim/cameras/seen_skin.h"
 #include "sim/hand/hand.h"
 #include "sim/hand/shapes.h"
 #include "tests/support/mesh_support.h"

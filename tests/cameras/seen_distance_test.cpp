@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "sim/cameras/sight_check.h"
+#include "sim/cameras/seen_skin.h"
 #include "sim/cameras/simulated_camera.h"
 #include "sim/hand/shapes.h"
 

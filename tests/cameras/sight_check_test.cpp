@@ -1,6 +1,6 @@
-#include "sim/cameras/sight_check.h"
-
 #include <gtest/gtest.h>
+
+#include "sim/cameras/seen_skin.h"
 
 namespace touchfield::sight_check_test {
 

@@ -1,5 +1,4 @@
-#include "sim/pictures/motion_picture.h"
-
+#include "sim/pictures/figures.h"
 #include "sim/pictures/picture_parts.h"
 #include "tests/support/motion_support.h"
 #include "tests/support/output_support.h"
