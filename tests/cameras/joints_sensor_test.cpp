@@ -12,7 +12,6 @@
 
 #include "sim/core/units.h"
 #include "sim/hand/hand_pose.h"
-#include "sim/hand/hand_skeleton.h"
 #include "sim/jobs/play_scene.h"
 #include "sim/motion/play.h"
 #include "tests/support/joint_table_support.h"

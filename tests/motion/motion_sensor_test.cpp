@@ -6,7 +6,6 @@
 #include <string>
 
 #include "sim/jobs/play_scene.h"
-#include "sim/mesh/remesh/mean_height.h"
 #include "sim/mesh/remesh/surface_remesh.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/motion/motion_prediction.h"
