@@ -11,7 +11,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "version_data.h"
 
 namespace touchfield {
@@ -21,10 +21,8 @@ BuildInfo build_info() {
 }
 
 void require_format(const std::string& path, int version, int own) {
-  if (version != own) {
-    throw InputError(fmt::format("{}: format version {} is not {}, the one that this program reads: {} reads it", path,
-                                 version, own, version < own ? "touchfield 0.3.0" : "a newer touchfield"));
-  }
+  require(version == own, "{}: format version {} is not {}, the one that this program reads: {} reads it", path,
+          version, own, version < own ? "touchfield 0.3.0" : "a newer touchfield");
 }
 
 std::string machine_description() {

@@ -7,15 +7,13 @@
 #include <span>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "sim/acoustics/incident_field.h"
 #include "sim/bem/grid_loops.h"
 #include "sim/bem/grid_sum.h"
 #include "sim/bem/layer_sum.h"
 #include "sim/bem/pair_loops.h"
 #include "sim/bem/quadrature.h"
-#include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/mesh/query/face_tree.h"
 
 namespace touchfield {
@@ -295,14 +293,10 @@ Points FieldGrid::points() const {
 }
 
 FieldGrid centred_grid(const std::string& name, const Vector3& centre, const Vector3& size, double spacing) {
-  if (!(spacing > 0) || !std::isfinite(spacing)) {
-    throw InputError(fmt::format("field {}: spacing = {} m must be > 0", name, spacing));
-  }
+  require(spacing > 0 && std::isfinite(spacing), "field {}: spacing = {} m must be > 0", name, spacing);
   FieldGrid grid{name, centre, Vector3::Constant(spacing), {1, 1, 1}};
   for (int axis = 0; axis < 3; ++axis) {
-    if (!(size(axis) >= 0) || !std::isfinite(size(axis))) {
-      throw InputError(fmt::format("field {}: size = {} m must be >= 0", name, size(axis)));
-    }
+    require(size(axis) >= 0 && std::isfinite(size(axis)), "field {}: size = {} m must be >= 0", name, size(axis));
     // A size that is a multiple of the spacing but for rounding must not gain an interval.
     const int intervals = static_cast<int>(std::ceil(size(axis) / spacing * (1.0 - 1e-12)));
     if (intervals > 0) {

@@ -153,9 +153,7 @@ bool hold_faces(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes) {
 
 Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, TargetProfile profile,
                    double pressure) {
-  if (!(pressure > 0) || !std::isfinite(pressure)) {
-    throw InputError(fmt::format("target: pressure = {} Pa must be > 0", pressure));
-  }
+  require(pressure > 0 && std::isfinite(pressure), "target: pressure = {} Pa must be > 0", pressure);
   Target target;
   target.boxes = boxes;
   std::vector<Eigen::Index> count(boxes.size(), 0);
@@ -185,10 +183,8 @@ Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes
   target.amplitudes = Eigen::VectorXd::Constant(target.size(), pressure);
   if (profile == TargetProfile::kPenetration) {
     const Eigen::VectorXd depths = penetration_depths(mesh, boxes, target);
-    if (!(depths.maxCoeff() > 0)) {
-      throw InputError(
-          "target: no face is below the side of the box through which the skin enters, so the penetration is 0");
-    }
+    require(depths.maxCoeff() > 0,
+            "target: no face is below the side of the box through which the skin enters, so the penetration is 0");
     target.amplitudes = pressure / depths.maxCoeff() * depths;
   }
   for (std::size_t i = 0; i < target.faces.size(); ++i) {

@@ -13,7 +13,7 @@
 #include "sim/core/units.h"
 #include "sim/hand/hand_flesh.h"
 #include "sim/hand/hand_pose.h"
-#include "sim/hand/skin_mesh.h"
+#include "sim/hand/implicit_surface.h"
 #include "sim/mesh/query/self_intersections.h"
 
 namespace touchfield {

@@ -42,7 +42,7 @@ std::vector<std::string> hand_poses();
 /// lies 20 mm behind that joint. A forearm ends `forearm` behind the hand's own end.
 ///
 /// Parts that touch, or that are nearer than 2.6 mm, merge. Edges above 5 mm are at most 0.45 of the flesh's thickness
-/// and of a cleft's width (skin_mesh.h). Where the skin cuts itself in a fold it is meshed again with edges half as
+/// and of a cleft's width (skin_mesh()). Where the skin cuts itself in a fold it is meshed again with edges half as
 /// long about the place, up to three times.
 ///
 /// sizing      wanted edge length by place in the hand's own frame, kLeastHandEdge to kMostHandEdge; without it,

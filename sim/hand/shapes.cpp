@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/mesh/remesh/remesh.h"
 #include "sim/mesh/topology.h"
 
@@ -25,9 +26,7 @@ using std::numbers::pi;
 constexpr double kMostFaces = 5e6;  // half a gigabyte of mesh; more is a slip of the unit
 
 void require_positive(const char* field, double value) {
-  if (!(value > 0) || !std::isfinite(value)) {
-    throw InputError(fmt::format("{} = {} m must be > 0 and finite", field, value));
-  }
+  require(value > 0 && std::isfinite(value), "{} = {} m must be > 0 and finite", field, value);
 }
 
 double faces_of_edge(double area, double edge) { return area / (std::sqrt(3.0) / 4.0 * edge * edge); }
@@ -197,10 +196,8 @@ const std::vector<std::string>& shape_landmark_names() {
 
 TriangleMesh icosphere(double radius, int subdivisions) {
   require_positive("sphere.radius", radius);
-  if (subdivisions < 1 || 20.0 * subdivisions * subdivisions > kMostFaces) {
-    throw InputError(fmt::format("sphere.subdivisions = {} must be 1 to {}", subdivisions,
-                                 static_cast<int>(std::sqrt(kMostFaces / 20.0))));
-  }
+  require(subdivisions >= 1 && 20.0 * subdivisions * subdivisions <= kMostFaces,
+          "sphere.subdivisions = {} must be 1 to {}", subdivisions, static_cast<int>(std::sqrt(kMostFaces / 20.0)));
   const auto [corners, faces] = icosahedron();
   SharedPoints<LatticeKey> shared;
   Triangles triangles(3, Eigen::Index{20} * subdivisions * subdivisions);
@@ -248,9 +245,7 @@ Body sphere(double radius, double edge) {
 
 Body capsule(double radius, double length, double edge) {
   require_positive("capsule.radius", radius);
-  if (!(length >= 0) || !std::isfinite(length)) {
-    throw InputError(fmt::format("capsule.length = {} m must be >= 0 and finite", length));
-  }
+  require(length >= 0 && std::isfinite(length), "capsule.length = {} m must be >= 0 and finite", length);
   require_positive("capsule.edge", edge);
   const double wanted = std::min(edge, radius);
   constexpr double kMostRemeshed = 1e6;  // half a minute of remeshing

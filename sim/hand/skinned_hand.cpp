@@ -8,7 +8,7 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/mesh/face_shape.h"
 
 namespace touchfield {
@@ -127,10 +127,8 @@ std::string bone_name(std::size_t digit, std::size_t bone) {
 
 SkinnedHand::SkinnedHand(const Points& vertices, const HandSkeleton& made_in, HandSide side)
     : made_in_(made_in), side_(mirror_sign(side)), template_(vertices) {
-  if (vertices.cols() == 0 || !vertices.allFinite()) {
-    throw InputError(
-        fmt::format("skinned hand: its {} vertices must be finite numbers, one at least", vertices.cols()));
-  }
+  require(vertices.cols() != 0 && vertices.allFinite(),
+          "skinned hand: its {} vertices must be finite numbers, one at least", vertices.cols());
   template_.row(0) *= side_;
   starts_.push_back(0);
   for (Eigen::Index v = 0; v < template_.cols(); ++v) {
@@ -216,11 +214,9 @@ std::array<RigidMotion, SkinnedHand::kBones> SkinnedHand::bone_motions(const Han
 }
 
 SkinnedHand::Motions SkinnedHand::motions_to(const HandSkeleton& posed) const {
-  if (posed.length != made_in_.length || posed.breadth != made_in_.breadth) {
-    throw InputError(fmt::format(
-        "skinned hand: the pose is of a hand {} m long and {} m broad, this hand is {} m long and {} m broad",
-        posed.length, posed.breadth, made_in_.length, made_in_.breadth));
-  }
+  require(posed.length == made_in_.length && posed.breadth == made_in_.breadth,
+          "skinned hand: the pose is of a hand {} m long and {} m broad, this hand is {} m long and {} m broad",
+          posed.length, posed.breadth, made_in_.length, made_in_.breadth);
   return dual_quaternions(bone_motions(made_in_, posed));
 }
 

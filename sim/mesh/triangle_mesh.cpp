@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 
 namespace touchfield {
 
@@ -21,18 +22,14 @@ void require_finite(const Points& vertices) {
       first = bad++ == 0 ? v : first;
     }
   }
-  if (bad > 0) {
-    throw InputError(
-        fmt::format("mesh: {} of {} vertices have a coordinate that is not a finite number, the first is vertex {}",
-                    bad, vertices.cols(), first));
-  }
+  require(bad == 0, "mesh: {} of {} vertices have a coordinate that is not a finite number, the first is vertex {}",
+          bad, vertices.cols(), first);
 }
 
 void require_indices(const Triangles& triangles, Eigen::Index vertex_count) {
   for (Eigen::Index f = 0; f < triangles.cols(); ++f) {
-    if (triangles.col(f).minCoeff() < 0 || triangles.col(f).maxCoeff() >= vertex_count) {
-      throw InputError(fmt::format("mesh: face {} names a vertex outside 0..{}", f, vertex_count - 1));
-    }
+    require(triangles.col(f).minCoeff() >= 0 && triangles.col(f).maxCoeff() < vertex_count,
+            "mesh: face {} names a vertex outside 0..{}", f, vertex_count - 1);
   }
 }
 
@@ -41,9 +38,7 @@ void require_indices(const Triangles& triangles, Eigen::Index vertex_count) {
 TriangleMesh::TriangleMesh(Points vertices, Triangles triangles)
     : vertices_(std::move(vertices)), triangles_(std::move(triangles)) {
   const Eigen::Index faces = triangles_.cols();
-  if (faces == 0) {
-    throw InputError("mesh: it has no triangle");
-  }
+  require(faces != 0, "mesh: it has no triangle");
   require_finite(vertices_);
   require_indices(triangles_, vertices_.cols());
 

@@ -10,7 +10,6 @@
 #include "sim/field/target.h"
 #include "sim/hand/hand.h"
 #include "sim/mesh/remesh/mesh_quality.h"
-#include "sim/scene/body_spec.h"
 
 namespace touchfield {
 

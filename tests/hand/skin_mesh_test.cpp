@@ -1,5 +1,3 @@
-#include "sim/hand/skin_mesh.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -50,35 +50,25 @@ const Format& format_of(const std::string& path) {
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
   const auto* found =
       std::find_if(kFormats.begin(), kFormats.end(), [&](const Format& format) { return format.ending == ending; });
-  if (found == kFormats.end()) {
-    throw InputError(fmt::format(
-        "{}: a mesh file must end in .stl, .obj, .ply, .off, .vtp (only written) or .glb (only read)", path));
-  }
+  require(found != kFormats.end(),
+          "{}: a mesh file must end in .stl, .obj, .ply, .off, .vtp (only written) or .glb (only read)", path);
   return *found;
 }
 
 void require_unit(double unit) {
-  if (!(unit > 0) || !std::isfinite(unit)) {
-    throw InputError(fmt::format("mesh.unit = {} m must be > 0 and finite", unit));
-  }
+  require(unit > 0 && std::isfinite(unit), "mesh.unit = {} m must be > 0 and finite", unit);
 }
 
 std::string content_of(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (fs::is_directory(status)) {
-    throw InputError(fmt::format("{}: is a directory, not a mesh file", path));
-  }
-  if (fs::exists(status) && !fs::is_regular_file(status)) {
-    throw InputError(fmt::format("{}: cannot be read as a file", path));
-  }
+  require(!fs::is_directory(status), "{}: is a directory, not a mesh file", path);
+  require(!fs::exists(status) || fs::is_regular_file(status), "{}: cannot be read as a file", path);
   if (const std::uintmax_t size = fs::file_size(path, error); !error && size > std::uintmax_t{kMostFileBytes}) {
     throw InputError(fmt::format("{}: {} bytes, a mesh file may have at most {}", path, size, kMostFileBytes));
   }
   std::string content = read_whole_file(path, kMostFileBytes);
-  if (content.empty()) {
-    throw InputError(fmt::format("{}: the file is empty", path));
-  }
+  require(!content.empty(), "{}: the file is empty", path);
   return content;
 }
 
@@ -132,10 +122,9 @@ void add_as_triangles(FileSurface& surface, const std::vector<std::int64_t>& cor
 }  // namespace
 
 void require_few(std::int64_t points, std::int64_t faces, const std::string& name) {
-  if (points > kMostFilePoints || faces > kMostFileFaces) {
-    throw InputError(fmt::format("{}: {} points and {} faces, a mesh file may have at most {} and {}", name, points,
-                                 faces, kMostFilePoints, kMostFileFaces));
-  }
+  require(points <= kMostFilePoints && faces <= kMostFileFaces,
+          "{}: {} points and {} faces, a mesh file may have at most {} and {}", name, points, faces, kMostFilePoints,
+          kMostFileFaces);
 }
 
 std::string bytes_behind_text(std::size_t bytes) {
@@ -150,9 +139,7 @@ FileSurface read_surface(const std::string& path) {
           path);
   const std::string content = content_of(path);
   FileSurface surface = format.parse(content, path);
-  if (surface.triangles.empty()) {
-    throw InputError(fmt::format("{}: the file has no face", path));
-  }
+  require(!surface.triangles.empty(), "{}: the file has no face", path);
   require_few(static_cast<std::int64_t>(surface.points.size()), static_cast<std::int64_t>(surface.triangles.size()),
               path);
   return surface;
@@ -274,18 +261,12 @@ void add_polygons(FileSurface& surface, const std::vector<std::vector<std::int64
   for (std::size_t f = 0; f < polygons.size(); ++f) {
     const std::vector<std::int64_t>& corners = polygons[f];
     const std::string face = fmt::format("{}: face {}", name, f);
-    if (corners.size() > kMostCorners) {
-      throw InputError(
-          fmt::format("{} has {} corners, at most {} can be cut into triangles", face, corners.size(), kMostCorners));
-    }
-    if (corners.size() < 3) {
-      throw InputError(fmt::format("{} has {} corners, it must have 3 or more", face, corners.size()));
-    }
+    require(corners.size() <= kMostCorners, "{} has {} corners, at most {} can be cut into triangles", face,
+            corners.size(), kMostCorners);
+    require(corners.size() >= 3, "{} has {} corners, it must have 3 or more", face, corners.size());
     for (const std::int64_t corner : corners) {
-      if (corner < 0 || corner >= points) {
-        throw InputError(
-            fmt::format("{} names vertex {}, but there are {} vertices (the first is 0)", face, corner, points));
-      }
+      require(corner >= 0 && corner < points, "{} names vertex {}, but there are {} vertices (the first is 0)", face,
+              corner, points);
     }
     if (corners.size() == 3 || has_no_area(surface, corners)) {
       add_fan(surface, corners);

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/mesh/io/file_text.h"
 #include "sim/mesh/io/mesh_files.h"
 
@@ -287,10 +288,8 @@ void require_elements(const Header& header, const std::string& name) {
   const Element* vertex = find_element(header, "vertex");
   const Element* face = find_element(header, "face");
   const Element* strips = find_element(header, kStrips);
-  if (vertex == nullptr || (face == nullptr && strips == nullptr)) {
-    throw InputError(
-        fmt::format("{}: the PLY header has no element '{}'", name, vertex == nullptr ? "vertex" : "face"));
-  }
+  require(vertex != nullptr && (face != nullptr || strips != nullptr), "{}: the PLY header has no element '{}'", name,
+          vertex == nullptr ? "vertex" : "face");
   for (const char* axis : {"x", "y", "z"}) {
     if (std::none_of(vertex->properties.begin(), vertex->properties.end(),
                      [&](const Property& property) { return property.name == axis && !property.count_type; })) {

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/mesh/io/file_text.h"
 #include "sim/mesh/io/mesh_files.h"
 
@@ -133,10 +134,8 @@ FileSurface parse_stl(const std::string& content, const std::string& name) {
   if (text) {
     return parse_text(content, name);
   }
-  if (!has_header) {
-    throw InputError(fmt::format(
-        "{}: not an STL file: it neither begins with 'solid' nor has the {} bytes of a binary header", name, kHeader));
-  }
+  require(has_header, "{}: not an STL file: it neither begins with 'solid' nor has the {} bytes of a binary header",
+          name, kHeader);
   if (content.size() > announced && announced > kHeader) {
     return parse_longer(content, name);
   }

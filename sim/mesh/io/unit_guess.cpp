@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 
 namespace touchfield {
 
@@ -50,9 +51,7 @@ std::string length_text(double metres) {
 const LengthUnit& file_unit(const std::string& name) {
   const auto found =
       std::find_if(kFileUnits.begin(), kFileUnits.end(), [&](const LengthUnit& unit) { return name == unit.name; });
-  if (found == kFileUnits.end()) {
-    throw InputError(fmt::format("unit '{}' must be mm, cm or m", name));
-  }
+  require(found != kFileUnits.end(), "unit '{}' must be mm, cm or m", name);
   return *found;
 }
 
@@ -92,9 +91,8 @@ void require_body_size(double size, const std::string& name) {
 }
 
 UnitGuess guess_unit(double size) {
-  if (!(size > 0) || !std::isfinite(size)) {
-    throw InputError(fmt::format("mesh: all its points lie within {} units of each other, it has no size", size));
-  }
+  require(size > 0 && std::isfinite(size), "mesh: all its points lie within {} units of each other, it has no size",
+          size);
   const LengthUnit* best = kFileUnits.data();
   int bodies = 0;
   for (const LengthUnit& unit : kFileUnits) {

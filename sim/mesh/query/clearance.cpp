@@ -8,9 +8,8 @@
 #include <utility>
 
 #include <Eigen/Eigenvalues>
-#include <fmt/format.h>
 
-#include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/self_intersections.h"
 
@@ -240,12 +239,8 @@ std::optional<TriangleMesh> flat_hull(const Points& points, double flat) {
 std::optional<PlateCollision> plate_collision(const TriangleMesh& body, const Points& positions,
                                               const Eigen::VectorXi& plates, double clearance) {
   constexpr double kFlat = 1e-3;  // [m], more than the heights of soldered transducers scatter
-  if (plates.size() != positions.cols()) {
-    throw InputError(fmt::format("plates: {} numbers for {} positions", plates.size(), positions.cols()));
-  }
-  if (!(clearance >= 0)) {
-    throw InputError(fmt::format("plates: clearance = {} m must be >= 0", clearance));
-  }
+  require(plates.size() == positions.cols(), "plates: {} numbers for {} positions", plates.size(), positions.cols());
+  require(clearance >= 0, "plates: clearance = {} m must be >= 0", clearance);
   const BoxedSkin skin(body);
   const FaceTree tree(body);
   std::optional<PlateCollision> nearest;

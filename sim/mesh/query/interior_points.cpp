@@ -13,6 +13,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/random.h"
+#include "sim/core/require.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/topology.h"
 
@@ -271,18 +272,14 @@ void choose_spaced(const std::vector<Place>& places, double largest, std::size_t
 }
 
 void require_positive(const char* name, double value) {
-  if (!(value > 0 && std::isfinite(value))) {
-    throw InputError(fmt::format("{} = {} must be > 0", name, value));
-  }
+  require(value > 0 && std::isfinite(value), "{} = {} must be > 0", name, value);
 }
 
 }  // namespace
 
 Points spaced_interior_points(const TriangleMesh& mesh, double spacing, double clearance) {
   require_positive("interior_points.spacing", spacing);
-  if (!(clearance >= 0 && std::isfinite(clearance))) {
-    throw InputError(fmt::format("interior_points.clearance = {} must be >= 0", clearance));
-  }
+  require(clearance >= 0 && std::isfinite(clearance), "interior_points.clearance = {} must be >= 0", clearance);
   constexpr double kSeparation = 0.8;  // spacings; the darts that find room then number one a spacing^3
   constexpr Index kReach = 2;  // cells of half a spacing: two apart may be nearer than the separation, three not
   const Vector3 lower = mesh.vertices().rowwise().minCoeff().array() + clearance;
@@ -313,13 +310,9 @@ Points spaced_interior_points(const TriangleMesh& mesh, double spacing, double c
 }
 
 Points interior_sources(const TriangleMesh& mesh, const Vector3& target, double reach, int count, std::uint64_t seed) {
-  if (!target.allFinite()) {
-    throw InputError("interior_sources.target must be finite numbers");
-  }
+  require(target.allFinite(), "interior_sources.target must be finite numbers");
   require_positive("interior_sources.reach", reach);
-  if (count <= 0) {
-    throw InputError(fmt::format("interior_sources.count = {} must be > 0", count));
-  }
+  require(count > 0, "interior_sources.count = {} must be > 0", count);
   const auto wanted = static_cast<std::size_t>(count);
   const std::size_t draws = std::max<std::size_t>(1500, 20 * wanted);  // to choose from; more fill gaps no better
   const double size = extent(mesh);
@@ -343,10 +336,8 @@ Points interior_sources(const TriangleMesh& mesh, const Vector3& target, double 
   std::vector<Vector3> chosen;
   choose_spaced(near, std::min(2.0 * reach, size), (wanted + 1) / 2, chosen);
   choose_spaced(everywhere, size, wanted, chosen);
-  if (chosen.size() < wanted) {
-    throw InputError(fmt::format("interior sources: {} of {} places found deeper than {} edges", chosen.size(), wanted,
-                                 kLeastDepth));
-  }
+  require(chosen.size() >= wanted, "interior sources: {} of {} places found deeper than {} edges", chosen.size(),
+          wanted, kLeastDepth);
 
   return as_columns(chosen);
 }

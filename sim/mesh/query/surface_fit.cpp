@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/text.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/topology.h"
@@ -83,10 +84,9 @@ void SurfaceFit::weigh(const Vector3& x, const Vector3& normal, Stencil& stencil
 }
 
 Eigen::MatrixXcd SurfaceFit::at(const Points& points, const Points& normals, const Eigen::MatrixXcd& values) const {
-  if (normals.cols() != points.cols() || values.rows() != mesh_.face_count()) {
-    throw InputError(fmt::format("surface fit: {} points have {} normals, {} faces have {} values", points.cols(),
-                                 normals.cols(), mesh_.face_count(), values.rows()));
-  }
+  require(normals.cols() == points.cols() && values.rows() == mesh_.face_count(),
+          "surface fit: {} points have {} normals, {} faces have {} values", points.cols(), normals.cols(),
+          mesh_.face_count(), values.rows());
   Eigen::MatrixXcd result(points.cols(), values.cols());
   Index lost = points.cols();
 #pragma omp parallel reduction(min : lost)
@@ -132,11 +132,9 @@ Eigen::VectorXd signed_distances(const TriangleMesh& from, const TriangleMesh& t
 }
 
 SkinDistance skin_distance(const TriangleMesh& mesh, const Eigen::VectorXd& distances, const std::vector<bool>& keep) {
-  if (distances.size() != mesh.face_count() ||
-      (!keep.empty() && keep.size() != static_cast<std::size_t>(mesh.face_count()))) {
-    throw InputError(fmt::format("skin distance: {} distances and {} choices of {} faces", distances.size(),
-                                 keep.size(), mesh.face_count()));
-  }
+  require(distances.size() == mesh.face_count() &&
+              (keep.empty() || keep.size() == static_cast<std::size_t>(mesh.face_count())),
+          "skin distance: {} distances and {} choices of {} faces", distances.size(), keep.size(), mesh.face_count());
   SkinDistance result;
   std::vector<Eigen::Index> faces;
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {

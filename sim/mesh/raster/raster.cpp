@@ -11,6 +11,7 @@
 #include <omp.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 
 namespace touchfield {
 
@@ -243,9 +244,7 @@ void draw_piece(const Piece& piece, const Corners& corners, int first_row, int e
 }
 
 void require_faces(const Points& vertices, const Triangles& triangles) {
-  if (!vertices.allFinite()) {
-    throw InputError("faces to draw: a vertex is not finite");
-  }
+  require(vertices.allFinite(), "faces to draw: a vertex is not finite");
   if (triangles.size() > 0 && (triangles.minCoeff() < 0 || triangles.maxCoeff() >= vertices.cols())) {
     throw InputError(fmt::format("faces to draw: a face names vertex {}, but they are 0 to {}",
                                  triangles.minCoeff() < 0 ? triangles.minCoeff() : triangles.maxCoeff(),
@@ -259,9 +258,7 @@ void require_camera(const Camera& camera) {
   constexpr int kMostPixels = 16384;
   constexpr double kRotation = 1e-9;  // how far the axes may be from a rotation
   const auto require = [](bool holds, const char* member, const std::string& value, const char* rule) {
-    if (!holds) {
-      throw InputError(fmt::format("camera: {} = {}: must be {}", member, value, rule));
-    }
+    touchfield::require(holds, "camera: {} = {}: must be {}", member, value, rule);
   };
   const auto pixels = [&](int value, const char* member) {
     require(value >= 1 && value <= kMostPixels, member, std::to_string(value), "1 to 16384 pixels");

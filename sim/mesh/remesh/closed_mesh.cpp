@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/text.h"
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/io/mesh_files.h"
@@ -282,9 +283,7 @@ OrientedSoup oriented_soup(const FileSurface& surface, double unit, const std::s
   Triangles triangles = without_duplicates(merged.triangles);
   triangles = faces_where(triangles, [&](Index f) { return !is_flat(points, triangles.col(f)); });
   const Index count = triangles.cols();
-  if (count == 0) {
-    throw InputError(fmt::format("{}: no face has an area", name));
-  }
+  require(count != 0, "{}: no face has an area", name);
   if (const Index left_out = static_cast<Index>(surface.triangles.size()) - count; left_out > 0) {
     steps.push_back(fmt::format("left out {} without area or with the corners of an earlier one",
                                 counted(left_out, "face", "faces")));

@@ -7,9 +7,8 @@
 #include <vector>
 
 #include <Eigen/Geometry>
-#include <fmt/format.h>
 
-#include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/topology.h"
 
@@ -195,11 +194,9 @@ EditMesh::EditMesh(const Triangles& triangles, Eigen::Index vertex_count)
     ++valence_[at(start)];
   }
   for_each_edge(sorted_sides(triangles), [&](std::span<const Side> edge) {
-    if (edge.size() != 2 || edge[0].upwards == edge[1].upwards) {
-      throw InputError(
-          fmt::format("mesh: the edge between vertices {} and {} must have two faces that run opposite ways",
-                      edge[0].low, edge[0].high));
-    }
+    require(edge.size() == 2 && edge[0].upwards != edge[1].upwards,
+            "mesh: the edge between vertices {} and {} must have two faces that run opposite ways", edge[0].low,
+            edge[0].high);
     join(edge[0].number(), edge[1].number());
   });
 }

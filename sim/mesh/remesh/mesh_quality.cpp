@@ -8,9 +8,8 @@
 #include <vector>
 
 #include <Eigen/Geometry>
-#include <fmt/format.h>
 
-#include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/topology.h"
 
@@ -23,9 +22,8 @@ double side_of(double area) { return std::sqrt(area * 4.0 / std::sqrt(3.0)); }
 
 template <class Counts>
 std::optional<Resolution> resolution_of(const TriangleMesh& mesh, double wavelength, const Counts& counts) {
-  if (!(wavelength > 0) || !std::isfinite(wavelength)) {
-    throw InputError(fmt::format("mesh quality: wavelength = {} m must be > 0 and finite", wavelength));
-  }
+  require(wavelength > 0 && std::isfinite(wavelength), "mesh quality: wavelength = {} m must be > 0 and finite",
+          wavelength);
   std::vector<std::pair<double, Eigen::Index>> faces;  // area, number
   double area = 0;
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
@@ -74,21 +72,16 @@ struct Part {
 EdgeSizing::EdgeSizing(double far, std::vector<SizingZone> zones, double growth)
     : far_(far), zones_(std::move(zones)), growth_(growth) {
   const auto require_length = [](const char* field, double value, bool zero) {
-    if (!std::isfinite(value) || value < 0 || (value == 0 && !zero)) {
-      throw InputError(fmt::format("{} = {} m must be {} 0 and finite", field, value, zero ? ">=" : ">"));
-    }
+    require((zero ? value >= 0 : value > 0) && std::isfinite(value), "{} = {} m must be {} 0 and finite", field, value,
+            zero ? ">=" : ">");
   };
   require_length("edge_mm.far", far_, false);
   for (const SizingZone& zone : zones_) {
     require_length("edge_mm.near_target", zone.edge, false);
     require_length("edge_mm.within_mm", zone.within, true);
-    if (!zone.centre.allFinite()) {
-      throw InputError("edge_mm: the centre of a zone must be finite");
-    }
+    require(zone.centre.allFinite(), "edge_mm: the centre of a zone must be finite");
   }
-  if (!(growth_ >= 0.02 && growth_ <= 0.6)) {
-    throw InputError(fmt::format("edge_mm.growth = {} must be 0.02 to 0.6", growth_));
-  }
+  require(growth_ >= 0.02 && growth_ <= 0.6, "edge_mm.growth = {} must be 0.02 to 0.6", growth_);
 }
 
 double EdgeSizing::at(const Vector3& x) const {

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/face_tree.h"
@@ -75,12 +76,10 @@ TriangleMesh outer_surface(const TriangleMesh& soup, const Asked& asked, std::ve
     keep.push_back(!inner[p] && volume >= std::pow(asked.edge, 3));
     (inner[p] ? filled : keep[p] ? kept : dropped) += std::abs(volume);
   }
-  if (kept == 0) {
-    throw InputError(fmt::format(
-        "{} is too long, or the surface has no volume: no part larger and thicker than it encloses its points more "
-        "than half",
-        asked.value()));
-  }
+  require(kept != 0,
+          "{} is too long, or the surface has no volume: no part larger and thicker than it encloses its points more "
+          "than half",
+          asked.value());
   if (filled > 0) {
     steps.push_back(fmt::format("filled cavities of {} in all", volume_text(filled)));
   }
@@ -318,9 +317,7 @@ void require_resurfaceable(const FileSurface& surface, double unit, double edge,
   const Asked asked{name, field, edge};
   constexpr double kMostNodes = 3e8;
   constexpr double kMostFaces = 5e6;
-  if (!(asked.edge > 0 && std::isfinite(asked.edge))) {
-    throw InputError(fmt::format("{} must be > 0 and finite", asked.value()));
-  }
+  require(asked.edge > 0 && std::isfinite(asked.edge), "{} must be > 0 and finite", asked.value());
   Eigen::AlignedBox3d box;
   double area = 0;
   for (const auto& face : surface.triangles) {

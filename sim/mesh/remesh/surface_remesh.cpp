@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
@@ -58,9 +59,8 @@ Eigen::VectorXd heights_above(const FaceTree& tree, const EdgeSizing& sizing, co
 void require_possible(const TriangleMesh& original, const EdgeSizing& sizing, double crease_angle) {
   constexpr double kMostFaces = 5e6;
   require_closed_surface(original, "remesh");
-  if (!(crease_angle > 0 && crease_angle <= std::numbers::pi)) {
-    throw InputError(fmt::format("remesh: the crease angle = {} rad must be > 0 and at most pi", crease_angle));
-  }
+  require(crease_angle > 0 && crease_angle <= std::numbers::pi,
+          "remesh: the crease angle = {} rad must be > 0 and at most pi", crease_angle);
   if (wanted_faces(original, sizing, kMostFaces) >= kMostFaces) {
     const Vector3 size = 1e3 * (original.vertices().rowwise().maxCoeff() - original.vertices().rowwise().minCoeff());
     throw InputError(fmt::format(

@@ -12,8 +12,8 @@
 #include <Eigen/Geometry>
 
 #include "sim/hand/hand.h"
+#include "sim/hand/implicit_surface.h"
 #include "sim/hand/shapes.h"
-#include "sim/hand/skin_mesh.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"

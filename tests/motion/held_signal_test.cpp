@@ -1,9 +1,9 @@
-#include "sim/field/held_signal.h"
-
 #include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
+
+#include "sim/motion/pattern.h"
 
 namespace touchfield {
 namespace {
