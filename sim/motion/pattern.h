@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "sim/core/progress.h"
 #include "sim/model/model.h"
 #include "sim/run/motion_data.h"
 #include "sim/scene/scene.h"
