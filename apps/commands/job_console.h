@@ -47,8 +47,8 @@ void add_output(CLI::App* command, JobOutput& output,
                 const std::string& what = "Output directory; default: results/runs/NAME-NNNN, the next free number",
                 const std::string& replaces = "Replace the run that the output directory holds");
 
-/// The console of a command that does a job. An interrupt closes the directory as well. A thread of this object takes the
-/// signals, so that a long factorisation does not delay them. So the object must be made before any other thread.
+/// The console of a command that does a job. An interrupt closes the directory as well. A thread of this object takes
+/// the signals, so that a long factorisation does not delay them. So the object must be made before any other thread.
 class JobConsole {
  public:
   /// kept   what an interrupt says of what is already written, after "interrupted by SIGINT; "; {} stands for
