@@ -107,7 +107,7 @@ TEST(SceneOverrides, AListWithoutBracketsIsShownWithThem) {
 TEST(SceneOverrides, ProblemsOfTheFileComeFirst) {
   const auto problems = problems_with({"frequency_khz=0"}, kSmallScene + "evaluation: nobody\n");
   ASSERT_EQ(problems.size(), 2U);
-  EXPECT_THAT(problems[0], HasSubstr("scene.yaml:5:8: evaluation = nobody must be one of auto, same, none or a map"));
+  EXPECT_THAT(problems[0], HasSubstr("scene.yaml:5:13: evaluation = nobody must be one of auto, same, none or a map"));
   EXPECT_EQ(problems[1], "--set frequency_khz=0: frequency_khz = 0 must be 1 to 200");
 }
 
