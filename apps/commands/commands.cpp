@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "apps/commands/command_line.h"
 #include "sim/core/errors.h"
 
 namespace touchfield {
