@@ -1,3 +1,4 @@
+#include <array>
 #include <cmath>
 #include <random>
 #include <string>
@@ -153,6 +154,30 @@ TEST(HandJoints, AnyAnglesGiveASoundSkinOrAClearError) {
     }
   }
   EXPECT_GE(sound, kDraws - 2);  // the error is the exception
+}
+
+// The table's lengths in proportion; and the hand as long as is asked for, from the crease to the middle fingertip.
+TEST(HandSkeleton, HasThePublishedProportions) {
+  constexpr std::array<std::array<double, 3>, 4> kBones = {{{39.78, 22.38, 15.82 + 3.84},
+                                                            {44.63, 26.33, 17.40 + 3.95},
+                                                            {41.37, 25.65, 17.30 + 3.95},
+                                                            {32.74, 18.11, 15.96 + 3.73}}};
+  for (const std::string& pose : hand_poses()) {
+    const HandSkeleton skeleton = posed_skeleton(hand_pose(pose), HandOptions().length, HandOptions().breadth);
+    const double scale = (skeleton.fingers[1].joints[1] - skeleton.fingers[1].joints[0]).norm() / 44.63;
+    for (std::size_t i = 0; i < 4; ++i) {
+      for (std::size_t bone = 0; bone < 3; ++bone) {
+        const double length = (skeleton.fingers[i].joints[bone + 1] - skeleton.fingers[i].joints[bone]).norm();
+        EXPECT_NEAR(length / scale, kBones[i][bone], 1e-9);
+      }
+    }
+    const auto& thumb = skeleton.thumb.joints;
+    EXPECT_NEAR((thumb[1] - thumb[0]).norm() / scale, 46.22, 1e-9);
+    EXPECT_NEAR((thumb[2] - thumb[1]).norm() / scale, 31.57, 1e-9);
+    EXPECT_NEAR((thumb[3] - thumb[2]).norm() / scale, 21.67 + 5.67, 1e-9);
+    const double finger = scale * (44.63 + 26.33 + 17.40 + 3.95);
+    EXPECT_NEAR(finger + (0.373 + 0.073) * 193.3 * kMm, 193.3 * kMm, 1e-12);
+  }
 }
 
 }  // namespace touchfield::hand_joints_test
