@@ -1,8 +1,7 @@
-#include "sim/gpu/cuda/boundary.cuh"
-
 #include <algorithm>
 #include <stdexcept>
 
+#include "sim/gpu/cuda/boundary.cuh"
 #include "sim/gpu/cuda/launch.cuh"
 
 namespace touchfield::cuda {

@@ -7,8 +7,8 @@
 #include <thrust/execution_policy.h>
 #include <thrust/iterator/counting_iterator.h>
 
-#include "sim/gpu/cuda/launch.cuh"
 #include "sim/gpu/cuda/boundary.cuh"
+#include "sim/gpu/cuda/launch.cuh"
 
 namespace touchfield::cuda {
 

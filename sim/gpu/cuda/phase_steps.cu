@@ -1,10 +1,9 @@
-#include "sim/gpu/cuda/phase_steps.cuh"
-
 #include <algorithm>
 #include <cmath>
 
 #include "sim/gpu/cuda/launch.cuh"
 #include "sim/gpu/cuda/normal_factor.cuh"
+#include "sim/gpu/cuda/phase_steps.cuh"
 #include "sim/gpu/cuda/products.cuh"
 
 namespace touchfield::cuda {

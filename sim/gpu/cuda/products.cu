@@ -1,8 +1,7 @@
-#include "sim/gpu/cuda/products.cuh"
-
 #include <cmath>
 
 #include "sim/gpu/cuda/launch.cuh"
+#include "sim/gpu/cuda/products.cuh"
 
 namespace touchfield::cuda {
 

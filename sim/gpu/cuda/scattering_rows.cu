@@ -11,8 +11,8 @@ namespace touchfield::cuda {
 namespace {
 
 constexpr unsigned kThreads = 256;
-constexpr int kPanelRows = 8192;      // points whose fields lie in double at a time
-constexpr int kPolishingSteps = 2;    // as ScatteringSystem's
+constexpr int kPanelRows = 8192;    // points whose fields lie in double at a time
+constexpr int kPolishingSteps = 2;  // as ScatteringSystem's
 
 /// rows(i, s) = root_j from(j, s), j = list_i or, without a list, first + i; without roots 1 each
 __global__ void take_rows(const int* list, int first, int count, const double* root, const cuComplex* from, int ld,

@@ -1,11 +1,10 @@
-#include "sim/gpu/cuda/sources.cuh"
-
 #include <algorithm>
 #include <stdexcept>
 
 #include "sim/gpu/cuda/faces.cuh"
 #include "sim/gpu/cuda/launch.cuh"
 #include "sim/gpu/cuda/products.cuh"
+#include "sim/gpu/cuda/sources.cuh"
 
 namespace touchfield::cuda {
 
