@@ -43,8 +43,8 @@ struct LevenbergMarquardtOptions {
   double step_tolerance = 1e-10;      // converged if |h| <= this (1 + |x|); >= 0
 };
 
-/// Minimises the cost over theta and phi by Levenberg-Marquardt with Madsen's damping (levenberg_marquardt.h), gain ratio
-/// (cost - cost_new) / (h . (mu h - J^T f)). The cost never rises. A step's normal equations are factorised in single
+/// Minimises the cost over theta and phi by Levenberg-Marquardt with Madsen's damping (levenberg_marquardt.h) and the
+/// gain ratio (cost - cost_new) / (h . (mu h - J^T f)). The cost never rises. A step's normal equations are factorised in single
 /// precision and refined until the step is known to 1e-9 of itself; in double where that fails.
 ///
 /// start     [theta; phi], K + N [rad]

@@ -126,7 +126,7 @@ class Surface {
 
   bool lowers_cost() const { return candidate_.cost < point_.cost && predicted_ > 0; }
 
-  /// Channels that the step would have pushed out are held. At rest, unless some that are held could still move inwards.
+  /// Channels that the step would have pushed out are held. At rest, unless some of those could still move inwards.
   Refusal refuse() {
     if (tiny_ || std::abs(predicted_) <= kRounding * point_.cost) {
       return release_clipped() ? Refusal::kDamp : Refusal::kAtRest;
