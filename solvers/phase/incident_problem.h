@@ -44,8 +44,8 @@ struct LevenbergMarquardtOptions {
 };
 
 /// Minimises the cost over theta and phi by Levenberg-Marquardt with Madsen's damping (levenberg_marquardt.h) and the
-/// gain ratio (cost - cost_new) / (h . (mu h - J^T f)). The cost never rises. A step's normal equations are factorised in single
-/// precision and refined until the step is known to 1e-9 of itself; in double where that fails.
+/// gain ratio (cost - cost_new) / (h . (mu h - J^T f)). The cost never rises. A step's normal equations are factorised
+/// in single precision and refined until the step is known to 1e-9 of itself; in double where that fails.
 ///
 /// start     [theta; phi], K + N [rad]
 /// returns   phi as the solution's phases, amplitudes 1; kStalled if no damping up to 1e30 times the start's helps

@@ -34,7 +34,6 @@ TEST(Model, WhatDoesNotGoTogetherIsRefused) {
   EXPECT_THAT(refusal({"body.place.at_mm=[0, 0, 0]"}), HasSubstr("crosses the board"));
   EXPECT_THAT(refusal({"target.box.size_mm=[0.001, 0.001, 0.001]"}), HasSubstr("target"));
   EXPECT_THAT(refusal({"target.box.size_mm=[100, 100, 100]"}), HasSubstr("target"));
-  EXPECT_THAT(refusal({"solve.methods=[{fixed: {phases_rad: [0, 1, 2]}}]"}), HasSubstr("3 phases"));
 }
 
 TEST(Model, PointsAndLinesAreDrawnOnTheSkin) {

@@ -50,12 +50,10 @@ TEST(MovingHand, EvaluationAndSolverSeeTheSameSkin) {
     ASSERT_TRUE(evaluation);
     // Along each axis the two meshes reach as far, to what a coarse mesh cuts off.
     for (int axis = 0; axis < 3; ++axis) {
-      EXPECT_NEAR(evaluation->mesh.vertices().row(axis).minCoeff(), model.body.mesh.vertices().row(axis).minCoeff(),
-                  1e-3);
-      EXPECT_NEAR(evaluation->mesh.vertices().row(axis).maxCoeff(), model.body.mesh.vertices().row(axis).maxCoeff(),
-                  1e-3);
+      EXPECT_NEAR(evaluation->vertices().row(axis).minCoeff(), model.body.mesh.vertices().row(axis).minCoeff(), 1e-3);
+      EXPECT_NEAR(evaluation->vertices().row(axis).maxCoeff(), model.body.mesh.vertices().row(axis).maxCoeff(), 1e-3);
     }
-    EXPECT_TRUE(presses(model, evaluation->mesh));
+    EXPECT_TRUE(presses(model, *evaluation));
   }
 }
 
@@ -71,7 +69,7 @@ TEST(MovingHand, SkinBeyondMovesWithTheHand) {
   EXPECT_EQ(end.beyond.areas, begin.beyond.areas);
   // The evaluation mesh has the whole hand, finer than the mesh that the patches lie on: chords of 5 mm on a radius of
   // 8 are 0.4 mm off.
-  const FaceTree skin(moving.evaluation_mesh(end, state)->mesh);
+  const FaceTree skin(*moving.evaluation_mesh(end, state));
   const Points centres = end.beyond.centres();
   double farthest = 0;
   for (const auto& x : centres.colwise()) {
