@@ -12,25 +12,25 @@ namespace touchfield::run_text_test {
 
 TEST(Describe, SaysWhatThereIs) {
   const std::string text = describe_run(full_run());
-  for (const char* part : {"complete          yes", "faces 48, vertices 35, area 24 cm2", "6 transducers", "t4010a1",
-                           "target faces      3\n", "2000 Pa", "surface", "paper-2", "35.00 %", "5.25", "stalled",
-                           "direct", "side 5 x 1 x 4", "0123456789ab", "coarse mesh", "evaluation             edge\n",
-                           "evaluation scheme      burton_miller_polished\n", "faces 80, vertices",
-                           "resonance_check             1.25 %\n"}) {
+  for (const char* part :
+       {"complete          yes", "faces 48, vertices 35, area 24 cm2", "6 transducers", "t4010a1",
+        "target faces      3\n", "2000 Pa", "surface", "paper-2", "35.00 %", "5.25", "stalled", "direct",
+        "side 5 x 1 x 4", "0123456789ab", "coarse mesh", "evaluation        edge\n",
+        "evaluation scheme burton_miller_polished\n", "faces 80, vertices", "resonance check   1.25 %\n"}) {
     EXPECT_THAT(text, HasSubstr(part));
   }
   EXPECT_THAT(text,
               ContainsRegex("  pressure +burton_miller_polished +GMRES, matrix-free .*single refined +10,842 +3 +14 "
                             "+2 +3.1e-06 +yes +1.25\n"));
   EXPECT_THAT(text, ContainsRegex("  evaluation +chief +LU +.*double +80 +1 +0 +0 +- +no +0.333\n"));
-  EXPECT_THAT(text, Not(HasSubstr("nan")));
+  EXPECT_THAT(text, Not(HasSubstr(" nan")));
 }
 
 TEST(Describe, ARunWithoutTargetOrMethods) {
   const std::string text = describe_run(bare_run(sheet(1, 1, 0.01)));
-  EXPECT_THAT(
-      text, AllOf(HasSubstr("complete     no\n"), HasSubstr("target faces 0\n"), HasSubstr("evaluation        none\n"),
-                  HasSubstr("no method has finished"), Not(HasSubstr("resonance_check"))));
+  EXPECT_THAT(text,
+              AllOf(HasSubstr("complete     no\n"), HasSubstr("target faces 0\n"), HasSubstr("evaluation   none\n"),
+                    HasSubstr("no method has finished"), Not(HasSubstr("resonance check"))));
 }
 
 TEST(Describe, AnEvaluationThatIsTheSolvingModel) {
