@@ -158,7 +158,7 @@ def check_motion(motion):
     frames, scores = method["frames"], method["scores"]
     np.testing.assert_allclose(frames["sampled"][:], np.arange(4) / 30)
     np.testing.assert_allclose(frames["shown"][:], np.arange(4) / 20 + 0.022)
-    assert list(frames["outside"]) == [0, 1, 0, 0] and list(frames["steps"]) == [2, 0, 2, 2]
+    assert list(frames["silent"]) == [0, 1, 0, 0] and list(frames["steps"]) == [2, 0, 2, 2]
     assert list(frames["status"].asstr()) == ["iteration_limit", "direct", "iteration_limit", "iteration_limit"]
     check_same(frames["phases"][3], np.abs(made_up(6, 10.5)) / 400)
     assert frames["phases"].shape == (4, 6) and not frames["amplitudes"][1].any()
