@@ -143,7 +143,7 @@ class OnABoard(LiveTest):
         self.assertTrue(self.board.wait(lambda b: b.silent_at is not None), "it is still on")
         self.assertLessEqual(self.board.silent_at - start, 0.5)
         time.sleep(0.3)
-        self.assertTrue(self.board.firmware.silence(), "something resumed")
+        self.assertTrue(self.board.firmware.silent(), "something resumed")
         self.assertEqual(self.board.firmware.faults, [])
 
     def test_a_whole_motion(self):
