@@ -13,19 +13,20 @@ add_library(touchfield_openblas INTERFACE)
 target_link_libraries(touchfield_openblas INTERFACE ${TOUCHFIELD_OPENBLAS})
 target_include_directories(touchfield_openblas SYSTEM INTERFACE ${TOUCHFIELD_OPENBLAS_INCLUDE})
 
-if(TOUCHFIELD_KERNEL)
-  return()
-endif()
-
-find_package(yaml-cpp 0.7 REQUIRED)
 find_package(nlohmann_json REQUIRED)
-find_package(CLI11 REQUIRED)
-find_package(ZLIB REQUIRED)
 find_library(TOUCHFIELD_SPNG spng REQUIRED)
 find_path(TOUCHFIELD_SPNG_INCLUDE spng.h REQUIRED)
 add_library(touchfield_spng INTERFACE)
 target_link_libraries(touchfield_spng INTERFACE ${TOUCHFIELD_SPNG})
 target_include_directories(touchfield_spng SYSTEM INTERFACE ${TOUCHFIELD_SPNG_INCLUDE})
+
+if(TOUCHFIELD_KERNEL)
+  return()
+endif()
+
+find_package(yaml-cpp 0.7 REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(ZLIB REQUIRED)
 
 # The serial HDF5: VTK's packages also bring the MPI one.
 set(HDF5_PREFER_PARALLEL OFF)
