@@ -32,6 +32,7 @@ auto asked(const Model& model, Scheme scheme, Progress& progress, Ask ask) {
   if (!model.posture.target) {
     throw InputError(fmt::format("scene {}: it has no target, which the phase methods need", model.fixed->scene.name));
   }
+  require_fitting_phases(model);
   std::vector<SolveRecord> records;
   const auto scattering = make_scattering("python", model.body.mesh, scheme, model.fixed->scene.solve.solver,
                                           largest_block(model.fixed->scene, scheme, model.fixed->array.size(), false),

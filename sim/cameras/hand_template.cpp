@@ -33,14 +33,6 @@ HandSkeleton proportioned_skeleton(const HandPose& pose, double length, double b
 
 namespace {
 
-Eigen::Matrix3d bone_frame(const BoneChain& chain, std::size_t bone) {
-  Eigen::Matrix3d frame;
-  frame.col(1) = chain.direction(static_cast<int>(bone));
-  frame.col(2) = chain.palmar[bone];
-  frame.col(0) = frame.col(1).cross(frame.col(2));
-  return frame;
-}
-
 double bone_length(const BoneChain& chain, std::size_t bone) {
   return (chain.joints[bone + 1] - chain.joints[bone]).norm();
 }

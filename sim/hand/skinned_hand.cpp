@@ -92,15 +92,6 @@ Grip grip_of(const BoneChain& chain, const Vector3& start, double start_radius, 
   return grip;
 }
 
-/// Across the bone, along it, and to its palm side.
-Eigen::Matrix3d frame_of(const BoneChain& chain, std::size_t bone) {
-  Eigen::Matrix3d frame;
-  frame.col(1) = chain.direction(static_cast<int>(bone));
-  frame.col(2) = chain.palmar[bone];
-  frame.col(0) = frame.col(1).cross(frame.col(2));
-  return frame;
-}
-
 Eigen::Vector4d product(const Eigen::Vector4d& a, const Eigen::Vector4d& b) {
   Eigen::Vector4d result;
   result(0) = a(0) * b(0) - a.tail<3>().dot(b.tail<3>());
@@ -115,6 +106,14 @@ Vector3 rotated(const Eigen::Vector4d& quaternion, const Vector3& x) {
 }
 
 }  // namespace
+
+Eigen::Matrix3d bone_frame(const BoneChain& chain, std::size_t bone) {
+  Eigen::Matrix3d frame;
+  frame.col(1) = chain.direction(static_cast<int>(bone));
+  frame.col(2) = chain.palmar[bone];
+  frame.col(0) = frame.col(1).cross(frame.col(2));
+  return frame;
+}
 
 std::string bone_name(std::size_t digit, std::size_t bone) {
   constexpr std::array<const char*, HandSkeleton::kDigits> kNames = {"thumb", "index finger", "middle finger",
@@ -205,7 +204,7 @@ std::array<RigidMotion, SkinnedHand::kBones> SkinnedHand::bone_motions(const Han
     const BoneChain& other = to.digit(i);
     for (std::size_t bone = 0; bone < 3; ++bone) {
       motions[bone_number(i, bone)] =
-          motion(frame_of(other, bone) * frame_of(one, bone).transpose(), one.joints[bone], other.joints[bone]);
+          motion(bone_frame(other, bone) * bone_frame(one, bone).transpose(), one.joints[bone], other.joints[bone]);
     }
   }
   const auto swing = Eigen::Quaterniond::FromTwoVectors(from.thumb.direction(0), to.thumb.direction(0));

@@ -121,4 +121,7 @@ class SkinnedHand {
 /// A bone of a digit (0 the thumb, then the fingers from index to little) in words.
 std::string bone_name(std::size_t digit, std::size_t bone);
 
+/// The frame of a bone, in columns: across it, along it, and to its palm side.
+Eigen::Matrix3d bone_frame(const BoneChain& chain, std::size_t bone);
+
 }  // namespace touchfield

@@ -220,9 +220,7 @@ MovingModel::MovingModel(const Scene& scene, KeptBodies* kept, Progress* progres
   require(!scene.sensing,
           "sensing: applies to a still only. For a motion put the same keys into motion.sensor.noise, which gives "
           "every sample noise of its own, and leave sensing out");
-  for (const MethodSpec& method : scene.solve.methods) {
-    require_fitting_phases(method, first_.fixed->array.size());
-  }
+  require_fitting_phases(first_);
   if (first_.fixed->evaluation.kind == Evaluation::Kind::kEdge) {
     const EvaluationMesh evaluation = first_.fixed->evaluation.mesh(first_, kept);
     evaluating_.emplace(scene, first_.plan, evaluation.mesh, evaluation.owner);

@@ -139,9 +139,7 @@ CheckReport check_model(const Model& model, int sharing) {
   if (scene.target && !scene.target->pressure) {
     iterations += kScaleTrials * scene.solve.methods.front().iterations;
   }
-  for (const MethodSpec& method : scene.solve.methods) {
-    require_fitting_phases(method, model.fixed->array.size());
-  }
+  require_fitting_phases(model);
   const Scheme scheme = scene.solve.scheme;
   const double unknowns = m + (traits(scheme).interior_points ? chief_points(model) : 0.0);
   report.available_mib = available_memory() / kMebibyte;

@@ -159,17 +159,19 @@ void require_fitting_phases(const MethodSpec& method, Eigen::Index channels) {
   }
 }
 
+void require_fitting_phases(const Model& model) {
+  for (const MethodSpec& method : model.fixed->scene.solve.methods) {
+    require_fitting_phases(method, model.fixed->array.size());
+  }
+}
+
 MethodSolver::MethodSolver(SkinScattering& scattering, Eigen::Index channels, std::optional<Target> target,
                            SolveSpec spec, OutsideSkin outside)
     : scattering_(scattering),
       channels_(channels),
       target_(std::move(target)),
       spec_(std::move(spec)),
-      outside_(std::move(outside)) {
-  for (const MethodSpec& method : spec_.methods) {
-    require_fitting_phases(method, channels);
-  }
-}
+      outside_(std::move(outside)) {}
 
 void MethodSolver::aim(Target target) {
   target_ = std::move(target);

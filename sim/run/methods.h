@@ -23,6 +23,8 @@ void leave_out_dead(const ChannelResponse& response, PhaseSolution& solution);
 /// throws   InputError if a method's fixed phases, or those of the run that it starts from, do not fit the channels, or
 ///          that run cannot be read
 void require_fitting_phases(const MethodSpec& method, Eigen::Index channels);
+/// The same of every method of a model's scene.
+void require_fitting_phases(const Model& model);
 
 /// Solves the phase methods of a scene on one scattering model. What several methods share (b of every channel, its
 /// Gram matrix, columns of B, the transfer matrix) is computed once, when the first one needs it.
@@ -31,7 +33,6 @@ class MethodSolver {
   /// scattering   outlives the solver
   /// target       absent for scenes without one; methods other than `fixed` need one
   /// outside        of the scattering's mesh
-  /// throws       as require_fitting_phases of each method of the spec
   MethodSolver(SkinScattering& scattering, Eigen::Index channels, std::optional<Target> target, SolveSpec spec,
                OutsideSkin outside = {});
 

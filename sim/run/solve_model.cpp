@@ -317,6 +317,7 @@ Provenance provenance_now(int threads, const std::string& seeds, const std::stri
 Run solve_model(const Model& model, const SolveOptions& options, const std::function<void(const Run&)>& finished,
                 Progress& progress) {
   const SolveSpec& spec = model.fixed->scene.solve;
+  require_fitting_phases(model);
   Run run = begin_run(model, options);
   if (const std::string slow = blas_warning(); !slow.empty()) {
     progress.warn(slow);  // of this process, not of the result

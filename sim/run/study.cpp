@@ -263,9 +263,7 @@ std::vector<Model> study_models(Scene scene, const StudyOptions& options) {
   for (const double edge : edges_of(scene, options)) {
     models.push_back(build_model(with_edge(scene, edge)));
   }
-  for (const MethodSpec& method : scene.solve.methods) {
-    require_fitting_phases(method, models.front().fixed->array.size());
-  }
+  require_fitting_phases(models.front());
   return models;
 }
 
