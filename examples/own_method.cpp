@@ -45,7 +45,7 @@ void compare(const char* path) {
   const Eigen::MatrixXcd h =
       touchfield::transfer_matrix(skin, model.fixed->wave, model.fixed->array, scene.solve.scheme);
   Eigen::ArrayXd wanted = Eigen::ArrayXd::Zero(h.rows());
-  wanted(target.faces) = target.amplitudes;
+  wanted(target.faces) = target.shares.cwiseProduct(target.amplitudes);  // a face on the border counts by its share
   const Eigen::VectorXcd q = own_drives(h, wanted, skin.areas());
   const touchfield::Metrics direct = touchfield::metrics_of(skin, model.fixed->wave, model.boxes, target, h * q);
   std::printf("%td faces, %td channels; own, by H: relative_error %.6f\n", h.rows(), h.cols(), direct.relative_error);

@@ -53,7 +53,7 @@ Vector3 three_numbers(nb::handle value, const std::string& what) {
   return numbers;
 }
 
-SharedTarget target_of_faces(const SkinMesh& skin, nb::handle faces, nb::handle amplitudes) {
+SharedTarget target_of_faces(const SkinMesh& skin, nb::handle faces, nb::handle amplitudes, nb::handle shares) {
   Target target;
   target.faces = index_list(faces, "Target: faces", skin.mesh->face_count());
   double pressure = 0;
@@ -61,6 +61,11 @@ SharedTarget target_of_faces(const SkinMesh& skin, nb::handle faces, nb::handle 
                           ? Eigen::VectorXd::Constant(static_cast<Eigen::Index>(target.faces.size()), pressure)
                           : real_list(amplitudes, "Target: amplitudes");
   require_count("Target: amplitudes", target.amplitudes.size(), target.size(), "per face");
+  target.shares =
+      shares.is_none() ? Eigen::VectorXd::Ones(target.size()) : Eigen::VectorXd(real_list(shares, "Target: shares"));
+  require_count("Target: shares", target.shares.size(), target.size(), "per face");
+  require((target.shares.array() > 0).all() && (target.shares.array() <= 1).all(),
+          "Target: shares must be > 0 and <= 1");
   target.box.assign(target.faces.size(), 0);
   if (std::ranges::adjacent_find(target.faces, std::greater_equal<>()) != target.faces.end()) {
     throw InputError("Target: faces must ascend, each of them once");
@@ -78,7 +83,8 @@ SharedTarget target_of_state(const nb::tuple& state) {
   target.amplitudes = real_list(state[1], "Target: state");
   const std::vector<Eigen::Index> box = index_list(state[2], "Target: state", kAny);
   target.box.assign(box.begin(), box.end());
-  return {shared(std::move(target)), nb::cast<SkinMesh>(state[3]), nb::cast<std::string>(state[4])};
+  target.shares = real_list(state[3], "Target: state");
+  return {shared(std::move(target)), nb::cast<SkinMesh>(state[4]), nb::cast<std::string>(state[5])};
 }
 
 void require_above_zero(const char* what, double value, const char* unit) {
@@ -267,7 +273,8 @@ Model with_own(const Model& model, const OwnMethods& own) {
 namespace {
 
 void add_target(nb::module_& module) {
-  nb::class_<SharedTarget>(module, "Target", R"(Faces of a mesh and the wanted pressure on each.
+  nb::class_<SharedTarget>(module, "Target",
+                           R"(Faces of a mesh, the share of each that is meant, and the wanted pressure there.
 
 Parameters
 ----------
@@ -277,11 +284,13 @@ faces : array_like of int, shape (K,)
     Numbers of the faces, ascending.
 amplitudes : array_like, shape (K,), or float
     Wanted pressure amplitudes [Pa].
+shares : array_like, shape (K,), optional
+    The share of each face's area that belongs to the target, above 0 and up to 1. All of it if left out.
 
 Raises
 ------
 InputError
-    On a face that is missing or given twice, or if no pressure is wanted.
+    On a face that is missing or given twice, a share out of range, or if no pressure is wanted.
 
 Examples
 --------
@@ -291,14 +300,15 @@ Examples
 )")
       .def(
           "__init__",
-          [](SharedTarget* self, const MeshLike& mesh, const ArrayLike& faces, const ArrayLike& amplitudes) {
+          [](SharedTarget* self, const MeshLike& mesh, const ArrayLike& faces, const ArrayLike& amplitudes,
+             const Said<"numpy.typing.ArrayLike | None">& shares) {
             if (!nb::isinstance<SkinMesh>(mesh)) {
               const auto kind = nb::cast<std::string>(mesh.type().attr("__name__"));
               throw nb::type_error(fmt::format("mesh must be a touchfield.Mesh, not {}", kind).c_str());
             }
-            new (self) SharedTarget(target_of_faces(nb::cast<const SkinMesh&>(mesh), faces, amplitudes));
+            new (self) SharedTarget(target_of_faces(nb::cast<const SkinMesh&>(mesh), faces, amplitudes, shares));
           },
-          nb::arg("mesh"), nb::arg("faces"), nb::arg("amplitudes"))
+          nb::arg("mesh"), nb::arg("faces"), nb::arg("amplitudes"), nb::arg("shares") = nb::none())
       .def_static("_box", &target_of_box, nb::arg("mesh"), nb::arg("centre"), nb::arg("size"), nb::arg("angles"),
                   nb::arg("profile"), nb::arg("pressure"))
       .def_static("_discs", &target_of_discs, nb::arg("mesh"), nb::arg("centres"), nb::arg("diameter"),
@@ -310,12 +320,15 @@ Examples
       .def_prop_ro("faces", part_of<SharedTarget>(&Target::faces), "Numbers of the faces, shape (K,).")
       .def_prop_ro("amplitudes", part_of<SharedTarget>(&Target::amplitudes),
                    "The wanted pressure amplitude on each [Pa], shape (K,).")
+      .def_prop_ro("shares", part_of<SharedTarget>(&Target::shares),
+                   "The share of each face's area that belongs to the target, 0 to 1, shape (K,). The rest is outside.")
       .def_prop_ro(
           "centre", [](const SharedTarget& self) { return central_face(*self.skin.mesh, *self); },
           "The number of the face nearest to the centre of the target, where `focus` aims.")
       .def("__getstate__",
            [](const SharedTarget& self) {
-             return nb::make_tuple(owned(self->faces), owned(self->amplitudes), owned(self->box), self.skin, self.keys);
+             return nb::make_tuple(owned(self->faces), owned(self->amplitudes), owned(self->box), owned(self->shares),
+                                   self.skin, self.keys);
            })
       .def("__setstate__",
            [](SharedTarget& self, const nb::tuple& state) { new (&self) SharedTarget(target_of_state(state)); })

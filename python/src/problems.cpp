@@ -71,8 +71,7 @@ SharedProblem problem_of_transfer(const ArrayLike& h, const SharedTarget& target
   const auto mesh = target.skin.mesh;
   Eigen::MatrixXcd rows = complex_table(h, "Problem.of: h");
   if (rows.rows() == target->size()) {
-    const Eigen::VectorXd weights = mesh->areas()(target->faces);
-    SkinProblem problem{std::move(rows), target->amplitudes, weights, Eigen::MatrixXcd(0, 0)};
+    SkinProblem problem{std::move(rows), target->amplitudes, target->areas(mesh->areas()), Eigen::MatrixXcd(0, 0)};
     problem.outside.resize(0, problem.target.cols());
     require_valid(problem, "Problem");
     return shared(std::move(problem));
@@ -83,8 +82,7 @@ SharedProblem problem_of_transfer(const ArrayLike& h, const SharedTarget& target
   }
   Eigen::VectorXd outside;
   if (outside_weight > 0) {
-    outside = outside_weight * mesh->areas();
-    outside(target->faces).setZero();
+    outside = OutsideSkin().face_weights(mesh->areas(), *target, outside_weight);
   }
   return computed(thread_count(threads), [=](Progress&) {
     const Eigen::MatrixXcd each = Eigen::MatrixXcd::Identity(rows.cols(), rows.cols());

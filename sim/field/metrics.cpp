@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "sim/core/units.h"
+#include "sim/field/target_parts.h"
 
 namespace touchfield {
 
@@ -13,14 +14,6 @@ namespace {
 
 constexpr double kBin = 0.25 * kMillimetre;
 constexpr double kHalfStrip = 2.0 * kMillimetre;
-
-Eigen::VectorXd wanted_amplitudes(const TriangleMesh& mesh, const Target& target) {
-  Eigen::VectorXd wanted = Eigen::VectorXd::Zero(mesh.face_count());
-  for (Eigen::Index i = 0; i < target.size(); ++i) {
-    wanted(target.faces[static_cast<std::size_t>(i)]) = target.amplitudes(i);
-  }
-  return wanted;
-}
 
 /// |p|^2 and area gathered along the width axis of a box.
 class WidthProfile {
@@ -133,11 +126,20 @@ Eigen::VectorXd radiation_pressure(const SurfaceGradient& gradient, const Wave& 
 double wanted_width(const TriangleMesh& mesh, const TargetBox& box, const Target& target) {
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
-  for (std::size_t i = 0; i < target.faces.size(); ++i) {
-    for (int c = 0; c < 3 && target.box[i] == 0; ++c) {
-      const double x = box.rotation.col(0).dot(mesh.corner(target.faces[i], c) - box.centre);
-      low = std::min(low, x);
-      high = std::max(high, x);
+  const auto reach = [&](const Vector3& corner) {
+    const double x = box.rotation.col(0).dot(corner - box.centre);
+    low = std::min(low, x);
+    high = std::max(high, x);
+  };
+  if (box.shape == TargetShape::kMask) {
+    for (std::size_t i = 0; i < target.faces.size(); ++i) {
+      for (int c = 0; c < 3 && target.box[i] == 0; ++c) {
+        reach(mesh.corner(target.faces[i], c));
+      }
+    }
+  } else {
+    for (const FacePart& part : face_parts(mesh, {box})) {
+      std::ranges::for_each(part.corners, reach);
     }
   }
   return high > low ? high - low : kNotComputed;
@@ -146,9 +148,10 @@ double wanted_width(const TriangleMesh& mesh, const TargetBox& box, const Target
 double half_maximum_width(const TriangleMesh& mesh, const TargetBox& box, const Target& target,
                           const Eigen::VectorXcd& pressure) {
   Vector3 facing = Vector3::Zero();
+  const Eigen::VectorXd areas = target.areas(mesh.areas());
   for (std::size_t i = 0; i < target.faces.size(); ++i) {
     if (target.box[i] == 0) {
-      facing += mesh.areas()(target.faces[i]) * mesh.normals().col(target.faces[i]);
+      facing += areas(static_cast<Eigen::Index>(i)) * mesh.normals().col(target.faces[i]);
     }
   }
   const auto width_axis = box.rotation.col(0);
@@ -198,41 +201,34 @@ double half_maximum_width(const TriangleMesh& mesh, const TargetBox& box, const 
 }
 
 double wanted_mean(const TriangleMesh& mesh, const Target& target) {
-  const Eigen::VectorXd areas = mesh.areas()(target.faces);
+  const Eigen::VectorXd areas = target.areas(mesh.areas());
   return areas.dot(target.amplitudes) / areas.sum();
 }
 
 Metrics pattern_metrics(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, const Target& target,
                         const Eigen::VectorXcd& pressure) {
-  const Eigen::VectorXd& area = mesh.areas();
   const Eigen::VectorXd reached = pressure.cwiseAbs();
-  const Eigen::VectorXd wanted = wanted_amplitudes(mesh, target);
-  const double energy = area.dot(reached.cwiseAbs2());
-  const double wanted_energy = area.dot(wanted.cwiseAbs2());
-  const double product = area.dot(reached.cwiseProduct(wanted));
+  const Eigen::VectorXd areas = target.areas(mesh.areas());
+  const Eigen::VectorXd inside = reached(target.faces);
+  const double energy = mesh.areas().dot(reached.cwiseAbs2());
+  const double energy_inside = areas.dot(inside.cwiseAbs2());
+  const double wanted_energy = areas.dot(target.amplitudes.cwiseAbs2());
+  const double product = areas.dot(inside.cwiseProduct(target.amplitudes));
 
   Metrics metrics;
   metrics.peak_pa = reached.maxCoeff();
   metrics.scale = product / energy;
   metrics.correlation = product / std::sqrt(energy * wanted_energy);
   const auto error_at = [&](double scale) {
-    return std::sqrt(area.dot((scale * reached - wanted).cwiseAbs2()) / wanted_energy);
+    const double on_target = areas.dot((scale * inside - target.amplitudes).cwiseAbs2());
+    return std::sqrt((on_target + scale * scale * (energy - energy_inside)) / wanted_energy);
   };
   metrics.relative_error = error_at(metrics.scale);
   metrics.relative_error_raw = error_at(1.0);
-
-  double inside_area = 0.0;
-  double inside_sum = 0.0;
-  double inside_energy = 0.0;
-  for (const Eigen::Index f : target.faces) {
-    inside_area += area(f);
-    inside_sum += area(f) * reached(f);
-    inside_energy += area(f) * reached(f) * reached(f);
-  }
-  metrics.leakage = 1.0 - inside_energy / energy;
-  metrics.mean_inside_pa = inside_sum / inside_area;
+  metrics.leakage = 1.0 - energy_inside / energy;
+  metrics.mean_inside_pa = areas.dot(inside) / areas.sum();
   metrics.reached_share = metrics.mean_inside_pa / wanted_mean(mesh, target);
-  const double variance = inside_energy / inside_area - metrics.mean_inside_pa * metrics.mean_inside_pa;
+  const double variance = energy_inside / areas.sum() - metrics.mean_inside_pa * metrics.mean_inside_pa;
   metrics.cv_inside = std::sqrt(std::max(variance, 0.0)) / metrics.mean_inside_pa;
   metrics.width_mm = half_maximum_width(mesh, boxes.front(), target, pressure) / kMillimetre;
   metrics.width_wanted_mm = wanted_width(mesh, boxes.front(), target) / kMillimetre;
@@ -242,9 +238,9 @@ Metrics pattern_metrics(const TriangleMesh& mesh, const std::vector<TargetBox>& 
 Metrics metrics_of(const TriangleMesh& mesh, const SurfaceGradient& gradient, const Wave& wave,
                    const std::vector<TargetBox>& boxes, const Target& target, const Eigen::VectorXcd& pressure) {
   Metrics metrics = pattern_metrics(mesh, boxes, target, pressure);
-  const Eigen::VectorXd force = mesh.areas().cwiseProduct(radiation_pressure(gradient, wave, pressure));
-  metrics.force_target_n = force(target.faces).sum();
-  metrics.force_elsewhere_n = force.sum() - metrics.force_target_n;
+  const Eigen::VectorXd radiation = radiation_pressure(gradient, wave, pressure);
+  metrics.force_target_n = target.areas(mesh.areas()).dot(radiation(target.faces));
+  metrics.force_elsewhere_n = mesh.areas().dot(radiation) - metrics.force_target_n;
   return metrics;
 }
 

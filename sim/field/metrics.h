@@ -69,19 +69,19 @@ Eigen::VectorXd radiation_pressure(const SurfaceGradient& gradient, const Wave& 
 double half_maximum_width(const TriangleMesh& mesh, const TargetBox& box, const Target& target,
                           const Eigen::VectorXcd& pressure);
 
-/// Extent of the target faces of the first box along its width axis, vertices included [m].
+/// Extent of the skin in a box along its width axis [m]; of a mask, that of the target's faces in it.
 double wanted_width(const TriangleMesh& mesh, const TargetBox& box, const Target& target);
 
-/// Area-weighted mean of the wanted amplitudes over the target's faces [Pa].
+/// Area-weighted mean of the wanted amplitudes over the target [Pa].
 double wanted_mean(const TriangleMesh& mesh, const Target& target);
 
-/// The metrics of a pattern; the rest stay NaN.
+/// The metrics of a pattern; the rest stay NaN. With s the share of a face in the target, 0 off it:
 ///
-///   relative_error       min over a of || a |p| - p' || / || p' ||, area-weighted over all faces, p' = 0 off target
+///   relative_error       min over a of sqrt(sum s A (a |p| - p')^2 + (1 - s) A (a |p|)^2) / sqrt(sum s A p'^2)
 ///   relative_error_raw   the same at a = 1;  scale: that a
-///   correlation          sum A |p| p' / (|| p || || p' ||), so that relative_error^2 = 1 - correlation^2
-///   leakage              sum of A |p|^2 off target over that of all faces
-///   mean_inside_pa, cv_inside   area-weighted mean of |p| on the target, standard deviation over mean
+///   correlation          sum s A |p| p' / sqrt(sum A |p|^2 sum s A p'^2): relative_error^2 = 1 - correlation^2
+///   leakage              sum of (1 - s) A |p|^2 over that of A |p|^2
+///   mean_inside_pa, cv_inside   mean of |p| on the target by s A, standard deviation over mean
 ///   reached_share        mean_inside_pa over wanted_mean
 ///   peak_pa              largest |p| on any face
 ///   width_mm, width_wanted_mm   half_maximum_width, wanted_width
@@ -93,7 +93,7 @@ Metrics pattern_metrics(const TriangleMesh& mesh, const std::vector<TargetBox>& 
 
 /// Those and
 ///
-///   force_target_n, force_elsewhere_n   sum of A P over the target's faces and over the others
+///   force_target_n, force_elsewhere_n   sum of s A P and of (1 - s) A P
 ///
 /// gradient   of the mesh, for the wave's k; left out, it is made again
 Metrics metrics_of(const TriangleMesh& mesh, const SurfaceGradient& gradient, const Wave& wave,

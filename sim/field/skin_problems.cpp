@@ -95,7 +95,9 @@ Eigen::VectorXd OutsideSkin::face_weights(const Eigen::VectorXd& areas, const Ta
   if (faces.size() > 0) {
     weights.array() *= faces.array();
   }
-  weights(target.faces).setZero();
+  for (Eigen::Index i = 0; i < target.size(); ++i) {
+    weights(target.faces[static_cast<std::size_t>(i)]) *= 1.0 - target.shares(i);
+  }
   return weights;
 }
 
@@ -132,7 +134,8 @@ SkinReduction reduced_skin_problem(const Eigen::MatrixXcd& pressures, const Eige
                                    const Eigen::VectorXd& areas, const Target& target, const Eigen::VectorXd& outside,
                                    double tolerance) {
   if (pressures.cols() != drives.cols() || pressures.rows() != areas.size() ||
-      target.amplitudes.size() != target.size() || (outside.size() > 0 && outside.size() != areas.size())) {
+      target.amplitudes.size() != target.size() || target.shares.size() != target.size() ||
+      (outside.size() > 0 && outside.size() != areas.size())) {
     throw std::invalid_argument("reduced_skin_problem: the sizes do not fit");
   }
   const Eigen::MatrixXcd rows = pressures(target.faces, Eigen::all);
@@ -140,7 +143,7 @@ SkinReduction reduced_skin_problem(const Eigen::MatrixXcd& pressures, const Eige
   SkinProblem& problem = reduction.problem;
   problem.target = adjoint_product(rows.adjoint(), drives.adjoint());
   problem.amplitudes = target.amplitudes;
-  problem.weights = areas(target.faces);
+  problem.weights = target.areas(areas);
   problem.outside.resize(0, drives.rows());
   if (outside.size() == 0) {
     return reduction;

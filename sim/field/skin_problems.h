@@ -42,7 +42,7 @@ struct OutsideSkin {
   SkinPatches beyond{};     // skin that is not solved, by its incident pressure
   TransducerArray array{};  // in the frame of `beyond`
 
-  /// w_Z A of the faces outside, 0 of the target's and of those that are no skin, M.
+  /// w_Z A of the faces outside, w_Z (1 - s) A of the target's, 0 of those that are no skin, M.
   Eigen::VectorXd face_weights(const Eigen::VectorXd& areas, const Target& target, double outside_weight) const;
 
   /// 2 w_Z A of the patches, J.
@@ -70,15 +70,15 @@ struct SkinReduction {
 
 /// With H = P V^H, the pressures P of S drives V that span all that the channels can do (or V = 1 and P = H):
 ///
-///   H_T = P_T V^H,   R = sqrt(w_Z) diag(s) U^H V^H,   P_Z^H diag(A) P_Z = U diag(s^2) U^H,
+///   H_T = P_T V^H,   R = sqrt(w_Z) diag(s) U^H V^H,   P^H diag((1 - s) A) P = U diag(s^2) U^H,
 ///
-/// so that |R q|^2 = w_Z sum_Z A_j |p_j|^2: orthogonal rows, the strongest first. Eigenvalues s^2 below tolerance^2 of
+/// so that |R q|^2 = w_Z sum (1 - s_j) A_j |p_j|^2, s = 0 off the target: orthogonal rows, the strongest first. Eigenvalues s^2 below tolerance^2 of
 /// the largest are dropped.
 ///
 /// pressures      P, M x S [Pa]
 /// drives         V, N x S, orthonormal columns
 /// areas          A, M [m2]
-/// outside        w_Z A of the faces outside, else 0, M (OutsideSkin::face_weights); empty: R has no rows
+/// outside        w_Z A of the skin outside, M (OutsideSkin::face_weights); empty: R has no rows
 /// tolerance      0 to 0.1
 /// throws         std::invalid_argument on sizes that do not fit
 SkinReduction reduced_skin_problem(const Eigen::MatrixXcd& pressures, const Eigen::MatrixXcd& drives,

@@ -10,6 +10,7 @@
 #include <memory>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
@@ -19,6 +20,7 @@
 #include "sim/core/require.h"
 #include "sim/core/text.h"
 #include "sim/core/units.h"
+#include "sim/field/target_parts.h"
 #include "sim/mesh/query/inspect.h"
 
 namespace touchfield {
@@ -56,7 +58,23 @@ std::vector<std::size_t> part_ends(const std::vector<TargetBox>& boxes) {
   return ends;
 }
 
-/// No face is in the boxes of a part, begin to end.
+/// Whether the boxes begin to end hold, of these parts of faces, as much as half a face.
+bool hold_enough(const TriangleMesh& mesh, const std::vector<FacePart>& parts, std::size_t begin, std::size_t end) {
+  constexpr double kLeast = 0.5;  // of a face
+  double area = 0.0;
+  double faces = 0.0;
+  double count = 0.0;
+  for (const FacePart& part : parts) {
+    if (static_cast<std::size_t>(part.box) >= begin && static_cast<std::size_t>(part.box) < end) {
+      area += part.area;
+      faces += mesh.areas()(part.face);
+      count += 1.0;
+    }
+  }
+  return count > 0 && area >= kLeast * faces / count;
+}
+
+/// No skin is in the boxes of a part, begin to end.
 [[noreturn]] void refuse_empty_part(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, std::size_t begin,
                                     std::size_t end) {
   double nearest = std::numeric_limits<double>::infinity();
@@ -71,11 +89,12 @@ std::vector<std::size_t> part_ends(const std::vector<TargetBox>& boxes) {
       }
     }
   }
-  throw InputError(fmt::format(
-      "{}: no face has its centroid in the box about {} (scene coordinates); the nearest is {:.2f} mm outside the box, "
-      "at {}",
-      part_key(boxes, box), place_text(boxes[box].centre), nearest / kMillimetre,
-      place_text(mesh.centroids().col(face))));
+  throw InputError(
+      fmt::format("{}: the box about {} (scene coordinates) holds no skin, or less than half a face; the nearest "
+                  "centroid of a face "
+                  "is {:.2f} mm outside the box, at {}",
+                  part_key(boxes, box), place_text(boxes[box].centre), nearest / kMillimetre,
+                  place_text(mesh.centroids().col(face))));
 }
 
 [[noreturn]] void refuse_whole_body(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes) {
@@ -85,24 +104,55 @@ std::vector<std::size_t> part_ends(const std::vector<TargetBox>& boxes) {
                                size.z()));
 }
 
-/// Depth of each target face below the face of its box through which the skin enters [m].
-Eigen::VectorXd penetration_depths(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes,
-                                   const Target& target) {
-  std::vector<double> normal_sum(boxes.size(), 0.0);
-  for (std::size_t i = 0; i < target.faces.size(); ++i) {
-    const auto b = static_cast<std::size_t>(target.box[i]);
-    const Eigen::Index f = target.faces[i];
-    normal_sum[b] += mesh.areas()(f) * boxes[b].rotation.col(2).dot(mesh.normals().col(f));
+/// Depth of points in a box below that face of it through which the skin enters [m].
+class Penetration {
+ public:
+  Penetration(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, const std::vector<FacePart>& parts)
+      : boxes_(boxes), normal_sum_(boxes.size(), 0.0) {
+    for (const FacePart& part : parts) {
+      normal_sum_[index(part)] += part.area * boxes[index(part)].rotation.col(2).dot(mesh.normals().col(part.face));
+    }
   }
-  Eigen::VectorXd depths(target.size());
-  for (std::size_t i = 0; i < target.faces.size(); ++i) {
-    const auto b = static_cast<std::size_t>(target.box[i]);
-    const double along = in_box_frame(boxes[b], mesh.centroids().col(target.faces[i])).z();
+
+  double depth(const FacePart& part, const Vector3& x) const {
+    const TargetBox& box = boxes_[index(part)];
+    const double along = in_box_frame(box, x).z();
     // Skin that faces down the axis came in from above.
-    const double from_entry = normal_sum[b] <= 0 ? 0.5 * boxes[b].size.z() - along : 0.5 * boxes[b].size.z() + along;
-    depths(static_cast<Eigen::Index>(i)) = std::max(from_entry, 0.0);
+    return 0.5 * box.size.z() + (normal_sum_[index(part)] <= 0 ? -along : along);
   }
-  return depths;
+
+  double deepest(const std::vector<FacePart>& parts) const {
+    double most = 0.0;
+    for (const FacePart& part : parts) {
+      for (const Vector3& corner : part.corners) {
+        most = std::max(most, depth(part, corner));
+      }
+    }
+    return most;
+  }
+
+ private:
+  static std::size_t index(const FacePart& part) { return static_cast<std::size_t>(part.box); }
+
+  const std::vector<TargetBox>& boxes_;
+  std::vector<double> normal_sum_;
+};
+
+/// Adds the parts of one face to a target.
+void add_face(const TriangleMesh& mesh, std::span<const FacePart> parts, std::span<const double> pressures,
+              Target& target) {
+  double area = 0.0;
+  double excess = 0.0;  // over the first part's pressure, which all have in a uniform target
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    area += parts[i].area;
+    excess += parts[i].area * (pressures[i] - pressures.front());
+  }
+  const auto k = static_cast<Eigen::Index>(target.faces.size());
+  target.faces.push_back(parts.front().face);
+  target.box.push_back(std::ranges::max_element(parts, {}, &FacePart::area)->box);
+  target.amplitudes(k) = pressures.front() + excess / area;
+  const double share = area / mesh.areas()(parts.front().face);
+  target.shares(k) = share < 1.0 - kLeastPart ? share : 1.0;
 }
 
 /// A part of `along` that is normal to `z`, of length 1.
@@ -136,60 +186,48 @@ double level_at(const TargetBox& box, const Vector3& x) {
 }
 
 bool hold_faces(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes) {
-  const auto holds_face = [&](const TargetBox& box) {
-    for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-      if (holds(box, mesh.centroids().col(f))) {
-        return true;
-      }
-    }
-    return false;
-  };
-  auto begin = boxes.begin();
-  return std::ranges::all_of(part_ends(boxes), [&](std::size_t count) {
-    const auto end = boxes.begin() + static_cast<std::ptrdiff_t>(count);
-    return std::any_of(std::exchange(begin, end), end, holds_face);
-  });
+  const std::vector<FacePart> parts = face_parts(mesh, boxes);
+  std::size_t begin = 0;
+  return std::ranges::all_of(part_ends(boxes),
+                             [&](std::size_t end) { return hold_enough(mesh, parts, std::exchange(begin, end), end); });
 }
 
 Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, TargetProfile profile,
                    double pressure) {
   require(pressure > 0 && std::isfinite(pressure), "target: pressure = {} Pa must be > 0", pressure);
-  Target target;
-  target.boxes = boxes;
-  std::vector<Eigen::Index> count(boxes.size(), 0);
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    int first = -1;
-    for (std::size_t b = 0; b < boxes.size(); ++b) {
-      if (holds(boxes[b], mesh.centroids().col(f))) {
-        ++count[b];
-        first = first < 0 ? static_cast<int>(b) : first;
-      }
-    }
-    if (first >= 0) {
-      target.faces.push_back(f);
-      target.box.push_back(first);
-    }
-  }
+  const std::vector<FacePart> parts = face_parts(mesh, boxes);
   std::size_t begin = 0;
   for (const std::size_t end : part_ends(boxes)) {
-    if (std::ranges::all_of(std::span(count).subspan(begin, end - begin), [](auto faces) { return faces == 0; })) {
+    if (!hold_enough(mesh, parts, begin, end)) {
       refuse_empty_part(mesh, boxes, begin, end);
     }
     begin = end;
   }
-  if (target.size() == mesh.face_count()) {
+  const bool penetrates = profile == TargetProfile::kPenetration;
+  const Penetration penetration(mesh, boxes, parts);
+  const double deepest = penetrates ? penetration.deepest(parts) : 1.0;
+  std::vector<double> pressures;
+  for (const FacePart& part : parts) {
+    const TargetBox& box = boxes[static_cast<std::size_t>(part.box)];
+    const double level = box.mask ? level_at(box, part.centroid) : box.level;
+    pressures.push_back(pressure * level * (penetrates ? penetration.depth(part, part.centroid) / deepest : 1.0));
+  }
+  Target target;
+  target.boxes = boxes;
+  target.amplitudes.resize(static_cast<Eigen::Index>(parts.size()));
+  target.shares.resize(static_cast<Eigen::Index>(parts.size()));
+  for (std::size_t i = 0; i < parts.size();) {
+    std::size_t next = i;
+    while (next < parts.size() && parts[next].face == parts[i].face) {
+      ++next;
+    }
+    add_face(mesh, std::span(parts).subspan(i, next - i), std::span(pressures).subspan(i, next - i), target);
+    i = next;
+  }
+  target.amplitudes.conservativeResize(target.size());
+  target.shares.conservativeResize(target.size());
+  if (target.size() == mesh.face_count() && (target.shares.array() == 1.0).all()) {
     refuse_whole_body(mesh, boxes);
-  }
-  target.amplitudes = Eigen::VectorXd::Constant(target.size(), pressure);
-  if (profile == TargetProfile::kPenetration) {
-    const Eigen::VectorXd depths = penetration_depths(mesh, boxes, target);
-    require(depths.maxCoeff() > 0,
-            "target: no face is below the side of the box through which the skin enters, so the penetration is 0");
-    target.amplitudes = pressure / depths.maxCoeff() * depths;
-  }
-  for (std::size_t i = 0; i < target.faces.size(); ++i) {
-    target.amplitudes(static_cast<Eigen::Index>(i)) *=
-        level_at(boxes[static_cast<std::size_t>(target.box[i])], mesh.centroids().col(target.faces[i]));
   }
   return target;
 }
@@ -197,11 +235,11 @@ Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes
 OppositeSides opposite_sides(const TriangleMesh& mesh, const Target& target) {
   constexpr double kOpposite = -0.8;  // of the normals
   OppositeSides sides{0.0, 0.0, Vector3::Zero()};
-  double area = 0.0;
+  const Eigen::VectorXd areas = target.areas(mesh.areas());
   double opposed = 0.0;
   for (std::size_t i = 0; i < target.faces.size(); ++i) {
     const Eigen::Index f = target.faces[i];
-    area += mesh.areas()(f);
+    const double area = areas(static_cast<Eigen::Index>(i));
     double nearest = std::numeric_limits<double>::infinity();
     for (std::size_t j = 0; j < target.faces.size(); ++j) {
       const Eigen::Index g = target.faces[j];
@@ -212,25 +250,20 @@ OppositeSides opposite_sides(const TriangleMesh& mesh, const Target& target) {
     }
     if (std::isfinite(nearest)) {
       sides.at = opposed == 0.0 ? Vector3(mesh.centroids().col(f)) : sides.at;
-      opposed += mesh.areas()(f);
-      sides.thickness += mesh.areas()(f) * nearest;
+      opposed += area;
+      sides.thickness += area * nearest;
     }
   }
   if (opposed > 0.0) {
-    sides.share = opposed / area;
+    sides.share = opposed / areas.sum();
     sides.thickness /= opposed;
   }
   return sides;
 }
 
 Eigen::Index central_face(const TriangleMesh& mesh, const Target& target) {
-  Vector3 centre = Vector3::Zero();
-  double area = 0.0;
-  for (const Eigen::Index f : target.faces) {
-    centre += mesh.areas()(f) * mesh.centroids().col(f);
-    area += mesh.areas()(f);
-  }
-  centre /= area;
+  const Eigen::VectorXd areas = target.areas(mesh.areas());
+  const Vector3 centre = mesh.centroids()(Eigen::all, target.faces) * areas / areas.sum();
   return *std::min_element(target.faces.begin(), target.faces.end(), [&](Eigen::Index a, Eigen::Index b) {
     return (mesh.centroids().col(a) - centre).squaredNorm() < (mesh.centroids().col(b) - centre).squaredNorm();
   });

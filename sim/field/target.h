@@ -65,28 +65,36 @@ enum class FaceWeights {
   kArea,   // by their area
 };
 
-/// The faces to press on and the wanted pressure amplitude on each.
+/// The faces to press on, the share of each that belongs to the target, and the wanted pressure amplitude there. What
+/// is left of such a face is to stay silent.
 struct Target {
   std::vector<Eigen::Index> faces;  // K, ascending
-  Eigen::VectorXd amplitudes;       // K [Pa], > 0 except where a penetration is 0
-  std::vector<int> box;             // K: which box a face belongs to, the first that holds it
-  std::vector<TargetBox> boxes{};   // in the mesh's frame; empty in results of versions that did not keep them
+  Eigen::VectorXd amplitudes;       // p', K [Pa], > 0
+  std::vector<int> box;             // K: which box a face belongs to, the first that holds its largest part
+  Eigen::VectorXd shares;           // s, K: of the face's area, > 0 and <= 1
+  std::vector<TargetBox> boxes{};   // in the mesh's frame; empty if the faces were chosen one by one
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(faces.size()); }
+
+  /// s A, the area of the target on each of its faces, from A of all faces, K.
+  Eigen::VectorXd areas(const Eigen::VectorXd& of_faces) const { return shares.cwiseProduct(of_faces(faces)); }
 };
 
-/// Faces whose centroid lies in a box. A face in several belongs to the first.
+/// The faces of which boxes hold a part (face_parts), with their shares. A part in several boxes belongs to the first.
+/// p' of a face is the mean over its parts of
 ///
-///   uniform:      p' = level pressure, with level_at the face's centroid
-///   penetration:  p' = level pressure depth / max depth; depth is measured along the box's depth axis from its face
-///                 through which the skin enters, the one opposite to the mean outward normal of the faces in that box
+///   uniform:      level pressure
+///   penetration:  level pressure depth / max depth; depth is measured along the box's depth axis from its face
+///                 through which the skin enters, the one opposite to the mean outward normal of the skin in that box
 ///
 /// pressure   [Pa], > 0
-/// throws     InputError if a part holds no face (with the distance to the nearest), or the boxes hold every face
+/// accuracy   the shares are those of the flat faces; the area is that of the skin in the boxes within 1 %
+/// throws     InputError if a part of the target holds less than half a face (with the distance to the nearest), or the
+///            boxes hold all of the skin
 Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, TargetProfile profile,
                    double pressure);
 
-/// Whether every part holds the centroid of a face: what make_target asks for.
+/// Whether every part of the target holds as much skin as make_target asks for.
 bool hold_faces(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes);
 
 /// A target that holds two sides of a body.

@@ -290,6 +290,7 @@ double best_cosine(const TransducerArray& array, const std::vector<std::vector<I
 std::vector<BoxView> box_views(const Model& model, const Target& target) {
   const TriangleMesh& mesh = model.body.mesh;
   const std::vector<std::vector<Index>> parts = parts_of(model.fixed->array);
+  const Eigen::VectorXd areas = target.areas(mesh.areas());
   std::vector<BoxView> views;
   for (std::size_t b = 0; b < model.boxes.size(); ++b) {
     double area = 0.0;
@@ -299,10 +300,11 @@ std::vector<BoxView> box_views(const Model& model, const Target& target) {
     for (std::size_t i = 0; i < target.faces.size(); ++i) {
       if (target.box[i] == static_cast<int>(b)) {
         const Index f = target.faces[i];
-        area += mesh.areas()(f);
-        centre += mesh.areas()(f) * mesh.centroids().col(f);
-        normal += mesh.areas()(f) * mesh.normals().col(f);
-        on_body[static_cast<std::size_t>(model.fixed->owner[static_cast<std::size_t>(f)])] += mesh.areas()(f);
+        const double on_face = areas(static_cast<Index>(i));
+        area += on_face;
+        centre += on_face * mesh.centroids().col(f);
+        normal += on_face * mesh.normals().col(f);
+        on_body[static_cast<std::size_t>(model.fixed->owner[static_cast<std::size_t>(f)])] += on_face;
       }
     }
     if (area > 0 && normal.norm() >= kLeastSide * area) {

@@ -258,8 +258,10 @@ PhaseSolution FrameSolver::followed(const Model& model, const Target& target, co
                     },
                     Eigen::VectorXd::Zero(faces + points), Eigen::VectorXd(faces + points)};
     skin.weights << outside.face_weights(areas, target, outside_weight), outside.beyond_weights(outside_weight);
-    skin.amplitudes(target.faces) = amplitudes;
-    skin.weights(target.faces) = areas(target.faces);
+    const Eigen::VectorXd inside = target.areas(areas);
+    skin.weights(target.faces) += inside;
+    skin.amplitudes(target.faces) = inside.cwiseProduct(amplitudes).cwiseQuotient(skin.weights(target.faces));
+    skin.constant = inside.dot(amplitudes.cwiseAbs2()) - skin.weights.dot(skin.amplitudes.cwiseAbs2());
     PhaseSolution solution = timed(silent_, frame.seconds, "phases", "", [&] {
       return descent_.descend(skin, before, kDescents * method_.iterations, method_.free_level);
     });

@@ -41,13 +41,15 @@ struct PatternProblem {
   /// What a column wants, at a share of its strength; faces in no box.
   Target target(Eigen::Index column, double share) const {
     Target wanted;
+    std::vector<Eigen::Index> rows;
     for (Eigen::Index j = 0; share > 0 && j < areas.size(); ++j) {
-      if (sequence.amplitudes(j, column) > 0) {
+      if (spots.shares(j, column) > 0) {
+        rows.push_back(j);
         wanted.faces.push_back(spots.faces[static_cast<std::size_t>(j)]);
-        wanted.amplitudes.conservativeResize(wanted.size());
-        wanted.amplitudes(wanted.size() - 1) = share * sequence.amplitudes(j, column);
       }
     }
+    wanted.amplitudes = share * spots.amplitudes.col(column)(rows);
+    wanted.shares = spots.shares.col(column)(rows);
     wanted.box.assign(wanted.faces.size(), 0);
     return wanted;
   }
@@ -55,11 +57,11 @@ struct PatternProblem {
   /// The metrics of drives whose wanted pressures are `share` of the column's.
   Metrics metrics(Eigen::Index column, double share, const Eigen::VectorXcd& q) const {
     const Eigen::VectorXd p = (sequence.rows * q).cwiseAbs();
-    const Eigen::VectorXd wanted = share * sequence.amplitudes.col(column);
-    const Eigen::VectorXd inside = (wanted.array() > 0).select(areas, 0.0);
+    const Eigen::VectorXd wanted = share * spots.amplitudes.col(column);
+    const Eigen::VectorXd inside = areas.cwiseProduct(spots.shares.col(column));
     const double energy = areas.dot(p.cwiseAbs2()) + (sequence.outside * q).squaredNorm() / outside_weight;
     const double common = inside.cwiseProduct(p).dot(wanted);
-    const double asked = areas.dot(wanted.cwiseAbs2());
+    const double asked = inside.dot(wanted.cwiseAbs2());
     Metrics metrics;
     metrics.peak_pa = p.maxCoeff();
     if (asked > 0 && energy > 0) {
@@ -81,17 +83,19 @@ struct PatternProblem {
 PatternProblem problem_on(const Model& model, SkinScattering& scattering, PatternSpots spots, Progress& progress) {
   PatternProblem problem;
   problem.outside_weight = model.fixed->scene.solve.outside_weight;
-  Target target{spots.faces, spots.amplitudes.rowwise().maxCoeff(), std::vector<int>(spots.faces.size(), 0)};
+  const auto used = static_cast<Eigen::Index>(spots.faces.size());
+  const Target target{spots.faces, spots.amplitudes.rowwise().maxCoeff(), std::vector<int>(spots.faces.size(), 0),
+                      Eigen::VectorXd::Ones(used)};
   Transfer transfer = make_transfer(scattering, target, outside_skin(model), problem.outside_weight);
   progress.detail(describe_transfer(transfer, model.fixed->array.size()));
   problem.areas = transfer.reduction.problem.weights;
   PhaseSequence& sequence = problem.sequence;
   sequence.rows = std::move(transfer.reduction.problem.target);
   sequence.outside = std::move(transfer.reduction.problem.outside);
-  sequence.amplitudes = spots.amplitudes;
-  sequence.weights = (spots.amplitudes.array() > 0)
-                         .select(problem.areas.replicate(1, spots.amplitudes.cols()),
-                                 problem.outside_weight * problem.areas.replicate(1, spots.amplitudes.cols()));
+  const Eigen::MatrixXd inside = problem.areas.asDiagonal() * spots.shares;
+  sequence.weights = problem.outside_weight * problem.areas.replicate(1, spots.shares.cols()) +
+                     (1.0 - problem.outside_weight) * inside;
+  sequence.amplitudes = inside.cwiseProduct(spots.amplitudes).cwiseQuotient(sequence.weights);
   sequence.middle = spots.middle;
   problem.spots = std::move(spots);
   return problem;

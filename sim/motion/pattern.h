@@ -66,7 +66,8 @@ double wanted_share(const PatternSpec& spec, double time);
 /// What each frame of a pattern wants of the skin at full strength.
 struct PatternSpots {
   std::vector<Eigen::Index> faces;   // of all spots and watched places, U, ascending
-  Eigen::MatrixXd amplitudes;        // U x F [Pa], 0: silent; F is 1 where the target itself is meant
+  Eigen::MatrixXd amplitudes;        // p', U x F [Pa]; F is 1 where the target itself is meant
+  Eigen::MatrixXd shares;            // s, U x F: of each face's area, 0: silent
   std::vector<Eigen::Index> middle;  // which of the faces is nearest to the spot's middle, F
 };
 
@@ -81,11 +82,10 @@ struct PatternPoint {
 /// of the target.
 std::vector<PatternPoint> pattern_points(const PatternSpec& spec, const Model& model);
 
-/// A spot is a disc of faces about the skin's point nearest to the path. The centroids of its faces are at most half
-/// the diameter from that point. Their normals are less than 90 degrees from the skin's normal there.
+/// A spot is the disc (SkinStrokes) about the skin's point nearest to the path.
 ///
 /// points   their faces are among those of the result
-/// throws   InputError if a spot holds no face, fewer than kFewestSolved edges per wavelength unless the scene allows
+/// throws   InputError if the mesh has fewer than kFewestSolved edges per wavelength at a spot, unless the scene allows
 ///          it
 PatternSpots pattern_spots(const PatternSpec& spec, const PatternClock& clock, const std::vector<PatternPoint>& points,
                            const Model& model);
@@ -132,7 +132,7 @@ struct PatternOptions {
 /// computed once. Then the frames are solved one by one (solve_sequence). The amplitude modulation scales the
 /// drive of each frame. Scores are of the solving mesh, by those rows:
 ///
-///   relative_error^2 = 1 - C^2 / (E W),   C = sum_T A |p| p',   W = sum_T A p'^2,   E = sum_U A |p|^2 + |R q|^2 / w_Z
+///   relative_error^2 = 1 - C^2 / (E W),   C = sum s A |p| p',   W = sum s A p'^2,   E = sum_U A |p|^2 + |R q|^2 / w_Z
 ///
 /// model    of a scene with a pattern
 /// throws   InputError as pattern_spots, or if solve.outside_weight is 0; NumericalError as the solver

@@ -106,27 +106,22 @@ double period_share(const PatternSpec& spec, const PatternClock& clock, Eigen::I
   return std::max(0.0, share);
 }
 
-/// The faces of a disc, which are checked.
-std::vector<Eigen::Index> disc(const PatternSpec& spec, const Model& model, const FaceTree& skin, const SkinPoint& at) {
+/// The disc on the skin, whose mesh is checked.
+Target disc(const PatternSpec& spec, const Model& model, const SkinStrokes& strokes, const Vector3& at,
+            double pressure) {
   const TriangleMesh& mesh = model.body.mesh;
-  std::vector<Eigen::Index> faces;
-  skin.centroids_within(at.at, 0.5 * spec.diameter, faces);
-  const Vector3 side = mesh.normals().col(at.face);
-  std::erase_if(faces, [&](Eigen::Index face) { return mesh.normals().col(face).dot(side) <= 0; });
-  const double edge = mesh.local_edge(at.face);
-  require(!faces.empty(),
-          "pattern.diameter_mm = {:.4g}: the spot at {} holds no face of the mesh, which has edges of {:.2g} mm there; "
-          "give a larger diameter or shorter body.edge_mm",
-          spec.diameter / kMillimetre, in_mm(at.at), edge / kMillimetre);
+  const TargetBox round = strokes.disc(at, spec.diameter, 1.0, "pattern.diameter_mm");
+  Target spot = make_target(mesh, {round}, TargetProfile::kUniform, pressure);
+  const Eigen::VectorXd areas = spot.areas(mesh.areas());
   double edges = 0.0;
-  for (const Eigen::Index face : faces) {
-    edges += mesh.local_edge(face) / static_cast<double>(faces.size());
+  for (Eigen::Index i = 0; i < spot.size(); ++i) {
+    edges += areas(i) / areas.sum() * mesh.local_edge(spot.faces[static_cast<std::size_t>(i)]);
   }
   require(model.fixed->scene.solve.allow_coarse_mesh || model.fixed->wave.wavelength() >= kFewestSolved * edges,
           "pattern: the mesh has {:.2g} edges per wavelength at the spot at {}, it must have at least {}; give shorter "
           "body.edge_mm there (edge_mm.near, or a target box along the path)",
-          model.fixed->wave.wavelength() / edges, in_mm(at.at), kFewestSolved);
-  return faces;
+          model.fixed->wave.wavelength() / edges, in_mm(at), kFewestSolved);
+  return spot;
 }
 
 }  // namespace
@@ -206,12 +201,12 @@ PatternSpots pattern_spots(const PatternSpec& spec, const PatternClock& clock, c
     middles.push_back(central_face(mesh, wanted.front()));
   } else {
     const FaceTree skin(mesh);
+    const SkinStrokes strokes(mesh);
     const PathInSpace path(spec, model, skin);
     const double pressure = spec.pressure ? *spec.pressure : model.posture.target->pressure.value();
     for (Eigen::Index k = 0; k < clock.frames; ++k) {
       const SkinPoint at = skin.nearest(path.at(period_share(spec, clock, k)));
-      Target spot{.faces = disc(spec, model, skin, at), .amplitudes = {}, .box = {}};
-      spot.amplitudes.setConstant(spot.size(), pressure);
+      Target spot = disc(spec, model, strokes, at.at, pressure);
       middles.push_back(*std::ranges::min_element(
           spot.faces, {}, [&](Eigen::Index face) { return (mesh.centroids().col(face) - at.at).squaredNorm(); }));
       wanted.push_back(std::move(spot));
@@ -222,15 +217,17 @@ PatternSpots pattern_spots(const PatternSpec& spec, const PatternClock& clock, c
   for (const Target& target : wanted) {
     all.insert(target.faces.begin(), target.faces.end());
   }
-  PatternSpots result{.faces = {all.begin(), all.end()}, .amplitudes = {}, .middle = {}};
+  PatternSpots result{.faces = {all.begin(), all.end()}, .amplitudes = {}, .shares = {}, .middle = {}};
   const auto row_of = [&](Eigen::Index face) {
     return std::ranges::lower_bound(result.faces, face) - result.faces.begin();
   };
   result.amplitudes.setZero(static_cast<Eigen::Index>(all.size()), static_cast<Eigen::Index>(wanted.size()));
+  result.shares = result.amplitudes;
   for (std::size_t k = 0; k < wanted.size(); ++k) {
     for (std::size_t i = 0; i < wanted[k].faces.size(); ++i) {
-      result.amplitudes(row_of(wanted[k].faces[i]), static_cast<Eigen::Index>(k)) =
-          wanted[k].amplitudes(static_cast<Eigen::Index>(i));
+      const auto row = row_of(wanted[k].faces[i]);
+      result.amplitudes(row, static_cast<Eigen::Index>(k)) = wanted[k].amplitudes(static_cast<Eigen::Index>(i));
+      result.shares(row, static_cast<Eigen::Index>(k)) = wanted[k].shares(static_cast<Eigen::Index>(i));
     }
     result.middle.push_back(row_of(middles[k]));
   }

@@ -212,9 +212,12 @@ void add_skin(const Run& run, const SkinPictures& skin, PictureFormat format, st
     pictures.push_back({name, [&skin, values, top, text] { return skin.picture(values, top, text); }});
   };
   if (run.target) {
-    add("target", wanted_pressure(*run.target, run.mesh.face_count()), "wanted pressure",
-        fmt::format("{} of {} faces, up to {:.4g} kPa", run.target->size(), run.mesh.face_count(),
-                    1e-3 * *std::ranges::max_element(run.target->amplitudes)));
+    const SkinText text = {.title = run.name,
+                           .subtitle = "wanted pressure",
+                           .caption = fmt::format("{:.4g} mm2 on {} of {} faces, up to {:.4g} kPa",
+                                                  1e6 * run.target->areas(run.mesh.areas()).sum(), run.target->size(),
+                                                  run.mesh.face_count(), 1e-3 * run.target->amplitudes.maxCoeff())};
+    pictures.push_back({"target", [&skin, top, text] { return skin.wanted_picture(top, text); }});
   }
   for (const MethodResult& result : run.methods) {
     if (result.pressure.size() != 0) {

@@ -177,6 +177,10 @@ void draw_sight(Canvas& canvas, const SkinSight& sight, const std::vector<Colour
   canvas.image(panel, sight.image(colours, canvas.format() == PictureFormat::kPng ? 1 : 2));
 }
 
+void draw_sight(Canvas& canvas, const SkinSight& sight, const ColourAt& colour_at, const PixelBox& panel) {
+  canvas.image(panel, sight.image(colour_at, canvas.format() == PictureFormat::kPng ? 1 : 2));
+}
+
 void draw_scale_bar(Canvas& canvas, const PixelBox& panel, double metres_per_pixel) {
   const double length = tick_step(0.3 * panel.width * metres_per_pixel, 2);
   const double right = panel.x + length / metres_per_pixel;

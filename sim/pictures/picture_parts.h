@@ -72,6 +72,7 @@ std::vector<Colour> skin_colours(const Eigen::VectorXd& values, double top);
 /// A mesh in a panel of its own one's size, one colour per face. In a PDF or SVG, which are made for
 /// print, it is finer than the picture.
 void draw_sight(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours, const PixelBox& panel);
+void draw_sight(Canvas& canvas, const SkinSight& sight, const ColourAt& colour_at, const PixelBox& panel);
 
 /// A bar with its length in mm, below a panel at its left.
 void draw_scale_bar(Canvas& canvas, const PixelBox& panel, double metres_per_pixel);

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/field/target_parts.h"
 #include "sim/pictures/picture_parts.h"
 #include "sim/run/run_data.h"
 
@@ -59,78 +60,6 @@ void add_sides(const TriangleMesh& mesh, const Target& target, std::vector<Vecto
   }
 }
 
-/// The part of a line from a to b that has |x| <= half along an axis; false if none is left.
-bool clip(Vector3& a, Vector3& b, int axis, double half) {
-  for (const double side : {-1.0, 1.0}) {
-    const double from = half - side * a[axis];
-    const double to = half - side * b[axis];
-    if (from < 0 && to < 0) {
-      return false;
-    }
-    if (from < 0) {
-      a += from / (from - to) * (b - a);
-    } else if (to < 0) {
-      b += to / (to - from) * (a - b);
-    }
-  }
-  return true;
-}
-
-/// The ends of the line along which the plane x[axis] = place cuts a face; empty if it does not.
-std::vector<Vector3> cut_of_face(const Eigen::Matrix3d& corners, int axis, double place) {
-  std::vector<Vector3> cut;
-  for (int c = 0; c < 3; ++c) {
-    const Vector3 a = corners.col(c);
-    const Vector3 b = corners.col((c + 1) % 3);
-    if ((a[axis] < place) != (b[axis] < place)) {
-      cut.emplace_back(a + (place - a[axis]) / (b[axis] - a[axis]) * (b - a));
-    }
-  }
-  return cut;
-}
-
-/// The ends of the line along which the cylinder of this radius about z cuts a face, as a straight one; empty if no
-/// two sides cross it.
-std::vector<Vector3> round_cut_of_face(const Eigen::Matrix3d& corners, double radius) {
-  std::vector<Vector3> cut;
-  for (int c = 0; c < 3; ++c) {
-    const Vector3 a = corners.col(c);
-    const Vector3 way = corners.col((c + 1) % 3) - a;
-    const double from = a.head<2>().squaredNorm() - radius * radius;
-    const double to = (a + way).head<2>().squaredNorm() - radius * radius;
-    if ((from < 0) != (to < 0)) {  // |a + t way| = radius has one root between
-      const double along = way.head<2>().squaredNorm();
-      const double half = a.head<2>().dot(way.head<2>());
-      const double root = std::sqrt(std::max(half * half - along * from, 0.0));
-      cut.emplace_back(a + (from < 0 ? root - half : -half - root) / along * way);
-    }
-  }
-  return cut;
-}
-
-/// The ends of the lines along which a box's sides cut a face, both in the box's own frame, from its centre.
-std::vector<Vector3> cuts_of_face(const Eigen::Matrix3d& corners, const TargetBox& box) {
-  const Vector3 half = 0.5 * box.size;
-  const bool is_round = box.shape == TargetShape::kCylinder;
-  std::vector<Vector3> ends;
-  for (int side = is_round ? 4 : 0; side < 6; ++side) {
-    const int axis = side / 2;
-    std::vector<Vector3> cut = cut_of_face(corners, axis, side % 2 == 0 ? half[axis] : -half[axis]);
-    if (!cut.empty() && clip(cut[0], cut[1], (axis + 1) % 3, half[(axis + 1) % 3]) &&
-        clip(cut[0], cut[1], (axis + 2) % 3, half[(axis + 2) % 3]) &&
-        (!is_round || (0.5 * (cut[0] + cut[1])).head<2>().norm() <= half.x())) {
-      ends.insert(ends.end(), cut.begin(), cut.end());
-    }
-  }
-  if (is_round) {
-    std::vector<Vector3> cut = round_cut_of_face(corners, half.x());
-    if (!cut.empty() && clip(cut[0], cut[1], 2, half.z())) {
-      ends.insert(ends.end(), cut.begin(), cut.end());
-    }
-  }
-  return ends;
-}
-
 /// Whether a point of a box's sides is no border of the target: in a box before, whose faces are that one's, or in a
 /// box behind of the same pressure. Where the sides of two pieces of a line fall together, those of the first are.
 bool is_within(const std::vector<TargetBox>& boxes, std::size_t box, const Vector3& x) {
@@ -148,19 +77,13 @@ bool is_within(const std::vector<TargetBox>& boxes, std::size_t box, const Vecto
   return false;
 }
 
-/// Adds the ends of the lines along which the sides of one of the target's boxes cut the faces of a mesh.
-void add_section(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, std::size_t number,
-                 std::vector<Vector3>& ends) {
-  const TargetBox& box = boxes[number];
-  const Points own = box.rotation.transpose() * (mesh.vertices().colwise() - box.centre);
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    Eigen::Matrix3d corners;
-    corners << own.col(mesh.triangles()(0, f)), own.col(mesh.triangles()(1, f)), own.col(mesh.triangles()(2, f));
-    const std::vector<Vector3> cuts = cuts_of_face(corners, box);
-    for (std::size_t i = 0; i < cuts.size(); i += 2) {
-      const Vector3 a = box.centre + box.rotation * cuts[i];
-      const Vector3 b = box.centre + box.rotation * cuts[i + 1];
-      if (!is_within(boxes, number, 0.5 * (a + b))) {
+/// Adds the ends of the lines along which the sides of the target's boxes cut the skin.
+void add_borders(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, std::vector<Vector3>& ends) {
+  for (const FacePart& part : face_parts(mesh, boxes)) {
+    for (std::size_t i = 0; i < part.corners.size(); ++i) {
+      const Vector3& a = part.corners[i];
+      const Vector3& b = part.corners[(i + 1) % part.corners.size()];
+      if (part.borders[i] != 0 && !is_within(boxes, static_cast<std::size_t>(part.box), 0.5 * (a + b))) {
         ends.insert(ends.end(), {a, b});
       }
     }
@@ -198,11 +121,7 @@ Points target_corners(const TriangleMesh& mesh, const Target& target) {
 Lines target_outline(const TriangleMesh& mesh, const Target& target) {
   std::vector<Vector3> ends;
   add_sides(mesh, target, ends);
-  for (std::size_t b = 0; b < target.boxes.size(); ++b) {
-    if (target.boxes[b].shape != TargetShape::kMask) {
-      add_section(mesh, target.boxes, b, ends);
-    }
-  }
+  add_borders(mesh, target.boxes, ends);
   Lines lines{Points(3, static_cast<Eigen::Index>(ends.size())),
               Eigen::Matrix2Xi(2, static_cast<Eigen::Index>(ends.size() / 2))};
   for (std::size_t i = 0; i < ends.size(); ++i) {
@@ -242,6 +161,27 @@ SkinLook::SkinLook(const SkinView& view, const TriangleMesh& mesh, const std::op
 
 void SkinLook::draw(Canvas& canvas, const std::vector<Colour>& colours, const PixelBox& panel) const {
   draw_sight(canvas, sight_, colours, panel);
+  draw_outline(canvas, panel);
+}
+
+void SkinLook::draw_wanted(Canvas& canvas, const Target& target, double top, const PixelBox& panel) const {
+  const std::vector<Colour> inside = skin_colours(target.amplitudes, top);
+  const Colour outside = skin_colours(Eigen::VectorXd::Zero(1), top).front();
+  draw_sight(
+      canvas, sight_,
+      [&](int face, const Vector3& x) {
+        const auto at = std::ranges::lower_bound(target.faces, face);
+        const auto k = at - target.faces.begin();
+        const bool within = at != target.faces.end() && *at == face &&
+                            (target.shares(k) == 1.0 || target.boxes.empty() ||
+                             std::ranges::any_of(target.boxes, [&](const TargetBox& box) { return holds(box, x); }));
+        return within ? inside[static_cast<std::size_t>(k)] : outside;
+      },
+      panel);
+  draw_outline(canvas, panel);
+}
+
+void SkinLook::draw_outline(Canvas& canvas, const PixelBox& panel) const {
   const Eigen::Vector2d shift(panel.x - view().panel.x, panel.y - view().panel.y);
   for (const auto& [colour, width] : {std::pair{kPaper, 4.0}, {kTargetColour, 2.0}}) {
     for (std::size_t i = 0; i < outline_.size(); i += 2) {
@@ -259,17 +199,29 @@ SkinPictures::SkinPictures(const Run& run, PictureFormat format)
 
 std::string SkinPictures::picture(const Eigen::VectorXd& values, double top, const SkinText& text) const {
   const std::vector<Colour> colours = skin_colours(values, top);
+  return drawn([&](const SkinLook& look, Canvas& canvas) { look.draw(canvas, colours, look.view().panel); },
+               values.maxCoeff(), top, text);
+}
+
+std::string SkinPictures::wanted_picture(double top, const SkinText& text) const {
+  const Target& target = run_.target.value();
+  return drawn([&](const SkinLook& look, Canvas& canvas) { look.draw_wanted(canvas, target, top, look.view().panel); },
+               target.amplitudes.maxCoeff(), top, text);
+}
+
+std::string SkinPictures::drawn(const std::function<void(const SkinLook&, Canvas&)>& draw, double largest, double top,
+                                const SkinText& text) const {
   Canvas canvas(kPictureWidth, kPictureHeight, format_);
   describe(canvas, run_.provenance);
-  body_.draw(canvas, colours, body_.view().panel);
+  draw(body_, canvas);
   draw_scale_bar(canvas, body_.view().panel, body_.view().scale);
   if (target_) {
-    target_->draw(canvas, colours, target_->view().panel);
+    draw(*target_, canvas);
     draw_scale_bar(canvas, target_->view().panel, target_->view().scale);
     canvas.frame(target_->view().panel, kFrame, 1.0);
     canvas.frame(footprint(target_->view(), body_.view()), kFrame, 1.0);
   }
-  draw_colour_bar(canvas, skin_bar(top, quantile({values.begin(), values.end()}, 1.0)));
+  draw_colour_bar(canvas, skin_bar(top, largest));
   draw_title(canvas, text.title, text.subtitle);
   draw_caption(canvas, text.caption,
                fmt::format("Seen from the array's side. All pictures of this run's skin share these colours.{}",
@@ -288,14 +240,13 @@ constexpr int kHeadings = 48;  // room of a panel's two lines
 struct Column {
   std::string name;
   std::string figures;
-  Eigen::VectorXd values;
+  Eigen::VectorXd values;  // empty: what is wanted
 };
 
 std::vector<Column> columns_of(const Run& run) {
   std::vector<Column> columns;
   if (run.target) {
-    columns.push_back({"wanted", fmt::format("{:.3g} kPa", 1e-3 * run.target->amplitudes.maxCoeff()),
-                       wanted_pressure(*run.target, run.mesh.face_count())});
+    columns.push_back({"wanted", fmt::format("{:.3g} kPa", 1e-3 * run.target->amplitudes.maxCoeff()), {}});
   }
   for (const MethodResult& result : run.methods) {
     if (result.pressure.size() != 0) {
@@ -338,7 +289,12 @@ std::string overview_picture(const Run& run, double top, PictureFormat format) {
     const SkinLook seen(fitted_view(panel(0, look), panels.body.direction, points, all ? 0.94 : 0.6), run.mesh,
                         run.target);
     for (int column = 0; column < count; ++column) {
-      seen.draw(canvas, skin_colours(columns[static_cast<std::size_t>(column)].values, top), panel(column, look));
+      const Eigen::VectorXd& values = columns[static_cast<std::size_t>(column)].values;
+      if (values.size() == 0) {
+        seen.draw_wanted(canvas, *run.target, top, panel(column, look));
+      } else {
+        seen.draw(canvas, skin_colours(values, top), panel(column, look));
+      }
       canvas.frame(panel(column, look), {170, 170, 170}, 1.0);
     }
     PixelBox last = panel(0, look);
@@ -353,7 +309,7 @@ std::string overview_picture(const Run& run, double top, PictureFormat format) {
     draw_fitted(canvas, middle, box.y + height + 32, shown.name, {.size = 19, .align = Align::kCentre, .bold = true},
                 width);
     draw_fitted(canvas, middle, box.y + height + 12, shown.figures, {.size = 16, .align = Align::kCentre}, width);
-    most = std::max(most, quantile({shown.values.begin(), shown.values.end()}, 1.0));
+    most = std::max(most, shown.values.size() == 0 ? run.target->amplitudes.maxCoeff() : shown.values.maxCoeff());
   }
   draw_colour_bar(canvas, skin_bar(top, most));
   draw_title(canvas, run.name, "pressure on the skin");

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,7 +42,12 @@ class SkinLook {
   const SkinView& view() const { return sight_.view(); }
   void draw(Canvas& canvas, const std::vector<Colour>& colours, const PixelBox& panel) const;
 
+  /// What the target wants, up to its border.
+  void draw_wanted(Canvas& canvas, const Target& target, double top, const PixelBox& panel) const;
+
  private:
+  void draw_outline(Canvas& canvas, const PixelBox& panel) const;
+
   SkinSight sight_;
   std::vector<Eigen::Vector2d> outline_;
 };
@@ -56,7 +62,13 @@ class SkinPictures {
   /// A picture of the skin coloured by `values` [Pa], one per face, from 0 to `top`, with the target outlined.
   std::string picture(const Eigen::VectorXd& values, double top, const SkinText& text) const;
 
+  /// The same of what the target wants, up to its border.
+  std::string wanted_picture(double top, const SkinText& text) const;
+
  private:
+  std::string drawn(const std::function<void(const SkinLook&, Canvas&)>& draw, double largest, double top,
+                    const SkinText& text) const;
+
   const Run& run_;
   PictureFormat format_;
   SkinLook body_;

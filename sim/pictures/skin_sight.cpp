@@ -142,7 +142,9 @@ SkinSight::SkinSight(const SkinView& view, const TriangleMesh& mesh)
   }
 }
 
-ColourImage SkinSight::image(const std::vector<Colour>& colours, int finer) const {
+/// colour_of   (column, row) of a sample that sees a face
+template <class ColourOf>
+ColourImage SkinSight::made_image(const ColourOf& colour_of, int finer) const {
   const int samples = kSamples / finer;
   const int count = samples * samples;
   ColourImage image(finer * view_.panel.width, finer * view_.panel.height);
@@ -155,7 +157,7 @@ ColourImage SkinSight::image(const std::vector<Colour>& colours, int finer) cons
         for (int i = samples * column; i < samples * (column + 1); ++i) {
           const std::size_t at = raster_.index(i, j);
           const int face = raster_.face[at];
-          const Colour& colour = face == Raster::kNothing ? kPaper : colours[static_cast<std::size_t>(face)];
+          const Colour colour = face == Raster::kNothing ? kPaper : colour_of(i, j);
           const int light = face == Raster::kNothing ? 255 : shade_[at];
           for (std::size_t c = 0; c < 3; ++c) {
             sum[c] += light * colour[c];
@@ -169,6 +171,23 @@ ColourImage SkinSight::image(const std::vector<Colour>& colours, int finer) cons
     }
   }
   return image;
+}
+
+ColourImage SkinSight::image(const std::vector<Colour>& colours, int finer) const {
+  return made_image(
+      [&](int column, int row) { return colours[static_cast<std::size_t>(raster_.face[raster_.index(column, row)])]; },
+      finer);
+}
+
+ColourImage SkinSight::image(const ColourAt& colour_at, int finer) const {
+  return made_image(
+      [&](int column, int row) {
+        const std::size_t at = raster_.index(column, row);
+        const Eigen::Vector2d from =
+            (Eigen::Vector2d(column + 0.5, row + 0.5) - camera_.centre).cwiseQuotient(camera_.focal);
+        return colour_at(raster_.face[at], camera_.eye + camera_.axes * Vector3(from.x(), from.y(), raster_.depth[at]));
+      },
+      finer);
 }
 
 std::vector<Eigen::Vector2d> SkinSight::visible(const Points& points, const Eigen::Matrix2Xi& edges) const {

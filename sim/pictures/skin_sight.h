@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -38,6 +39,9 @@ SkinView fitted_view(const PixelBox& panel, const Vector3& direction, const Poin
 SkinView fitted_view(const PixelBox& panel, const Vector3& direction, const Vector3& vertical, const Points& points,
                      double share);
 
+/// The colour of a face at a point of it [m].
+using ColourAt = std::function<Colour(int face, const Vector3& x)>;
+
 /// A mesh looked at in a panel: what every picture of it shares, whatever its colours. Each pixel is seen at 4 x 4
 /// places, whose colours are averaged.
 class SkinSight {
@@ -51,11 +55,17 @@ class SkinSight {
   /// finer   1, 2 or 4: how many pixels of the image a pixel of the picture has along each side
   ColourImage image(const std::vector<Colour>& colours, int finer) const;
 
+  /// The same with colours that change within faces.
+  ColourImage image(const ColourAt& colour_at, int finer) const;
+
   /// The pieces of edges, 2 x E numbers of points [m], that no face hides [pixels of the picture]: the ends of one
   /// after another. They are found in steps of half a pixel.
   std::vector<Eigen::Vector2d> visible(const Points& points, const Eigen::Matrix2Xi& edges) const;
 
  private:
+  template <class ColourOf>
+  ColourImage made_image(const ColourOf& colour_of, int finer) const;
+
   SkinView view_;
   Camera camera_;
   Raster raster_;

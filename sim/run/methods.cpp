@@ -247,10 +247,16 @@ const Eigen::MatrixXcd& MethodSolver::weighted_gram_of(const Eigen::MatrixXcd& g
   return gram;
 }
 
+/// sum s w (|p| - p')^2 + (1 - s) w |p|^2 = sum w (|p| - s p')^2, but for a constant.
+Eigen::VectorXd MethodSolver::face_means(const Eigen::VectorXd& amplitudes) const {
+  return target_->shares.cwiseProduct(amplitudes);
+}
+
 IncidentProblem MethodSolver::unscattered(const Eigen::VectorXd& amplitudes, FaceWeights faces) {
   const Eigen::MatrixXcd& g = scattering_.unit_field().pressure;
   const Eigen::VectorXd weights = outside_.misfit_weights(faces, scattering_.system().mesh().areas(), g.rows());
-  return unscattered_problem(target_->faces, g, weighted_gram_of(g, weights, faces, gram_free_), amplitudes, weights);
+  return unscattered_problem(target_->faces, g, weighted_gram_of(g, weights, faces, gram_free_), face_means(amplitudes),
+                             weights);
 }
 
 IncidentProblem MethodSolver::scattered(const Eigen::VectorXd& amplitudes, FaceWeights faces) {
@@ -262,12 +268,13 @@ IncidentProblem MethodSolver::scattered(const Eigen::VectorXd& amplitudes, FaceW
   const Eigen::VectorXd weights = outside_.misfit_weights(faces, system.mesh().areas(), columns_.rows());
   if (unit.slope.size() == 0 && unit.interior.size() == 0) {  // b is the incident pressure itself
     const Eigen::MatrixXcd& gram = weighted_gram_of(unit.pressure, weights, faces, gram_free_);
-    return scattered_problem(columns_, unit.pressure, gram, amplitudes, weights);
+    return scattered_problem(columns_, unit.pressure, gram, face_means(amplitudes), weights);
   }
   if (b_.size() == 0) {
     b_ = system.right_hand_side(unit);
   }
-  return scattered_problem(columns_, b_, weighted_gram_of(b_, weights, faces, gram_b_), amplitudes, weights);
+  return scattered_problem(columns_, b_, weighted_gram_of(b_, weights, faces, gram_b_), face_means(amplitudes),
+                           weights);
 }
 
 PhaseSolution MethodSolver::solve_incident_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
@@ -279,7 +286,7 @@ PhaseSolution MethodSolver::solve_incident_method(const MethodSpec& method, cons
   if (!leave_card_) {
     const ScatteringSystem& system = scattering_.system();
     const Eigen::VectorXd& areas = system.mesh().areas();
-    on_card = scattering_.incident_on_card(target_->faces, amplitudes,
+    on_card = scattering_.incident_on_card(target_->faces, face_means(amplitudes),
                                            outside_.misfit_weights(method.faces, areas, areas.size()),
                                            outside_.beyond_gram(method.faces, system.wave(), areas.mean()), !free);
   }

@@ -80,6 +80,7 @@ class MethodSolver {
                                       const Eigen::VectorXd* before, const IterationCallback& advance);
   PhaseSolution solve_skin_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
                                   const Eigen::VectorXd* before, const IterationCallback& advance, Progress& progress);
+  Eigen::VectorXd face_means(const Eigen::VectorXd& amplitudes) const;
   IncidentProblem unscattered(const Eigen::VectorXd& amplitudes, FaceWeights faces);
   IncidentProblem scattered(const Eigen::VectorXd& amplitudes, FaceWeights faces);
   const Eigen::MatrixXcd& weighted_gram_of(const Eigen::MatrixXcd& g, const Eigen::VectorXd& weights, FaceWeights faces,

@@ -76,13 +76,9 @@ void remark_shadow(const Run& run, Remarks& remarks) {
   if (run.target && !run.methods.empty() && run.methods.front().pressure.size() > 0) {
     const Eigen::VectorXd power = run.methods.front().pressure.cwiseAbs2();
     const Eigen::VectorXd& area = run.mesh.areas();
-    double inside = 0.0;
-    double inside_area = 0.0;
-    for (const Eigen::Index f : run.target->faces) {
-      inside += area(f) * power(f);
-      inside_area += area(f);
-    }
-    const double amplification = std::sqrt(area.dot(power) / area.sum() / (inside / inside_area));
+    const Eigen::VectorXd inside = run.target->areas(area);
+    const double on_target = inside.dot(power(run.target->faces)) / inside.sum();
+    const double amplification = std::sqrt(area.dot(power) / area.sum() / on_target);
     if (amplification > kLargestAmplification) {
       remarks.warnings.push_back(
           fmt::format("deep_shadow: with method {1} the mean pressure of the skin is {0:.1f} times that of the target; "

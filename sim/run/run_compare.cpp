@@ -85,7 +85,7 @@ Difference compare_targets(const std::optional<Target>& a, const std::optional<T
   if (of_a.faces != of_b.faces || of_a.box != of_b.box) {
     return incomparable(fmt::format("{} and {} faces, not the same", of_a.size(), of_b.size()));
   }
-  return compare_entries(of_a.amplitudes, of_b.amplitudes);
+  return worst_of({compare_entries(of_a.amplitudes, of_b.amplitudes), compare_entries(of_a.shares, of_b.shares)});
 }
 
 Difference compare_arrays(const Run& a, const Run& b) {

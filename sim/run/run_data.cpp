@@ -76,7 +76,7 @@ void check_evaluation(const Run& run) {
 
 Eigen::VectorXd wanted_pressure(const Target& target, Eigen::Index faces) {
   Eigen::VectorXd wanted = Eigen::VectorXd::Zero(faces);
-  wanted(target.faces) = target.amplitudes;
+  wanted(target.faces) = target.shares.cwiseProduct(target.amplitudes);
   return wanted;
 }
 
@@ -112,6 +112,9 @@ void check_array(const TransducerArray& array) {
 
 void check_target(const std::string& what, const Target& target, Eigen::Index faces) {
   require_size(what + ": amplitudes", target.amplitudes.size(), target.size());
+  require_size(what + ": shares", target.shares.size(), target.size());
+  require((target.shares.array() > 0.0).all() && (target.shares.array() <= 1.0).all(),
+          "{}: shares must be > 0 and <= 1", what);
   require_size(what + ": box", static_cast<Eigen::Index>(target.box.size()), target.size());
   for (const Eigen::Index face : target.faces) {
     if (face < 0 || face >= faces) {

@@ -145,7 +145,7 @@ inline bool has_evaluation_model(const std::string& evaluation) {
 /// omni, piston or t4010a1.
 std::string directivity_name(Directivity::Kind kind);
 
-/// The wanted |p| of each face of a mesh, 0 off the target, M [Pa].
+/// The mean of the wanted |p| over each face of a mesh, 0 off the target, M [Pa].
 Eigen::VectorXd wanted_pressure(const Target& target, Eigen::Index faces);
 
 /// throws   InputError if a list that messages call `what` has another size than it must have

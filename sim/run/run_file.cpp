@@ -84,6 +84,7 @@ template <class Io, class Target>
 void target_parts(const Io& io, Target& target) {
   io.list("face", target.faces, "1");
   io.list("amplitude", target.amplitudes, "Pa");
+  io.list("share", target.shares, "1");
   io.list("box", target.box, "1");
   io.part("boxes", !target.boxes.empty(), [&](const Io& part) { box_parts(part, target.boxes); });
 }

@@ -72,7 +72,7 @@ std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
   problem.target = std::move(spanned->target);
   problem.outside = std::move(spanned->outside);
   problem.amplitudes = target.amplitudes;
-  problem.weights = areas(target.faces);
+  problem.weights = target.areas(areas);
   finish(scattering, outside, drives == nullptr, transfer);
   return transfer;
 }
@@ -87,7 +87,7 @@ Transfer make_transfer(SkinScattering& scattering, const Target& target, const O
     transfer.solves = target.size();
     transfer.reduction.problem.target = scattering.transfer_rows(target.faces, "transfer");
     transfer.reduction.problem.amplitudes = target.amplitudes;
-    transfer.reduction.problem.weights = areas(target.faces);
+    transfer.reduction.problem.weights = target.areas(areas);
     transfer.reduction.problem.outside.resize(0, scattering.array().size());
     finish(scattering, outside, true, transfer);
     return transfer;

@@ -61,7 +61,7 @@ struct MappedCost {
   }
 
   double cost(const MappedPoint& point, double level) const {
-    return skin.weights.dot((level * point.magnitudes - skin.amplitudes).cwiseAbs2());
+    return skin.weights.dot((level * point.magnitudes - skin.amplitudes).cwiseAbs2()) + skin.constant;
   }
 
   /// The common amplitude of all drives, up to 1, at which the cost is least.

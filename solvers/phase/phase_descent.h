@@ -13,14 +13,18 @@ namespace touchfield {
 
 /// The misfit of amplitudes on all faces, p = H q, known by products with H alone:
 ///
-///   cost(q) = sum_j w_j (|p_j| - p'_j)^2
+///   cost(q) = sum_j w_j (|p_j| - p'_j)^2 + c
 ///
-/// It is skin_cost with the faces outside among the M faces, p'_j = 0 and w_j = w_Z A_j there.
+/// It is skin_cost with the faces outside among the M faces, p'_j = 0 and w_j = w_Z A_j there. A face of which a share
+/// s belongs to the target counts as one: with w_j = (s + w_Z (1 - s)) A_j and p'_j = s A_j p' / w_j,
+///
+///   s A (|p| - p')^2 + w_Z (1 - s) A |p|^2 = w_j (|p| - p'_j)^2 + s A p'^2 - w_j p'_j^2
 struct MappedSkin {
   std::function<Eigen::VectorXcf(const Eigen::VectorXcf& q)> pressure;   // H q, M
   std::function<Eigen::VectorXcf(const Eigen::VectorXcf& v)> sent_back;  // H^H v, N
   Eigen::VectorXd amplitudes;                                            // p', M [Pa], >= 0
   Eigen::VectorXd weights;                                               // w, M, >= 0
+  double constant = 0.0;                                                 // c
 };
 
 /// Bounds of phases [rad], N each; empty: there are none.
@@ -99,7 +103,7 @@ class PhaseDescent {
 /// Patterns in turn on one body that does not move. Of all U faces that any of them uses, frame k wants p'_kj on face
 /// j, 0 for silence there:
 ///
-///   cost_k(q) = sum_j w_kj (|h_j q| - p'_kj)^2 + |R q|^2
+///   cost_k(q) = sum_j w_kj (|h_j q| - p'_kj)^2 + |R q|^2,   a constant left out where faces count as one (MappedSkin)
 ///
 /// R is the skin that none of them uses. So the matrices are the same for all frames.
 struct PhaseSequence {

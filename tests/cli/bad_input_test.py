@@ -57,12 +57,12 @@ class BadInput(CommandTest):
                 ("phases_rad: 0", "phases_rad: [0, 1, 2]", ["fixed has 3 phases", "64 channels"]),
                 ("edge_mm: 2.6", "edge_mm: 0.1", ["GiB", "body.edge_mm"], "--set", "solve.solver=lu"),
                 ("{at: bottom,", "{at: bottom, offset_mm: [0, 0, -30],", [
-                    "target.box: no face has its centroid in the box about (0.0, 0.0, 30.0) mm (scene coordinates)", "the nearest is 27"]),
+                    "target.box: the box about (0.0, 0.0, 30.0) mm (scene coordinates) holds no skin", "is 27"]),
                 ("{at: bottom,", "{at: bottom, offset_mm: [0, 0, -40],", [
                     "target.box: no skin of body within 10 mm (half of keep_within_mm) of (0.0, 0.0, 20.0) mm (scene coordinates)",
                     "the nearest is 40.0 mm away at"], "--set", "body.keep_within_mm=20"),
                 ("[8, 12, 6]", "[80, 120, 60]", ["target.box covers the whole body (16", " mm); make it smaller"]),
-                (box, "points: [{at: bottom, diameter_mm: 0.02}]", "target.points[0]: no face has its centroid in the box about"),
+                (box, "points: [{at: bottom, diameter_mm: 0.02}]", "target.points[0]: the box about"),
                 (box, "lines: [{points: [{at: bottom}, {at: bottom}], width_mm: 3}]",
                  "target.lines[0]: points[0] and points[1] are at the same place of the skin"),
                 (box, "profile: penetration\n  points: [{at: bottom, diameter_mm: 3}]", "target.profile: penetration is of boxes alone"),

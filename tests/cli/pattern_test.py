@@ -85,7 +85,7 @@ class Pattern(CommandTest):
                              ("pattern.watch=[palm]", "pattern.watch[0] = palm must be one of"),
                              ("target.pressure_pa=best", "must have pressure_pa"),
                              ("pattern={}", "must have one of circle, line, points, amplitude"),
-                             ("pattern.diameter_mm=0.01", "holds no face of the mesh"),
+                             ("pattern.diameter_mm=0.01", "pattern.diameter_mm: the box about"),
                              ("pattern.frames_per_second=333.33", "pattern: no time of at most"),
                              ("pattern.line={from: bottom, to: top}", "pattern: ")]:
             done = self.touchfield("pattern", scene, "-o", "out", "--set", change)

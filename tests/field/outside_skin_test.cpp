@@ -13,6 +13,7 @@ class OutsideSkinTest : public testing::Test {
   OutsideSkinTest() {
     target_.faces = {1, 4};
     target_.amplitudes = Eigen::Vector2d(1, 2);
+    target_.shares = Eigen::Vector2d(1, 0.75);
     outside_.faces = VectorXd::Ones(6);
     outside_.faces(2) = 0;
     outside_.beyond = spread(pieces_of(sphere(0.01, 0.004).mesh, 2e-3, 0), 6e-3, 0);
@@ -31,7 +32,7 @@ class OutsideSkinTest : public testing::Test {
 TEST_F(OutsideSkinTest, FacesThatAreNoSkinDoNotCount) {
   const VectorXd weights = outside_.face_weights(areas_, target_, 0.5);
   for (Eigen::Index f = 0; f < 6; ++f) {
-    EXPECT_EQ(weights(f), f == 1 || f == 2 || f == 4 ? 0.0 : 0.5 * areas_(f)) << f;
+    EXPECT_EQ(weights(f), f == 1 || f == 2 ? 0.0 : (f == 4 ? 0.25 : 1.0) * 0.5 * areas_(f)) << f;
   }
   const VectorXd misfit = outside_.misfit_weights(FaceWeights::kArea, areas_, 8);
   EXPECT_EQ(misfit(2), 0.0);

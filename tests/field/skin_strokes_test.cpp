@@ -13,7 +13,13 @@ namespace touchfield::skin_strokes_test {
 
 std::set<Eigen::Index> faces_of(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes) {
   const Target target = make_target(mesh, boxes, TargetProfile::kUniform, 1.0);
-  return {target.faces.begin(), target.faces.end()};
+  std::set<Eigen::Index> faces;
+  for (Eigen::Index i = 0; i < target.size(); ++i) {
+    if (target.shares(i) > 0.5) {
+      faces.insert(target.faces[static_cast<std::size_t>(i)]);
+    }
+  }
+  return faces;
 }
 
 double distance_to_path(const Vector3& x, const std::vector<Vector3>& path) {
@@ -184,7 +190,7 @@ TEST(SkinStrokes, AMaskIsThatOfAnyMeshOfTheSkinAndMovesWithIt) {
   EXPECT_THAT(support::message_of<InputError>([&] {
                 make_target(transformed(other, turn, shift + Vector3(0, 0, 0.05)), {box}, TargetProfile::kUniform, 1.0);
               }),
-              HasSubstr("target.mask_file: no face has its centroid in the box about"));  // the skin is elsewhere
+              HasSubstr("target.mask_file: the box about"));  // the skin is elsewhere
 }
 
 TEST(SkinStrokes, PlacesOfAMaskAreNearEachOfItsFaces) {

@@ -66,19 +66,22 @@ TEST(PatternSpots, GoRoundTheCircleOnTheSkin) {
     Vector3 middle = Vector3::Zero();
     double area = 0.0;
     for (Eigen::Index j = 0; j < spots.amplitudes.rows(); ++j) {
+      const double share = spots.shares(j, k);
       const Eigen::Index face = spots.faces[static_cast<std::size_t>(j)];
       const double flat = (mesh.centroids().col(face) - at).head<2>().norm();
       if (spots.amplitudes(j, k) > 0) {
         EXPECT_EQ(spots.amplitudes(j, k), 500.0);
-        EXPECT_LT(flat, 2.3e-3);
+        EXPECT_LT(flat, 3.3e-3);
+        EXPECT_TRUE(share == 1.0 || flat > 1.0e-3) << flat;
         EXPECT_LT(mesh.normals()(2, face), 0.0);
-        middle += mesh.areas()(face) * mesh.centroids().col(face);
-        area += mesh.areas()(face);
+        middle += share * mesh.areas()(face) * mesh.centroids().col(face);
+        area += share * mesh.areas()(face);
       } else {
         EXPECT_TRUE(flat > 1.7e-3 || mesh.normals()(2, face) > 0) << face;
       }
     }
-    EXPECT_LT((middle / area - at).head<2>().norm(), 0.8e-3) << k;
+    EXPECT_LT((middle / area - at).head<2>().norm(), 0.3e-3) << k;
+    EXPECT_NEAR(area, 4e-6 * std::numbers::pi, 0.05 * 4e-6 * std::numbers::pi);
     EXPECT_GT(spots.amplitudes(spots.middle[static_cast<std::size_t>(k)], k), 0.0);
   }
 }
@@ -111,7 +114,7 @@ TEST(PatternSpots, ASpotSmallerThanTheMeshIsRefused) {
   const PatternSpec spec = spec_of(model);
   const std::string said =
       message_of<InputError>([&] { pattern_spots(spec, pattern_clock(spec), pattern_points(spec, model), model); });
-  EXPECT_NE(said.find("pattern.diameter_mm = 0.1: the spot at"), std::string::npos) << said;
+  EXPECT_NE(said.find("pattern.diameter_mm: the box about"), std::string::npos) << said;
 }
 
 // Errors by rows of H and R are those of all faces by a solution of their own.
@@ -141,7 +144,7 @@ TEST(SolvedPattern, FramesAreNearlyAsGoodAsAlone) {
     const double alone = pattern.frames[k].alone_error;
     EXPECT_EQ(std::isnan(alone), k % 2 == 1);
     if (k % 2 == 0) {
-      EXPECT_LT(pattern.motion.methods.front().scores[k].metrics.relative_error, alone + 0.05) << k;
+      EXPECT_LT(pattern.motion.methods.front().scores[k].metrics.relative_error, alone + 0.06) << k;
     }
   }
 }

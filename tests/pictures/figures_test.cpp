@@ -82,7 +82,8 @@ TEST(Figures, ThePictureOfTheTargetAndItsCloseView) {
   const TemporaryDirectory directory;
   RunData run = graded_run();
   const std::vector<Eigen::Index> faces = {20, 21};  // one square
-  run.target = Target{.faces = faces, .amplitudes = Eigen::Vector2d(800, 400), .box = {0, 0}};
+  run.target =
+      Target{.faces = faces, .amplitudes = Eigen::Vector2d(800, 400), .box = {0, 0}, .shares = Eigen::Vector2d(1, 1)};
   draw_png(directory.path(), run);
   EXPECT_EQ(names_in(directory.path()),
             (std::set<std::string>{"overview.png", "setup.png", "target.png", "pressure_graded.png"}));
@@ -363,7 +364,7 @@ TEST(SkinPicture, ABoxHasTwelveEdges) {
 
 TEST(SkinPicture, TheOutlineLeavesOutSharedSides) {
   const TriangleMesh mesh = sheet(2, 1, 0.01);
-  Target square{.faces = {0, 1}, .amplitudes = Eigen::Vector2d(1, 1), .box = {0, 0}};
+  Target square{.faces = {0, 1}, .amplitudes = Eigen::Vector2d(1, 1), .box = {0, 0}, .shares = Eigen::Vector2d(1, 1)};
   const auto vertex_at = [&](const Vector3& x) {
     Eigen::Index vertex = -1;
     EXPECT_EQ((mesh.vertices().colwise() - x).colwise().norm().minCoeff(&vertex), 0.0);

@@ -65,7 +65,10 @@ std::vector<MotionInstant> instants_of(const std::vector<std::pair<std::string, 
     MotionInstant& instant = instants.emplace_back(
         MotionInstant{.time = 20 * i / 61.0,
                       .mesh = transformed(sheet(21, 21, 2e-3), Eigen::Matrix3d::Identity(), Vector3(1e-3 * i, 0, 0)),
-                      .target = Target{.faces = {440, 441}, .amplitudes = Eigen::Vector2d(1000, 1000), .box = {0, 0}}});
+                      .target = Target{.faces = {440, 441},
+                                       .amplitudes = Eigen::Vector2d(1000, 1000),
+                                       .box = {0, 0},
+                                       .shares = Eigen::Vector2d(1, 1)}});
     for (const auto& [name, pressure] : methods) {
       instant.pressure.emplace_back(name, Eigen::VectorXcd::Constant(instant.mesh.face_count(), pressure));
     }

@@ -167,6 +167,7 @@ TEST_F(DamagedRunFile, ATransferMatrixThatMakesNoSenseIsAnError) {
           const hdf5::Group target = root.create("target");
           target.write("face", face.data(), {1}, "1");
           target.write("amplitude", numbers.data(), {1}, "Pa");
+          target.write("share", numbers.data(), {1}, "1");
           target.write("box", face.data(), {1}, "1");
         }
         const hdf5::Group transfer = root.create("transfer").create("paper");

@@ -84,18 +84,22 @@ inline Run full_run() {
   Run run = bare_run(sheet(6, 4, 0.01));
   run.name = "width \xc3\xbc 5mm";
   run.scene = "name: width\nfrequency_khz: 40\n# \xc3\xa9\n";
-  run.target = Target{.faces = {3, 4, 10}, .amplitudes = Eigen::Vector3d(1000, 2000, 1e-3), .box = {0, 0, 1}};
+  run.target = Target{.faces = {3, 4, 10},
+                      .amplitudes = Eigen::Vector3d(1000, 2000, 1e-3),
+                      .box = {0, 0, 1},
+                      .shares = Eigen::Vector3d(1, 0.25, 0.5)};
   run.target->boxes = {
       {Vector3(0, 0, 0.2), Vector3(0.01, 0.02, 0.03)},
       {Vector3(0.01, 0, 0.2), Vector3(0.01, 0.01, 0.01), extrinsic_rotation(Vector3(0, 0.3, 0.1)),
        TargetShape::kCylinder, 0.25},
       {Vector3(0, 0.01, 0.2), Vector3(0.02, 0.01, 0.01), Eigen::Matrix3d::Identity(), TargetShape::kMask}};
   run.evaluation = "edge";
-  run.evaluation_model = EvaluationModel{
-      .scheme = "burton_miller_polished",
-      .mesh = sheet(8, 5, 0.0075),
-      .target =
-          Target{.faces = {5, 6, 17, 18}, .amplitudes = Eigen::Vector4d(1e-3, 7, 1000, 2000), .box = {0, 0, 0, 1}}};
+  run.evaluation_model = EvaluationModel{.scheme = "burton_miller_polished",
+                                         .mesh = sheet(8, 5, 0.0075),
+                                         .target = Target{.faces = {5, 6, 17, 18},
+                                                          .amplitudes = Eigen::Vector4d(1e-3, 7, 1000, 2000),
+                                                          .box = {0, 0, 0, 1},
+                                                          .shares = Eigen::Vector4d(1, 0.75, 1, 0.5)}};
   run.methods.push_back(made_up_method("surface", run, 0.25));
   run.methods.push_back(made_up_method("paper-2", run, 7.5));  // not in alphabetical order: the run's order must stay
   run.methods[1].pressure(2) = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()};
@@ -130,7 +134,7 @@ inline Run full_run() {
   run.transfers = {{.scheme = "burton_miller",
                     .problem = {.target = made_up_matrix(3, channels, 0.5),
                                 .amplitudes = run.target->amplitudes,
-                                .weights = run.mesh.areas()(run.target->faces),
+                                .weights = run.target->areas(run.mesh.areas()),
                                 .outside = made_up_matrix(2, channels, 1.5)},
                     .incident = made_up_matrix(3, channels, 2.5),
                     .outside_weight = 0.25,
