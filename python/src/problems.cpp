@@ -53,13 +53,15 @@ SharedProblem problem_of_model(const SharedModel& model, std::optional<int> thre
   });
 }
 
-SharedProblem problem_of(nb::handle target, nb::handle amplitudes, nb::handle weights, nb::handle outside) {
+SharedProblem problem_of(nb::handle target, nb::handle amplitudes, nb::handle weights, nb::handle outside,
+                         nb::handle shares) {
   SkinProblem problem;
   problem.target = complex_table(target, "Problem: target");
   problem.amplitudes = real_list(amplitudes, "Problem: amplitudes");
   problem.weights = real_list(weights, "Problem: weights");
   problem.outside =
       outside.is_none() ? Eigen::MatrixXcd(0, problem.target.cols()) : complex_table(outside, "Problem: outside");
+  problem.shares = shares.is_none() ? Eigen::VectorXd() : Eigen::VectorXd(real_list(shares, "Problem: shares"));
   require_valid(problem, "Problem");
   return shared(std::move(problem));
 }
@@ -73,6 +75,7 @@ SharedProblem problem_of_transfer(const ArrayLike& h, const SharedTarget& target
   if (rows.rows() == target->size()) {
     SkinProblem problem{std::move(rows), target->amplitudes, target->areas(mesh->areas()), Eigen::MatrixXcd(0, 0)};
     problem.outside.resize(0, problem.target.cols());
+    problem.shares = target->shares;
     require_valid(problem, "Problem");
     return shared(std::move(problem));
   }
@@ -247,9 +250,11 @@ target : array_like of complex, shape (K, N)
 amplitudes : array_like, shape (K,)
     Wanted pressure amplitudes p' [Pa].
 weights : array_like, shape (K,)
-    w, areas of the faces [m2].
+    w, areas of the target on the faces [m2].
 outside : array_like of complex, shape (r, N), optional
     R, rows of the skin outside the target [Pa m].
+shares : array_like, shape (K,), optional
+    Shares of the faces in the target: `gs`, `wgs`, `gs_pat` and `eigen` want shares * amplitudes. All 1 if left out.
 
 Raises
 ------
@@ -265,16 +270,17 @@ Examples
       .def(
           "__init__",
           [](SharedProblem* self, const ArrayLike& target, const ArrayLike& amplitudes, const ArrayLike& weights,
-             const ArrayLike& outside, const nb::kwargs& others) {
+             const ArrayLike& outside, const ArrayLike& shares, const nb::kwargs& others) {
             for (const auto& [name, value] : others) {
               refuse_argument("Problem", nb::cast<std::string>(name));
             }
-            new (self) SharedProblem(problem_of(target, amplitudes, weights, outside));
+            new (self) SharedProblem(problem_of(target, amplitudes, weights, outside, shares));
           },
           nb::arg("target"), nb::arg("amplitudes"), nb::arg("weights"), nb::arg("outside") = nb::none(),
-          nb::arg("others"),
+          nb::arg("shares") = nb::none(), nb::arg("others"),
           nb::sig("def __init__(self, target: numpy.typing.ArrayLike, amplitudes: numpy.typing.ArrayLike, weights: "
-                  "numpy.typing.ArrayLike, outside: numpy.typing.ArrayLike | None = None) -> None"))
+                  "numpy.typing.ArrayLike, outside: numpy.typing.ArrayLike | None = None, shares: "
+                  "numpy.typing.ArrayLike | None = None) -> None"))
       .def_static("of", &problem_of_transfer, nb::arg("h"), nb::arg("target"), nb::arg("outside_weight") = 1.0,
                   nb::arg("threads") = nb::none(), R"(The problem of a transfer matrix and a target.
 
@@ -315,16 +321,18 @@ Examples
       .def_prop_ro("amplitudes", part_of<SharedProblem>(&SkinProblem::amplitudes),
                    "Wanted pressure amplitudes, shape (K,) [Pa].")
       .def_prop_ro("weights", part_of<SharedProblem>(&SkinProblem::weights), "Areas, shape (K,) [m2].")
+      .def_prop_ro("shares", part_of<SharedProblem>(&SkinProblem::shares),
+                   "Shares of the faces in the target, shape (K,); empty: all 1.")
       .def_prop_ro("outside", part_of<SharedProblem>(&SkinProblem::outside),
                    "Rows of the skin outside the target, shape (r, N) [Pa m].")
       .def("__getstate__",
            [](const SharedProblem& self) {
              return nb::make_tuple(owned(self->target), owned(self->amplitudes), owned(self->weights),
-                                   owned(self->outside));
+                                   owned(self->outside), owned(self->shares));
            })
       .def("__setstate__",
            [](SharedProblem& self, const nb::tuple& state) {
-             new (&self) SharedProblem(problem_of(state[0], state[1], state[2], state[3]));
+             new (&self) SharedProblem(problem_of(state[0], state[1], state[2], state[3], state[4]));
            })
       .def("cost", &cost, nb::arg("drives"), R"(The misfit of a drive vector.
 

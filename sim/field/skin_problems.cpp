@@ -144,6 +144,7 @@ SkinReduction reduced_skin_problem(const Eigen::MatrixXcd& pressures, const Eige
   problem.target = adjoint_product(rows.adjoint(), drives.adjoint());
   problem.amplitudes = target.amplitudes;
   problem.weights = target.areas(areas);
+  problem.shares = target.shares;
   problem.outside.resize(0, drives.rows());
   if (outside.size() == 0) {
     return reduction;

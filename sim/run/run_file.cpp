@@ -174,6 +174,7 @@ void transfer_parts(const GroupWriter& io, const RunTransfer& /*transfer*/, cons
   io.attribute("cost", std::string("sum(weight * (abs(target @ q) - wanted)**2) + sum(abs(outside @ q)**2)"));
   io.link("face", "/target/face");
   io.link("wanted", "/target/amplitude");
+  io.link("share", "/target/share");
 }
 
 void transfer_parts(const GroupReader& io, RunTransfer& transfer, const Run& run) {
@@ -181,6 +182,7 @@ void transfer_parts(const GroupReader& io, RunTransfer& transfer, const Run& run
     io.fail("the run must have a target");
   }
   transfer.problem.amplitudes = run.target->amplitudes;
+  transfer.problem.shares = run.target->shares;
 }
 
 template <class Io, class Transfers, class TheRun>

@@ -73,6 +73,7 @@ std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
   problem.outside = std::move(spanned->outside);
   problem.amplitudes = target.amplitudes;
   problem.weights = target.areas(areas);
+  problem.shares = target.shares;
   finish(scattering, outside, drives == nullptr, transfer);
   return transfer;
 }
@@ -88,6 +89,7 @@ Transfer make_transfer(SkinScattering& scattering, const Target& target, const O
     transfer.reduction.problem.target = scattering.transfer_rows(target.faces, "transfer");
     transfer.reduction.problem.amplitudes = target.amplitudes;
     transfer.reduction.problem.weights = target.areas(areas);
+    transfer.reduction.problem.shares = target.shares;
     transfer.reduction.problem.outside.resize(0, scattering.array().size());
     finish(scattering, outside, true, transfer);
     return transfer;

@@ -54,7 +54,7 @@ Eigen::VectorXd target_energy(const SkinProblem& problem) { return problem.targe
 class PointWeights {
  public:
   PointWeights(const SkinProblem& problem, bool evened)
-      : wanted_((target_energy(problem).array() > 0).select(problem.amplitudes, 0.0)),
+      : wanted_((target_energy(problem).array() > 0).select(problem.face_means(), 0.0)),
         evened_(evened),
         weights_(Eigen::VectorXd::Ones(wanted_.size())) {}
 
@@ -183,7 +183,7 @@ PhaseSolution solve_gs_pat(const SkinProblem& problem, const BaselineOptions& op
   require_valid(problem, options, "solve_gs_pat");
   const Eigen::VectorXd energy = target_energy(problem);
   const Eigen::VectorXd share = (energy.array() > 0).select(energy.array().inverse(), 0.0);
-  const Eigen::VectorXd wanted = (energy.array() > 0).select(problem.amplitudes, 0.0);
+  const Eigen::VectorXd wanted = (energy.array() > 0).select(problem.face_means(), 0.0);
   const Eigen::MatrixXcd mutual = hermitian_product(problem.target.adjoint()) * share.asDiagonal();
 
   PhaseSolution solution;
@@ -221,7 +221,7 @@ PhaseSolution solve_eigen(const SkinProblem& problem) {
     return full_drive(Eigen::VectorXd::Zero(problem.channel_count()));
   }
   const Eigen::MatrixXcd h = problem.target(points, Eigen::all);
-  const Eigen::VectorXd amplitudes = problem.amplitudes(points);
+  const Eigen::VectorXd amplitudes = problem.face_means()(points);
   Eigen::VectorXd price = h.cwiseAbs().transpose() * amplitudes / static_cast<double>(h.rows());
   price = price.cwiseMax(kLeastPrice * price.maxCoeff()).eval();
 

@@ -6,7 +6,8 @@
 namespace touchfield {
 
 /// The field's common methods on the same transfer matrix. H is the K x N matrix of the target, p' the wanted
-/// amplitudes. Only lbfgs includes the faces' weights and the skin outside the target.
+/// amplitudes, of faces on the border their mean (SkinProblem::face_means). Only lbfgs includes the faces' weights and
+/// the skin outside the target.
 ///
 /// All return amplitudes of 1: where a method finds drives of several amplitudes, only their phases are kept.
 /// cost_history is skin_cost; the methods that never form drives on the way leave it empty. Faces without sound wanted

@@ -39,8 +39,9 @@ void require_valid(const SkinProblem& problem, const char* who) {
   const Eigen::Index faces = problem.target_count();
   const Eigen::Index channels = problem.channel_count();
   require(faces > 0 && channels > 0, who, "the problem needs at least one target face and one channel");
-  require(problem.amplitudes.size() == faces && problem.weights.size() == faces, who,
-          "amplitudes and weights must hold one value for each row of target");
+  require(problem.amplitudes.size() == faces && problem.weights.size() == faces &&
+              (problem.shares.size() == 0 || problem.shares.size() == faces),
+          who, "amplitudes, weights and shares must hold one value for each row of target");
   require(problem.outside.rows() == 0 || problem.outside.cols() == channels, who,
           "outside must have as many columns as target");
   // LAPACK counts in int; the small system has K + 2 r rows.

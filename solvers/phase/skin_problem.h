@@ -12,14 +12,18 @@ namespace touchfield {
 ///
 ///   cost(q) = sum_j w_j (|h_j q| - p'_j)^2 + ||R q||^2
 ///
-/// h_j: rows of the transfer matrix at the K target faces; R^H R = w_Z H_Z^H diag(w) H_Z of the faces outside, of
-/// numerical rank r. Levels are fixed: p' is what is wanted in Pa.
+/// h_j: rows of the transfer matrix at the K target faces, w_j the areas of the target on them;
+/// R^H R = w_Z H^H diag(areas outside) H, of numerical rank r. Levels are fixed: p' is what is wanted in Pa.
 struct SkinProblem {
   Eigen::MatrixXcd target;     // H_T, K x N [Pa]
   Eigen::VectorXd amplitudes;  // p', K [Pa], >= 0
   Eigen::VectorXd weights;     // w, K, > 0 (areas [m2])
   Eigen::MatrixXcd outside;    // R, r x N [Pa m]; r may be 0. Fastest with orthogonal rows, the strongest first
   std::shared_ptr<SkinDevice> device{};  // that holds target and outside too and multiplies in their place; null: none
+  Eigen::VectorXd shares{};              // s, K: of each face in the target; empty: 1
+
+  /// s p', the mean over each face: what methods for points want there, K [Pa].
+  Eigen::VectorXd face_means() const { return shares.size() > 0 ? shares.cwiseProduct(amplitudes) : amplitudes; }
 
   Eigen::Index target_count() const { return target.rows(); }
   Eigen::Index channel_count() const { return target.cols(); }
