@@ -152,7 +152,8 @@ Numbers score(const SharedModel& model, const ArrayLike& pressure) {
           "score: keep_within_mm cuts the body, and metrics count its whole skin; leave it out, or use run()");
   require_count(what, p.size(), mesh.face_count(), "per face");
   if (!model->posture.target) {
-    return metrics_dict(metrics_of(mesh, SurfaceGradient(mesh, model->fixed->wave.k()), model->fixed->wave, p));
+    const Wave& wave = model->fixed->wave;
+    return metrics_dict(metrics_of(mesh, p, radiation_pressure(SurfaceGradient(mesh, wave.k()), wave, p)));
   }
   return metrics_dict(metrics_of(mesh, model->fixed->wave, model->boxes, build_target(*model), p));
 }

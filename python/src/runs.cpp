@@ -243,6 +243,11 @@ void add_methods(nb::class_<SharedRun>& run) {
                    }),
                    "By method, on the evaluation mesh [Pa]; empty if `pressures` are evaluated.")
       .def_prop_ro(
+          "radiation",
+          views_by_method<RealArrays>([](const MethodResult& method) -> auto& { return method.radiation; }),
+          "By method, the radiation pressure on every face of `evaluation_mesh`, or of `mesh` if there is none "
+          "[Pa]: > 0 pushes inwards. Empty without metrics.")
+      .def_prop_ro(
           "problems",
           [](const SharedRun& self) {
             nb::dict problems;
@@ -313,7 +318,7 @@ Examples
 Parameters
 ----------
 picture : str, optional
-    setup, target, pressure_METHOD or field_GRID_METHOD; default: the pressure of the first method.
+    setup, target, pressure_METHOD, radiation_METHOD or field_GRID_METHOD; default: the pressure of the first method.
 
 Examples
 --------

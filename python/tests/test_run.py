@@ -22,6 +22,7 @@ def test_equals_the_program_to_the_last_bit(touchfield, finger, run, tmp_path):
             assert np.array_equal(kept["amplitude"], run.amplitudes[name])
             assert np.array_equal(kept["pressure"], run.pressures[name])
             assert np.array_equal(file[f"evaluation/methods/{name}/pressure"], run.evaluation_pressures[name])
+            assert np.array_equal(file[f"evaluation/methods/{name}/radiation"], run.radiation[name])
             for metric, value in run.metrics[name].items():
                 if not metric.startswith("seconds"):
                     assert np.array_equal(kept.attrs[metric], value, equal_nan=True), metric
@@ -69,10 +70,19 @@ def test_saved_and_read_again(run, tmp_path):
         run.save(tmp_path / path, force=True)
 
 
+def test_radiation_is_the_force_over_the_area(run):
+    skin = run.evaluation_mesh
+    force = tf.force(skin, run.evaluation_pressures["surface"], run._wave)
+    assert np.allclose(np.linalg.norm(force, axis=1), np.abs(run.radiation["surface"]) * skin.areas, rtol=1e-9)
+    total = run.metrics["surface"]["force_target_n"] + run.metrics["surface"]["force_elsewhere_n"]
+    assert np.isclose(run.radiation["surface"] @ skin.areas, total, rtol=1e-9)
+
+
 def test_pictures_are_the_program_s(run, tmp_path):
     run.save(tmp_path / "folder")
     picture = run.picture("pressure_paper")
     picture.save(tmp_path / "paper.png")
+    assert len(bytes(run.picture("radiation_paper"))) > 10000
     assert bytes(picture) == (tmp_path / "folder/pressure_paper.png").read_bytes() == (tmp_path / "paper.png").read_bytes()
     assert run._repr_png_() == bytes(run.picture()) == run.picture("pressure_surface")._repr_png_()
     with pytest.raises(tf.InputError, match="no picture is called 'other'; the pictures are setup, overview, target, pressure_surface"):

@@ -244,7 +244,8 @@ def add_widths(page, work, report, trials, result):
              f"{trials.noise.min():.2f} to {trials.noise.max():.2f} mm rms, correlated over {trials.correlation_mm:g} mm. The hand is "
              f"also misplaced by {trials.offset_mm_rms:.2f} mm rms along each axis. Phases are found on the skin that the camera saw. "
              "Observers then receive the pressure on the true skin. Each observer learns on the other hands.\n\n"
-             + lines_of(["The width reader reads the width at half maximum.",
+             + lines_of(["The width reader reads the width at half maximum of abs(p)^2, or of the radiation pressure P, which is what "
+                         "presses the skin. It has no noise but the camera's, or Gaussian noise of its own.",
                          "The ideal observer is optimal for patterns that vary as these do. It has internal noise.",
                          "The ideal observer at even level is the same, but all patterns are first scaled to the same mean level. "
                          "Without this, a louder pattern stands out from the noise whatever its shape."]))

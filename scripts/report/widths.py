@@ -1,8 +1,8 @@
 """Tests whether boxes of 5, 8 and 11 mm can be distinguished by the pressure on the skin.
 
 The input is a folder of hands, each the output of `touchfield sweep scenes/sweeps/widths.yaml`. Each observer learns on all other
-hands. It is tested on the hand left out: which of the three widths was meant? One observer reads a width. The ideal one sees the
-whole pattern, unchanged or scaled to one level. Observers are models. They show what reaches the skin, not what people feel.
+hands. It is tested on the hand left out: which of the three widths was meant? Some observers read a width, of abs(p)^2 or of the
+radiation pressure P, without or with noise of their own. The ideal one sees the whole pattern, unchanged or scaled to one level. Observers are models. They show what reaches the skin, not what people feel.
 """
 
 import dataclasses
@@ -17,10 +17,15 @@ from widths_trials import WIDTHS, Trials, classes, evened
 
 CHANCE = 1 / len(WIDTHS)
 PEOPLE = {"paper": 0.56, "unscattered": 0.47}  # Matsubayashi, Makino, Shinoda, EuroHaptics 2020
+PEOPLE_DIFFERENCE = (0.01, 0.17)  # 95 % interval of `paper` - `unscattered` that ten people leave
 METHODS = ["surface", "paper", "unscattered"]
 PAIRS = [("paper", "unscattered"), ("surface", "paper")]
-READER, IDEAL, EVEN = "width reader", "ideal observer", "ideal observer, even level"
-OBSERVERS = [READER, IDEAL, EVEN]
+READER, READER_P = "width reader", "width reader of P"
+NOISY, NOISY_P = "width reader, own noise", "width reader of P, own noise"
+IDEAL, EVEN = "ideal observer", "ideal observer, even level"
+OBSERVERS = [READER, READER_P, NOISY, NOISY_P, IDEAL, EVEN]
+NOISELESS = [READER, READER_P]  # but for the camera's noise, which all have
+READ = {READER: "reading", READER_P: "reading_radiation", NOISY: "reading", NOISY_P: "reading_radiation"}
 DRAWS = 20  # of the internal noise per trial
 SIGMAS = np.concatenate([[0], np.geomspace(0.02, 10, 12)])
 FITTED = np.geomspace(0.5, 2, 15)  # times the fitted sigma: the range in which sigma is fitted to resamples
@@ -70,19 +75,19 @@ class Comparison:
 
 @dataclasses.dataclass
 class Result:
-    """All results of `analyse`. Sigma is in units of the wanted pressure squared."""
+    """All results of `analyse`. Sigma is in units of the wanted pressure squared, of width readers in mm."""
     note: str
     hands: list[str]
     failed: int
     cells: int
     seed: int
-    sigma: dict[str, float]  # of each observer; NaN for the width reader
+    sigma: dict[str, float]  # of each observer; 0 for those without noise of their own
     sigma_interval: dict[str, tuple[float, float]]  # 95 % over resamples; NaN where nothing was fitted
     calibrated: dict[str, bool]  # at `sigma` it is as good with `paper` as people were
     scores: list[Score]
     comparisons: list[Comparison]
     sigmas: list[float]
-    curves: dict[str, dict[str, list[float]]]  # ideal observer: method: share correct per sigma
+    curves: dict[str, dict[str, list[float]]]  # observer with noise: method: share correct per sigma
     noise: list[dict]  # rows: observer, method, third, noise_low_mm, noise_high_mm, share, trials
     shapes: int = 0  # different ratios of breadth to length among the hands; 0 if the sizes are unknown
 
@@ -135,23 +140,39 @@ def ideal_observer(trials: Trials, method: str, sigmas: np.ndarray, seed: int) -
     return answers
 
 
-def width_reader(trials: Trials, method: str) -> np.ndarray:
-    """Answers to the trials of a method in their order, [trials, 3]: 1 for the answer, or 1/3 each if no width was read."""
+def width_reader(trials: Trials, method: str, sigmas: np.ndarray, reading: np.ndarray) -> np.ndarray:
+    """Shares of the answers to the trials of a method in their order, [sigmas, trials, 3]; 1/3 each if no width was read.
+
+    It answers the width whose mean reading is nearest to its own, which has Gaussian noise of sigma [mm].
+    """
     rows = trials.method == method
-    hand, label, reading = trials.hand[rows], classes(trials)[rows], trials.reading[rows]
-    answers = np.full((len(hand), len(WIDTHS)), CHANCE)
+    hand, label, reading = trials.hand[rows], classes(trials)[rows], reading[rows]
+    answers = np.full((len(sigmas), len(hand), len(WIDTHS)), CHANCE)
     for name in np.unique(hand):
         known = (hand != name) & np.isfinite(reading)
-        mean = np.array([reading[known & (label == k)].mean() if (known & (label == k)).any() else np.inf
-                         for k in range(len(WIDTHS))])
-        test = (hand == name) & np.isfinite(reading)
-        if np.isfinite(mean).any():
-            answers[test] = np.eye(len(WIDTHS))[np.abs(reading[test][:, None] - mean).argmin(axis=1)]
+        means = {k: reading[known & (label == k)].mean() for k in range(len(WIDTHS)) if (known & (label == k)).any()}
+        test = np.flatnonzero((hand == name) & np.isfinite(reading))
+        if len(means) == 0:
+            continue
+        order = sorted(means, key=means.get)
+        ends = [-math.inf, *((means[a] + means[b]) / 2 for a, b in zip(order, order[1:])), math.inf]
+        for s, sigma in enumerate(sigmas):
+            off = np.array(ends) - reading[test][:, None]
+            below = scipy.stats.norm.cdf(off / sigma) if sigma > 0 else (off > 0).astype(float)
+            answers[s, test] = 0
+            answers[np.ix_([s], test, order)] = np.diff(below, axis=1)
     return answers
 
 
-def calibrate(trials: Trials, sigmas: np.ndarray, shares: np.ndarray, seed: int) -> tuple[float, bool]:
-    """The sigma at which the ideal observer is as good with `paper` as people were, and whether it exists.
+def answers_of(trials: Trials, observer: str, method: str, sigmas: np.ndarray, seed: int) -> np.ndarray:
+    """Of any observer: [sigmas, trials, 3]."""
+    if observer in READ:
+        return width_reader(trials, method, sigmas, getattr(trials, READ[observer]))
+    return ideal_observer(trials, method, sigmas, seed)
+
+
+def calibrate(trials: Trials, observer: str, sigmas: np.ndarray, shares: np.ndarray, seed: int) -> tuple[float, bool]:
+    """The sigma at which the observer is as good with `paper` as people were, and whether it exists.
 
     Otherwise sigma is 0 if the observer is worse than people even without noise, else the largest one.
     """
@@ -162,7 +183,7 @@ def calibrate(trials: Trials, sigmas: np.ndarray, shares: np.ndarray, seed: int)
     # The grid is coarse for the slope there, so the interval is divided again.
     finer = np.geomspace(sigmas[crossings[-1]], sigmas[crossings[-1] + 1], 9)
     label = classes(trials)[trials.method == "paper"]
-    share = ideal_observer(trials, "paper", finer, seed)[:, np.arange(len(label)), label].mean(axis=1)
+    share = answers_of(trials, observer, "paper", finer, seed)[:, np.arange(len(label)), label].mean(axis=1)
     last = np.flatnonzero((share[:-1] >= level) & (share[1:] < level))[-1]
     part = (share[last] - level) / (share[last] - share[last + 1])
     return float(finer[last] * (finer[last + 1] / finer[last]) ** part), True
@@ -255,7 +276,7 @@ def observed(trials: Trials, observer: str, sigma: float, fitted: bool, seed: in
     counts = {}
     for method in (m for m in METHODS if (trials.method == m).any()):
         rows = trials.method == method
-        answers = width_reader(trials, method)[None] if observer == READER else ideal_observer(trials, method, sigmas, seed)
+        answers = answers_of(trials, observer, method, sigmas, seed)
         counts[method] = tally(answers, label[rows], np.searchsorted(hands, trials.hand[rows]), len(hands))
     return sigmas, counts
 
@@ -316,29 +337,35 @@ def analyse(trials: Trials, seed: int = 1) -> Result:
     if len(hands) < 2:
         raise ValueError("leaving one hand out requires two or more hands")
     label = classes(trials)
-    views = {READER: trials, IDEAL: trials, EVEN: evened(trials)}
-    curves: dict[str, dict[str, list[float]]] = {observer: {} for observer in (IDEAL, EVEN)}
-    sigma, calibrated = {READER: math.nan}, {READER: False}
-    for observer in curves:
+    views = {observer: evened(trials) if observer == EVEN else trials for observer in OBSERVERS}
+    noisy = [observer for observer in OBSERVERS if observer not in NOISELESS]
+    curves: dict[str, dict[str, list[float]]] = {observer: {} for observer in noisy}
+    sigma, calibrated = dict.fromkeys(NOISELESS, 0.0), dict.fromkeys(NOISELESS, False)
+    for observer in noisy:
         for method in methods:
             right = label[trials.method == method]
-            answers = ideal_observer(views[observer], method, SIGMAS, seed)
+            answers = answers_of(views[observer], observer, method, SIGMAS, seed)
             curves[observer][method] = answers[:, np.arange(len(right)), right].mean(axis=1).tolist()
-        sigma[observer], calibrated[observer] = calibrate(views[observer], SIGMAS, np.array(curves[observer]["paper"]), seed)
+        sigma[observer], calibrated[observer] = calibrate(views[observer], observer, SIGMAS, np.array(curves[observer]["paper"]), seed)
     scores, comparisons, noise, intervals = [], [], [], {}
     for observer in OBSERVERS:
         found, compared, intervals[observer] = evaluate_observer(views[observer], observer, sigma[observer], calibrated[observer], seed)
         scores += found
         comparisons += compared
         for method in methods:
-            answers = (width_reader(trials, method) if observer == READER else
-                       ideal_observer(views[observer], method, np.array([sigma[observer]]), seed)[0])
+            answers = answers_of(views[observer], observer, method, np.array([sigma[observer]]), seed)[0]
             noise += by_thirds(trials, observer, method, answers[np.arange(len(answers)), label[trials.method == method]])
     for comparison, corrected in zip(comparisons, holm([c.p for c in comparisons])):
         comparison.p_holm = corrected
     shapes = len({round(breadth / length, 2) for breadth, length in trials.sizes.values()})
     return Result(NOTE, hands.tolist(), trials.failed, trials.pattern.shape[1], seed, sigma, intervals, calibrated, scores,
                   comparisons, SIGMAS.tolist(), curves, noise, shapes)
+
+
+def is_consistent(result: Result, observer: str) -> bool:
+    """Whether what an observer distinguishes better with `paper` than with `unscattered` is within what people leave open."""
+    found = next(c for c in result.comparisons if (c.observer, c.first, c.second) == (observer, *PAIRS[0]))
+    return PEOPLE_DIFFERENCE[0] <= found.difference <= PEOPLE_DIFFERENCE[1]
 
 
 def write_tables(result: Result, folder: str | pathlib.Path, origin) -> None:

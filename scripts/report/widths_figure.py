@@ -9,9 +9,10 @@ matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 
 from runs import LABELS, STYLES  # noqa: E402
-from widths import CHANCE, EVEN, IDEAL, OBSERVERS, PEOPLE, Result  # noqa: E402
+from widths import CHANCE, EVEN, IDEAL, NOISY, NOISY_P, OBSERVERS, PEOPLE, READ, READER, READER_P, Result  # noqa: E402
 from widths_trials import WIDTHS, Trials, classes  # noqa: E402
 
+TICKS = {READER: "width", READER_P: "width of P", NOISY: "width", NOISY_P: "width of P", IDEAL: "ideal", EVEN: "ideal,\neven level"}
 TITLE = {"loc": "left", "fontweight": "bold", "fontsize": 12}
 
 
@@ -35,12 +36,12 @@ def draw_shares(axes, result: Result, methods: list[str]) -> None:
     axes.text(len(OBSERVERS) + 0.42, CHANCE - 0.012, "chance", color="0.3", ha="right", va="top")
     axes.set(xlim=(-0.5, len(OBSERVERS) + 0.45), ylim=(0, 1.04), ylabel="share of answers correct [1]",
              xticks=range(len(OBSERVERS) + 1),
-             xticklabels=["width reader\n(model)"] + [
-                 f"{name},\n$\\sigma$ = {result.sigma[observer]:.2g} (model)"
-                 for name, observer in (("ideal observer", IDEAL), ("ideal, even level", EVEN))]
+             xticklabels=[TICKS[observer] + (f",\n$\\sigma$ = {result.sigma[observer]:.2g}{' mm' if observer in READ else ''}"
+                                             if observer in result.curves else "\n(camera's noise)") for observer in OBSERVERS]
              + ["people\n(published)"])
+    axes.tick_params(axis="x", labelsize=9)
     axes.legend(loc="lower left", ncol=2, columnspacing=1.2, handletextpad=0.4)
-    axes.set_title("(a) share of answers correct, with 95 % intervals", **TITLE)
+    axes.set_title("(a) share of answers correct by model observers and people, with 95 % intervals", **TITLE)
 
 
 def draw_noise(axes, result: Result) -> None:

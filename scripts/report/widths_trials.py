@@ -20,7 +20,8 @@ class Trials:
     hand: np.ndarray  # [N] name of the folder
     width_mm: np.ndarray  # [N] wanted: 5, 8 or 11
     method: np.ndarray  # [N] surface, paper or unscattered
-    reading: np.ndarray  # [N] width at half maximum [mm]; NaN if it does not exist
+    reading: np.ndarray  # [N] width at half maximum of abs(p)^2 [mm]; NaN if it does not exist
+    reading_radiation: np.ndarray  # [N] the same of the radiation pressure P
     noise: np.ndarray  # [N] of the sensed surface [mm RMS]
     pattern: np.ndarray  # [N, cells] averages over cells of 1.5 mm
     profile: np.ndarray | None = None  # [N, bins] along x, over abs(y) <= 2 mm
@@ -80,13 +81,14 @@ def load(hands_folder: str | pathlib.Path) -> Trials:
                     patterns.append(cell_averages(corners, area, energy, edges, edges).ravel())
                     profiles.append(cell_averages(corners, area, energy, fine, np.array([-2.0, 2.0]))[:, 0])
                     rows.append((folder.name, json.loads(row["target.box.size_mm"])[0], row["name"],
-                                 float(row["width_mm"] or "nan"), float(row["sensing.noise_mm_rms"])))
+                                 float(row["width_mm"] or "nan"), float(row["width_radiation_mm"] or "nan"),
+                                 float(row["sensing.noise_mm_rms"])))
     if not rows:
         raise ValueError(f"{hands_folder}: no case with status ok in any hand_*/sweep.csv")
-    hand, width, method, reading, noise = map(np.array, zip(*rows))
+    hand, width, method, reading, reading_radiation, noise = map(np.array, zip(*rows))
     pattern, profile = np.array(patterns), np.array(profiles)
     skin, line = np.isfinite(pattern).all(axis=0), np.isfinite(profile).all(axis=0)
-    return Trials(hand, width.astype(float), method, reading, noise, pattern[:, skin], profile[:, line],
+    return Trials(hand, width.astype(float), method, reading, reading_radiation, noise, pattern[:, skin], profile[:, line],
                   (fine[:-1] + PROFILE_MM / 2)[line], len(failed), sizes, correlation,
                   float(np.sqrt((np.array(offsets) ** 2).mean())))
 

@@ -3,9 +3,11 @@
 import math
 
 from runs import counted, listed
-from widths import CHANCE, EVEN, IDEAL, OBSERVERS, PEOPLE, READER, RESAMPLES, SIGMAS, Comparison, Result
+from widths import (CHANCE, EVEN, IDEAL, NOISY, NOISY_P, OBSERVERS, PEOPLE, PEOPLE_DIFFERENCE, READ, READER, READER_P, RESAMPLES,
+                    SIGMAS, Comparison, Result, is_consistent)
 
-NAMES = {READER: "width reader", IDEAL: "ideal observer", EVEN: "ideal observer at even level"}
+NAMES = {READER: "width reader", READER_P: "width reader of P", NOISY: "width reader with noise of its own",
+         NOISY_P: "width reader of P with noise of its own", IDEAL: "ideal observer", EVEN: "ideal observer at even level"}
 
 
 def covered(result: Result) -> str:
@@ -53,21 +55,40 @@ def sentences(result: Result) -> list[str]:
         f"In short, the share correct with `paper` minus that with `unscattered` is {people:+.2f} for people.",
         *(f"The {NAMES[observer]} shows no clear difference." if not c.p_holm < 0.05 else
           f"For the {NAMES[observer]} it is {c.difference:+.2f}." for observer, c in found.items())]))
+    said += consistency_sentences(result, found)
     if IDEAL in found:
         said.append("Scaling all patterns to one level changes this difference of the ideal observer from"
                     f" {found[IDEAL].difference:+.2f} to {found[EVEN].difference:+.2f}.")
     return said
 
 
+def consistency_sentences(result: Result, found: dict[str, Comparison]) -> list[str]:
+    """Which observers distinguish the two methods as people do."""
+    low, high = PEOPLE_DIFFERENCE
+    said = [f"Ten people leave a 95 % interval of {low:.2f} to {high:.2f} on their difference. An observer is consistent with it if its own"
+            " difference is within."]
+    for observer, c in found.items():
+        first, second = (result.score(observer, method).per_hand for method in (c.first, c.second))
+        signs = sum(a > b for a, b in zip(first, second))
+        parameters = "one fitted parameter" if result.calibrated[observer] else "no fitted parameter"
+        said.append(f"The {NAMES[observer]}, with {parameters}, is {'consistent' if is_consistent(result, observer) else 'not consistent'}:"
+                    f" {c.difference:+.2f}, and better with `{c.first}` on {signs} of {counted(c.hands, 'hand')}.")
+    if is_consistent(result, NOISY_P) and not any(is_consistent(result, observer) for observer in (IDEAL, EVEN)):
+        said.append("So the published difference is consistent with one kind of observer, which reads the width of P. Ideal observers of"
+                    " the whole pattern do not show it.")
+    return said
+
+
 def fit_sentences(result: Result) -> list[str]:
-    """Shares correct of the ideal observers without internal noise, and the noise with which they match people."""
+    """Shares correct of the observers without noise of their own, and the noise with which they match people."""
     said = []
     for observer, curves in result.curves.items():
         bare = listed([f"{values[0]:.2f} (`{method}`)" for method, values in curves.items()])
         said.append(f"Without internal noise, the {NAMES[observer]} is right in {bare} of the trials. Chance is {CHANCE:.2f}.")
         sigma, (low, high) = result.sigma[observer], result.sigma_interval[observer]
         if result.calibrated[observer]:
-            said.append(f"With an internal noise of {sigma:.3g} times the squared wanted pressure, it is as good with `paper` as people"
+            unit = "mm" if observer in READ else "times the squared wanted pressure"
+            said.append(f"With an internal noise of {sigma:.3g} {unit}, it is as good with `paper` as people"
                         f" were. The 95 % interval of this noise is {low:.3g} to {high:.3g}. The noise is fitted again to each resample,"
                         f" and the share of people, {PEOPLE['paper']:.2f}, is taken as exact. The results with the other methods are not"
                         " fitted. Their intervals include the uncertainty of the fit.")

@@ -15,24 +15,24 @@ namespace {
 constexpr double kBin = 0.25 * kMillimetre;
 constexpr double kHalfStrip = 2.0 * kMillimetre;
 
-/// |p|^2 and area gathered along the width axis of a box.
+/// A pressure and area gathered along the width axis of a box.
 class WidthProfile {
  public:
-  WidthProfile(double from, double to) : from_(from), area_(bins(from, to), 0.0), energy_(bins(from, to), 0.0) {}
+  WidthProfile(double from, double to) : from_(from), area_(bins(from, to), 0.0), sum_(bins(from, to), 0.0) {}
 
-  void add(double position, double area, double energy_density) {
+  void add(double position, double area, double value) {
     const auto bin = static_cast<std::size_t>(
         std::clamp<double>(std::floor((position - from_) / kBin), 0.0, static_cast<double>(area_.size() - 1)));
     area_[bin] += area;
-    energy_[bin] += area * energy_density;
+    sum_[bin] += area * value;
   }
 
   int size() const { return static_cast<int>(area_.size()); }
   double centre(int bin) const { return from_ + (bin + 0.5) * kBin; }
-  /// Mean |p|^2 of a bin; NaN where no skin fell into it.
+  /// Mean of a bin; NaN where no skin fell into it.
   double mean(int bin) const {
     const auto at = static_cast<std::size_t>(bin);
-    return area_[at] > 0 ? energy_[at] / area_[at] : kNotComputed;
+    return area_[at] > 0 ? sum_[at] / area_[at] : kNotComputed;
   }
 
  private:
@@ -42,7 +42,7 @@ class WidthProfile {
 
   double from_;
   std::vector<double> area_;
-  std::vector<double> energy_;
+  std::vector<double> sum_;
 };
 
 /// Where the profile falls to `level` going from `peak` in steps of `step`; NaN if it never does.
@@ -97,6 +97,9 @@ const std::vector<MetricField>& metric_fields() {
       {"width_mm", "mm", &Metrics::width_mm},
       {"width_wanted_mm", "mm", &Metrics::width_wanted_mm},
       {"peak_pa", "Pa", &Metrics::peak_pa},
+      {"relative_error_radiation", "1", &Metrics::relative_error_radiation, true},
+      {"leakage_radiation", "1", &Metrics::leakage_radiation, true},
+      {"width_radiation_mm", "mm", &Metrics::width_radiation_mm},
       {"force_target_n", "N", &Metrics::force_target_n},
       {"force_elsewhere_n", "N", &Metrics::force_elsewhere_n},
       {"cost", "Pa2", &Metrics::cost},
@@ -116,11 +119,14 @@ const std::vector<MetricField>& metric_fields() {
 
 Eigen::VectorXd radiation_pressure(const SurfaceGradient& gradient, const Wave& wave,
                                    const Eigen::VectorXcd& pressure) {
-  const Medium& medium = wave.medium();
-  const double potential = 1.0 / (4.0 * medium.density * medium.sound_speed * medium.sound_speed);
   // rho |v_t|^2 / 4 with |v_t| = |grad p| / (omega rho)
-  const double kinetic = 1.0 / (4.0 * medium.density * wave.omega() * wave.omega());
-  return potential * pressure.cwiseAbs2() - kinetic * gradient.of(pressure).colwise().squaredNorm().transpose();
+  const double kinetic = 1.0 / (4.0 * wave.medium().density * wave.omega() * wave.omega());
+  return radiation_per_square(wave.medium()) * pressure.cwiseAbs2() -
+         kinetic * gradient.of(pressure).colwise().squaredNorm().transpose();
+}
+
+double radiation_per_square(const Medium& medium) {
+  return 1.0 / (4.0 * medium.density * medium.sound_speed * medium.sound_speed);
 }
 
 double wanted_width(const TriangleMesh& mesh, const TargetBox& box, const Target& target) {
@@ -146,7 +152,7 @@ double wanted_width(const TriangleMesh& mesh, const TargetBox& box, const Target
 }
 
 double half_maximum_width(const TriangleMesh& mesh, const TargetBox& box, const Target& target,
-                          const Eigen::VectorXcd& pressure) {
+                          const Eigen::VectorXd& values) {
   Vector3 facing = Vector3::Zero();
   const Eigen::VectorXd areas = target.areas(mesh.areas());
   for (std::size_t i = 0; i < target.faces.size(); ++i) {
@@ -174,7 +180,7 @@ double half_maximum_width(const TriangleMesh& mesh, const TargetBox& box, const 
     const auto add_piece = [&](double u, double v) {
       const Vector3 x = mesh.corner(f, 0) + u / pieces * ab + v / pieces * ac - box.centre;
       if (std::abs(box.rotation.col(1).dot(x)) <= kHalfStrip) {
-        profile.add(width_axis.dot(x), piece_area, std::norm(pressure(f)));
+        profile.add(width_axis.dot(x), piece_area, values(f));
       }
     };
     for (int i = 0; i < pieces; ++i) {
@@ -193,7 +199,7 @@ double half_maximum_width(const TriangleMesh& mesh, const TargetBox& box, const 
       peak = bin;
     }
   }
-  if (peak < 0) {
+  if (peak < 0 || !(profile.mean(peak) > 0)) {
     return kNotComputed;
   }
   const double level = 0.5 * profile.mean(peak);
@@ -230,30 +236,38 @@ Metrics pattern_metrics(const TriangleMesh& mesh, const std::vector<TargetBox>& 
   metrics.reached_share = metrics.mean_inside_pa / wanted_mean(mesh, target);
   const double variance = energy_inside / areas.sum() - metrics.mean_inside_pa * metrics.mean_inside_pa;
   metrics.cv_inside = std::sqrt(std::max(variance, 0.0)) / metrics.mean_inside_pa;
-  metrics.width_mm = half_maximum_width(mesh, boxes.front(), target, pressure) / kMillimetre;
+  metrics.width_mm = half_maximum_width(mesh, boxes.front(), target, pressure.cwiseAbs2()) / kMillimetre;
   metrics.width_wanted_mm = wanted_width(mesh, boxes.front(), target) / kMillimetre;
   return metrics;
 }
 
-Metrics metrics_of(const TriangleMesh& mesh, const SurfaceGradient& gradient, const Wave& wave,
-                   const std::vector<TargetBox>& boxes, const Target& target, const Eigen::VectorXcd& pressure) {
+Metrics metrics_of(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, const Target& target,
+                   const Eigen::VectorXcd& pressure, const Eigen::VectorXd& radiation) {
   Metrics metrics = pattern_metrics(mesh, boxes, target, pressure);
-  const Eigen::VectorXd radiation = radiation_pressure(gradient, wave, pressure);
-  metrics.force_target_n = target.areas(mesh.areas()).dot(radiation(target.faces));
+  const Eigen::VectorXd areas = target.areas(mesh.areas());
+  const Eigen::VectorXd inside = radiation(target.faces);
+  const Eigen::VectorXd wanted = target.amplitudes.cwiseAbs2();  // P' over its factor
+  const double squares = mesh.areas().dot(radiation.cwiseAbs2());
+  const double scale = std::max(areas.dot(inside.cwiseProduct(wanted)), 0.0) / squares;
+  const double on_target = areas.dot((scale * inside - wanted).cwiseAbs2());
+  const double off_target = scale * scale * std::max(squares - areas.dot(inside.cwiseAbs2()), 0.0);
+  metrics.relative_error_radiation = std::sqrt((on_target + off_target) / areas.dot(wanted.cwiseAbs2()));
+  metrics.leakage_radiation = 1.0 - areas.dot(inside.cwiseAbs()) / mesh.areas().dot(radiation.cwiseAbs());
+  metrics.width_radiation_mm = half_maximum_width(mesh, boxes.front(), target, radiation) / kMillimetre;
+  metrics.force_target_n = areas.dot(inside);
   metrics.force_elsewhere_n = mesh.areas().dot(radiation) - metrics.force_target_n;
   return metrics;
 }
 
 Metrics metrics_of(const TriangleMesh& mesh, const Wave& wave, const std::vector<TargetBox>& boxes,
                    const Target& target, const Eigen::VectorXcd& pressure) {
-  return metrics_of(mesh, SurfaceGradient(mesh, wave.k()), wave, boxes, target, pressure);
+  return metrics_of(mesh, boxes, target, pressure, radiation_pressure(SurfaceGradient(mesh, wave.k()), wave, pressure));
 }
 
-Metrics metrics_of(const TriangleMesh& mesh, const SurfaceGradient& gradient, const Wave& wave,
-                   const Eigen::VectorXcd& pressure) {
+Metrics metrics_of(const TriangleMesh& mesh, const Eigen::VectorXcd& pressure, const Eigen::VectorXd& radiation) {
   Metrics metrics;
   metrics.peak_pa = pressure.cwiseAbs().maxCoeff();
-  metrics.force_elsewhere_n = mesh.areas().dot(radiation_pressure(gradient, wave, pressure));
+  metrics.force_elsewhere_n = mesh.areas().dot(radiation);
   return metrics;
 }
 

@@ -25,6 +25,9 @@ struct Metrics {
   double width_mm = kNotComputed;
   double width_wanted_mm = kNotComputed;
   double peak_pa = kNotComputed;
+  double relative_error_radiation = kNotComputed;  // of the radiation pressure, after the best scale
+  double leakage_radiation = kNotComputed;         // share of sum A |P| outside the target
+  double width_radiation_mm = kNotComputed;
   double force_target_n = kNotComputed;
   double force_elsewhere_n = kNotComputed;
   double cost = kNotComputed;        // the method's own, at its end
@@ -59,15 +62,20 @@ const std::vector<MetricField>& metric_fields();
 /// accuracy   docs/accuracy.md, "Forces"
 Eigen::VectorXd radiation_pressure(const SurfaceGradient& gradient, const Wave& wave, const Eigen::VectorXcd& pressure);
 
-/// Full width at half maximum of |p|^2 across a box [m]. |p|^2 is averaged by area in bins of 0.25 mm along the width
-/// axis. It counts the skin that faces the target's side, within 2 mm of the box's middle plane across its second axis.
-/// The maximum is that inside the box. The width reaches from the peak outwards to the first crossings of its half,
-/// linear between bins. Skin faces the target's side where its normal has a positive product with the target's mean
-/// normal.
+/// Of a pressure without flow along the skin, over its square: 1 / (4 rho c^2) [1/Pa].
+double radiation_per_square(const Medium& medium);
+
+/// Full width at half maximum of a pressure across a box [m], such as |p|^2 or P. It is averaged by area in bins of
+/// 0.25 mm along the width axis. It counts the skin that faces the target's side, within 2 mm of the box's middle plane
+/// across its second axis. The maximum is that inside the box. The width reaches from the peak outwards to the first
+/// crossings of its half, linear between bins. Skin faces the target's side where its normal has a positive product
+/// with the target's mean normal.
 ///
-/// returns   NaN if the box holds no bin or the profile falls to half on no side or only one
+/// values    M, of any sign
+/// returns   NaN if the box holds no bin, the maximum is not above 0, or the profile falls to half on no side or only
+///           one
 double half_maximum_width(const TriangleMesh& mesh, const TargetBox& box, const Target& target,
-                          const Eigen::VectorXcd& pressure);
+                          const Eigen::VectorXd& values);
 
 /// Extent of the skin in a box along its width axis [m]; of a mask, that of the target's faces in it.
 double wanted_width(const TriangleMesh& mesh, const TargetBox& box, const Target& target);
@@ -84,26 +92,29 @@ double wanted_mean(const TriangleMesh& mesh, const Target& target);
 ///   mean_inside_pa, cv_inside   mean of |p| on the target by s A, standard deviation over mean
 ///   reached_share        mean_inside_pa over wanted_mean
 ///   peak_pa              largest |p| on any face
-///   width_mm, width_wanted_mm   half_maximum_width, wanted_width
+///   width_mm, width_wanted_mm   half_maximum_width of |p|^2, wanted_width
 ///
 /// boxes      the target's; width is measured across the first
 /// pressure   M [Pa]
 Metrics pattern_metrics(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, const Target& target,
                         const Eigen::VectorXcd& pressure);
 
-/// Those and
+/// Those and the metrics of the radiation pressure P. The wanted one is P' = p'^2 / (4 rho c^2), along the normal.
 ///
+///   relative_error_radiation   min over a >= 0 of sqrt(sum s A (a P - P')^2 + (1 - s) A (a P)^2) / sqrt(sum s A P'^2)
+///   leakage_radiation          sum of (1 - s) A |P| over that of A |P|: suction moves skin as a push does
+///   width_radiation_mm         half_maximum_width of P
 ///   force_target_n, force_elsewhere_n   sum of s A P and of (1 - s) A P
 ///
-/// gradient   of the mesh, for the wave's k; left out, it is made again
-Metrics metrics_of(const TriangleMesh& mesh, const SurfaceGradient& gradient, const Wave& wave,
-                   const std::vector<TargetBox>& boxes, const Target& target, const Eigen::VectorXcd& pressure);
+/// radiation   M, of the pressure [Pa]
+Metrics metrics_of(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, const Target& target,
+                   const Eigen::VectorXcd& pressure, const Eigen::VectorXd& radiation);
+/// With the radiation pressure that the wave's pressure makes.
 Metrics metrics_of(const TriangleMesh& mesh, const Wave& wave, const std::vector<TargetBox>& boxes,
                    const Target& target, const Eigen::VectorXcd& pressure);
 
 /// The metrics that need no target: peak_pa, and force_elsewhere_n over the whole body.
-Metrics metrics_of(const TriangleMesh& mesh, const SurfaceGradient& gradient, const Wave& wave,
-                   const Eigen::VectorXcd& pressure);
+Metrics metrics_of(const TriangleMesh& mesh, const Eigen::VectorXcd& pressure, const Eigen::VectorXd& radiation);
 
 /// Sound pressure level of a sine, by its root mean square:
 ///

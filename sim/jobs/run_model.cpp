@@ -100,6 +100,7 @@ std::vector<std::string> run_files(const Scene& scene, std::optional<PictureForm
                  {"scene.yaml", "report.html", "overview." + ending, "setup." + ending, "target." + ending});
     for (const MethodSpec& method : scene.solve.methods) {
       files.push_back(fmt::format("pressure_{}.{}", method.name, ending));
+      files.push_back(fmt::format("radiation_{}.{}", method.name, ending));
       for (const FieldSpec& field : scene.fields) {
         files.push_back(fmt::format("field_{}_{}.{}", field.name, method.name, ending));
       }

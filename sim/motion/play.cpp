@@ -177,9 +177,10 @@ class Scorer {
     }
     for (Eigen::Index m = 0; m < drives.cols(); ++m) {
       const Eigen::VectorXcd pressure = scored.pressure.col(m);
+      const Eigen::VectorXd radiation = radiation_pressure(*gradient_, model.fixed->wave, pressure);
       scored.metrics[static_cast<std::size_t>(m)] =
-          scored.target ? metrics_of(mesh, *gradient_, model.fixed->wave, model.boxes, *scored.target, pressure)
-                        : metrics_of(mesh, *gradient_, model.fixed->wave, pressure);
+          scored.target ? metrics_of(mesh, model.boxes, *scored.target, pressure, radiation)
+                        : metrics_of(mesh, pressure, radiation);
     }
     return scored;
   }

@@ -43,6 +43,13 @@ constexpr std::array<std::array<double, 3>, 9> kSkinColours = {{{0.890, 0.890, 0
                                                                 {0.370, 0.098, 0.500},
                                                                 {0.190, 0.060, 0.400}}};
 
+// At 0, -1/4, ... -1, of suction: viridis from its green on, of the lightness of those above.
+constexpr std::array<std::array<double, 3>, 5> kSuctionColours = {{{0.890, 0.890, 0.890},
+                                                                   {0.478, 0.821, 0.700},
+                                                                   {0.135, 0.630, 0.560},
+                                                                   {0.164, 0.422, 0.558},
+                                                                   {0.160, 0.160, 0.420}}};
+
 template <std::size_t N>
 Colour interpolated(const std::array<std::array<double, 3>, N>& map, double fraction) {
   if (std::isnan(fraction)) {
@@ -63,7 +70,10 @@ Colour interpolated(const std::array<std::array<double, 3>, N>& map, double frac
 Colour viridis(double fraction) { return interpolated(kViridis, fraction); }
 
 Colour skin_colour(double fraction) {
-  return std::isnan(fraction) ? kNoSkinValue : interpolated(kSkinColours, fraction);
+  if (std::isnan(fraction)) {
+    return kNoSkinValue;
+  }
+  return fraction < 0.0 ? interpolated(kSuctionColours, -fraction) : interpolated(kSkinColours, fraction);
 }
 
 namespace {

@@ -23,9 +23,9 @@ using Colour = std::array<std::uint8_t, 3>;  // red, green, blue
 Colour viridis(double fraction);
 
 /// For pressure on the skin: light grey at 0 (bare skin), then orange and red to dark violet at 1, each darker than the
-/// last. Outside that range the ends are used, and blue for NaN.
+/// last. Suction is green to dark blue at -1. Outside that range the ends are used, and blue for NaN.
 ///
-/// source   after magma by N. Smith and S. van der Walt, reversed
+/// source   after magma by N. Smith and S. van der Walt, reversed; suction after viridis
 Colour skin_colour(double fraction);
 
 inline constexpr Colour kNoSkinValue = {110, 175, 220};

@@ -162,6 +162,10 @@ Run as_evaluated(const Run& run) {
     for (MethodResult& result : evaluated.methods) {
       result.pressure = result.evaluation_pressure;
     }
+  } else if (run.evaluation_model) {
+    for (MethodResult& result : evaluated.methods) {
+      result.radiation.resize(0);  // it is of another skin
+    }
   }
   return evaluated;
 }
@@ -177,21 +181,34 @@ double field_top(const FieldResult& field, const Eigen::VectorXcd& pressure) {
   return round_above(quantile(std::move(outside), kTopShare));
 }
 
-/// The metrics that were computed, in words.
-std::string metrics_text(const Metrics& metrics) {
+/// The words of the values that were computed.
+std::string words_of(const std::vector<std::pair<double, std::string>>& figures) {
   std::string text;
-  const auto add = [&](double value, const std::string& words) {
+  for (const auto& [value, words] : figures) {
     if (!std::isnan(value)) {
       text += (text.empty() ? "" : "     ") + words;
     }
-  };
-  add(metrics.relative_error, fmt::format("relative error {:.1f} %", 100.0 * metrics.relative_error));
-  const std::string wanted =
-      std::isnan(metrics.width_wanted_mm) ? "" : fmt::format(" (wanted {:.1f})", metrics.width_wanted_mm);
-  add(metrics.width_mm, fmt::format("width {:.1f} mm{}", metrics.width_mm, wanted));
-  add(metrics.leakage, fmt::format("leakage {:.0f} %", 100.0 * metrics.leakage));
-  add(metrics.peak_pa, fmt::format("peak {:.3g} kPa", 1e-3 * metrics.peak_pa));
+  }
   return text;
+}
+
+std::string width_words(double width, double wanted) {
+  return fmt::format("width {:.1f} mm", width) + (std::isnan(wanted) ? "" : fmt::format(" (wanted {:.1f})", wanted));
+}
+
+std::string metrics_text(const Metrics& m) {
+  return words_of({{m.relative_error, fmt::format("relative error {:.1f} %", 100.0 * m.relative_error)},
+                   {m.width_mm, width_words(m.width_mm, m.width_wanted_mm)},
+                   {m.leakage, fmt::format("leakage {:.0f} %", 100.0 * m.leakage)},
+                   {m.peak_pa, fmt::format("peak {:.3g} kPa", 1e-3 * m.peak_pa)}});
+}
+
+std::string radiation_text(const Metrics& m) {
+  return words_of(
+      {{m.relative_error_radiation, fmt::format("relative error {:.1f} %", 100.0 * m.relative_error_radiation)},
+       {m.width_radiation_mm, width_words(m.width_radiation_mm, m.width_wanted_mm)},
+       {m.leakage_radiation, fmt::format("leakage {:.0f} %", 100.0 * m.leakage_radiation)},
+       {m.force_target_n, fmt::format("force on the target {:.3g} mN", 1e3 * m.force_target_n)}});
 }
 
 /// A file's name without its ending, and what draws it.
@@ -200,28 +217,53 @@ struct Picture {
   std::function<std::string()> draw;
 };
 
+/// The colours of all methods' radiation pressures.
+SkinScale radiation_scale(const Run& run) {
+  double most = 0.0;
+  double least = 0.0;
+  for (const MethodResult& result : run.methods) {
+    most = std::max(most, quantile({result.radiation.begin(), result.radiation.end()}, kTopShare));
+    least = std::min(least, result.radiation.size() == 0 ? 0.0 : result.radiation.minCoeff());
+  }
+  const double wanted = run.target ? run.radiation_per_square * std::pow(run.target->amplitudes.maxCoeff(), 2) : 0.0;
+  const double top = skin_top(wanted, most);
+  return {
+      .top = top, .bottom = least < 0.0 ? -std::min(round_above(-least), top) : 0.0, .label = "P [Pa]", .unit = 1.0};
+}
+
 void add_skin(const Run& run, const SkinPictures& skin, PictureFormat format, std::vector<Picture>& pictures) {
   std::vector<const Eigen::VectorXcd*> pressures;
   std::ranges::transform(run.methods, std::back_inserter(pressures),
                          [](const auto& result) { return &result.pressure; });
   const double top = skin_top(run.target ? run.target->amplitudes.maxCoeff() : 0.0, pressures);
   pictures.push_back({"overview", [&run, top, format] { return overview_picture(run, top, format); }});
-  const auto add = [&](const std::string& name, const Eigen::VectorXd& values, const std::string& subtitle,
-                       const std::string& caption) {
-    const SkinText text = {.title = run.name, .subtitle = subtitle, .caption = caption};
-    pictures.push_back({name, [&skin, values, top, text] { return skin.picture(values, top, text); }});
+  const auto add = [&](const std::string& name, const Eigen::VectorXd& values, const SkinScale& scale,
+                       const std::string& subtitle, const std::string& caption, const char* colours) {
+    const SkinText text = {.title = run.name, .subtitle = subtitle, .caption = caption, .colours = colours};
+    pictures.push_back({name, [&skin, values, scale, text] { return skin.picture(values, scale, text); }});
   };
+  constexpr const char* kPressures = "All pictures of this run's skin share these colours.";
   if (run.target) {
     const SkinText text = {.title = run.name,
                            .subtitle = "wanted pressure",
                            .caption = fmt::format("{:.4g} mm2 on {} of {} faces, up to {:.4g} kPa",
                                                   1e6 * run.target->areas(run.mesh.areas()).sum(), run.target->size(),
-                                                  run.mesh.face_count(), 1e-3 * run.target->amplitudes.maxCoeff())};
+                                                  run.mesh.face_count(), 1e-3 * run.target->amplitudes.maxCoeff()),
+                           .colours = kPressures};
     pictures.push_back({"target", [&skin, top, text] { return skin.wanted_picture(top, text); }});
   }
   for (const MethodResult& result : run.methods) {
     if (result.pressure.size() != 0) {
-      add("pressure_" + result.name, result.pressure.cwiseAbs(), "method " + result.name, metrics_text(result.metrics));
+      add("pressure_" + result.name, result.pressure.cwiseAbs(), {.top = top}, "method " + result.name,
+          metrics_text(result.metrics), kPressures);
+    }
+  }
+  const SkinScale scale = radiation_scale(run);
+  for (const MethodResult& result : run.methods) {
+    if (result.radiation.size() != 0) {
+      add("radiation_" + result.name, result.radiation, scale, "radiation pressure of method " + result.name,
+          radiation_text(result.metrics),
+          "All pictures of the radiation pressure share these colours. Below 0: suction.");
     }
   }
 }

@@ -47,12 +47,13 @@ TriangleMesh transducer_discs(const TransducerArray& array);
 /// setup.png               the skin and an array of transducers
 /// target.png              the wanted |p|
 /// pressure_NAME.png       |p| of a method, one picture per method
-/// overview.png            all of these pictures of the skin side by side
+/// radiation_NAME.png      the radiation pressure of a method, suction below 0
+/// overview.png            the pictures of |p| on the skin side by side
 /// field_NAME_METHOD.png   one picture per plane among the fields and per method
 ///
 /// Target, pressures and overview show the skin seen from the array's side. They share one colour scale, with a colour
-/// bar and a caption. The ending is the format's. The texts in each file say which run it shows: Software, Source,
-/// Description, Scene hash (see Canvas::describe). A file appears whole or not at all.
+/// bar and a caption. Radiation pressures share another. The ending is the format's. The texts in each file say which
+/// run it shows: Software, Source, Description, Scene hash (see Canvas::describe). A file appears whole or not at all.
 ///
 /// directory   where they land
 /// returns     the files written

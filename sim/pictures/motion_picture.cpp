@@ -277,7 +277,7 @@ void draw_motion_strip(const std::string& path, const Motion& motion, const std:
   PixelBox lowest = layout.panel(layout.rows - 1, 0);
   lowest.y -= kBelow;
   draw_scale_bar(canvas, lowest, view.scale);
-  draw_colour_bar(canvas, skin_bar(top, most_pressure(instants)));
+  draw_colour_bar(canvas, skin_bar({.top = top}, most_pressure(instants)));
   draw_title(canvas, motion.name, "the skin over time, one row per method");
   draw_caption(canvas, "", "Seen from the array's side, from one place. Green: the border of the target on the skin.");
   write_atomically(path, {canvas.file()});

@@ -108,7 +108,11 @@ double skin_top(double most_wanted, const std::vector<const Eigen::VectorXcd*>& 
   for (const Eigen::VectorXcd* pressure : pressures) {
     top = std::max(top, quantile(magnitudes(*pressure), kTopShare));
   }
-  return round_above(most_wanted > 0 ? std::clamp(top, most_wanted, 2.0 * most_wanted) : top);
+  return skin_top(most_wanted, top);
+}
+
+double skin_top(double most_wanted, double most) {
+  return round_above(most_wanted > 0 ? std::clamp(most, most_wanted, 2.0 * most_wanted) : most);
 }
 
 std::vector<double> magnitudes(const Eigen::VectorXcd& pressure) {
@@ -146,7 +150,8 @@ void draw_colour_bar(Canvas& canvas, const ColourBar& bar) {
   const double middle = box.x + 0.5 * box.width;
   const double upper = box.y + box.height;
   const int right = box.x + box.width;
-  canvas.image(box, [&](int, int j) { return bar.map((j + 0.5) / box.height); });
+  const double from = bar.has_suction ? bar.bottom / bar.top : 0.0;
+  canvas.image(box, [&](int, int j) { return bar.map(from + (1.0 - from) * (j + 0.5) / box.height); });
   canvas.frame(box, kInk, 1.0);
   const bool clipped = bar.most > bar.top;
   if (clipped) {
@@ -162,9 +167,13 @@ void draw_colour_bar(Canvas& canvas, const ColourBar& bar) {
   }
 }
 
-ColourBar skin_bar(double top, double most) {
-  constexpr double kKilopascal = 1e3;
-  return {.label = "|p| [kPa]", .top = top / kKilopascal, .map = skin_colour, .most = most / kKilopascal};
+ColourBar skin_bar(const SkinScale& scale, double most) {
+  return {.label = scale.label,
+          .bottom = scale.bottom / scale.unit,
+          .top = scale.top / scale.unit,
+          .map = skin_colour,
+          .most = most / scale.unit,
+          .has_suction = scale.bottom < 0.0};
 }
 
 std::vector<Colour> skin_colours(const Eigen::VectorXd& values, double top) {

@@ -32,6 +32,9 @@ double quantile(std::vector<double> values, double share);
 /// colours.
 double skin_top(double most_wanted, const std::vector<const Eigen::VectorXcd*>& pressures);
 
+/// The same of a scale that ends at `most` without a wanted pressure.
+double skin_top(double most_wanted, double most);
+
 /// The share of the faces of a field or a skin that colours end at.
 inline constexpr double kTopShare = 0.995;
 
@@ -51,7 +54,8 @@ void draw_title(Canvas& canvas, const std::string& title, const std::string& sub
 /// Lines at the foot of the picture.
 void draw_caption(Canvas& canvas, const std::string& first, const std::string& second);
 
-/// What the colours of a picture mean: those of values from `bottom` to `top`.
+/// What the colours of a picture mean: those of values from `bottom` to `top`. The map's 0 is the bottom, or 0 if the
+/// bottom is suction.
 struct ColourBar {
   PixelBox box = {1085, 130, 26, 640};  // at the right side of the picture
   std::string label;
@@ -59,12 +63,21 @@ struct ColourBar {
   double top = 1.0;
   Colour (*map)(double) = viridis;
   double most = 0.0;  // of the values: above `top` the bar ends in a point, with this number
+  bool has_suction = false;
 };
 
 void draw_colour_bar(Canvas& canvas, const ColourBar& bar);
 
-/// Of pressures on the skin up to `top` [Pa], the largest of which is `most` [Pa].
-ColourBar skin_bar(double top, double most);
+/// The colours of a pressure on the skin.
+struct SkinScale {
+  double top = 1.0;     // [Pa]
+  double bottom = 0.0;  // [Pa], < 0: of suction
+  const char* label = "|p| [kPa]";
+  double unit = 1e3;  // of the label [Pa]
+};
+
+/// Of pressures on the skin, the largest of which is `most` [Pa].
+ColourBar skin_bar(const SkinScale& scale, double most);
 
 /// The colours of pressures on the skin, one per face, up to `top`; both in one unit.
 std::vector<Colour> skin_colours(const Eigen::VectorXd& values, double top);

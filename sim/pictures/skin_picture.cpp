@@ -197,20 +197,20 @@ SkinPictures::SkinPictures(const Run& run, PictureFormat format)
   }
 }
 
-std::string SkinPictures::picture(const Eigen::VectorXd& values, double top, const SkinText& text) const {
-  const std::vector<Colour> colours = skin_colours(values, top);
+std::string SkinPictures::picture(const Eigen::VectorXd& values, const SkinScale& scale, const SkinText& text) const {
+  const std::vector<Colour> colours = skin_colours(values, scale.top);
   return drawn([&](const SkinLook& look, Canvas& canvas) { look.draw(canvas, colours, look.view().panel); },
-               values.maxCoeff(), top, text);
+               values.maxCoeff(), scale, text);
 }
 
 std::string SkinPictures::wanted_picture(double top, const SkinText& text) const {
   const Target& target = run_.target.value();
   return drawn([&](const SkinLook& look, Canvas& canvas) { look.draw_wanted(canvas, target, top, look.view().panel); },
-               target.amplitudes.maxCoeff(), top, text);
+               target.amplitudes.maxCoeff(), {.top = top}, text);
 }
 
-std::string SkinPictures::drawn(const std::function<void(const SkinLook&, Canvas&)>& draw, double largest, double top,
-                                const SkinText& text) const {
+std::string SkinPictures::drawn(const std::function<void(const SkinLook&, Canvas&)>& draw, double largest,
+                                const SkinScale& scale, const SkinText& text) const {
   Canvas canvas(kPictureWidth, kPictureHeight, format_);
   describe(canvas, run_.provenance);
   draw(body_, canvas);
@@ -221,10 +221,10 @@ std::string SkinPictures::drawn(const std::function<void(const SkinLook&, Canvas
     canvas.frame(target_->view().panel, kFrame, 1.0);
     canvas.frame(footprint(target_->view(), body_.view()), kFrame, 1.0);
   }
-  draw_colour_bar(canvas, skin_bar(top, largest));
+  draw_colour_bar(canvas, skin_bar(scale, largest));
   draw_title(canvas, text.title, text.subtitle);
   draw_caption(canvas, text.caption,
-               fmt::format("Seen from the array's side. All pictures of this run's skin share these colours.{}",
+               fmt::format("Seen from the array's side. {}{}", text.colours,
                            run_.target ? " Green: the border of the target on the skin." : ""));
   return canvas.file();
 }
@@ -311,7 +311,7 @@ std::string overview_picture(const Run& run, double top, PictureFormat format) {
     draw_fitted(canvas, middle, box.y + height + 12, shown.figures, {.size = 16, .align = Align::kCentre}, width);
     most = std::max(most, shown.values.size() == 0 ? run.target->amplitudes.maxCoeff() : shown.values.maxCoeff());
   }
-  draw_colour_bar(canvas, skin_bar(top, most));
+  draw_colour_bar(canvas, skin_bar({.top = top}, most));
   draw_title(canvas, run.name, "pressure on the skin");
   draw_caption(
       canvas, "",

@@ -7,6 +7,7 @@
 
 #include "sim/pictures/canvas.h"
 #include "sim/pictures/picture_format.h"
+#include "sim/pictures/picture_parts.h"
 #include "sim/pictures/skin_sight.h"
 #include "sim/run/run_data.h"
 
@@ -26,6 +27,7 @@ struct SkinText {
   std::string title;
   std::string subtitle;
   std::string caption;
+  std::string colours;  // what shares them, a sentence
 };
 
 /// Pieces of straight lines, from point(0, e) to point(1, e).
@@ -59,14 +61,14 @@ class SkinPictures {
   SkinPictures(const Run& run, PictureFormat format);
   SkinPictures(const Run&&, PictureFormat) = delete;
 
-  /// A picture of the skin coloured by `values` [Pa], one per face, from 0 to `top`, with the target outlined.
-  std::string picture(const Eigen::VectorXd& values, double top, const SkinText& text) const;
+  /// A picture of the skin coloured by `values` [Pa], one per face, with the target outlined.
+  std::string picture(const Eigen::VectorXd& values, const SkinScale& scale, const SkinText& text) const;
 
   /// The same of what the target wants, up to its border.
   std::string wanted_picture(double top, const SkinText& text) const;
 
  private:
-  std::string drawn(const std::function<void(const SkinLook&, Canvas&)>& draw, double largest, double top,
+  std::string drawn(const std::function<void(const SkinLook&, Canvas&)>& draw, double largest, const SkinScale& scale,
                     const SkinText& text) const;
 
   const Run& run_;

@@ -121,8 +121,9 @@ void evaluate_method(MethodResult& result, const TriangleMesh& mesh, const Surfa
                      const Model& model, const std::optional<Target>& target, const Eigen::VectorXcd& pressure) {
   Metrics metrics;
   if (model.fixed->cut.empty() || result.evaluation_pressure.size() > 0) {
-    metrics = target ? metrics_of(mesh, gradient, model.fixed->wave, model.boxes, *target, pressure)
-                     : metrics_of(mesh, gradient, model.fixed->wave, pressure);
+    result.radiation = radiation_pressure(gradient, model.fixed->wave, pressure);
+    metrics = target ? metrics_of(mesh, model.boxes, *target, pressure, result.radiation)
+                     : metrics_of(mesh, pressure, result.radiation);
   }
   if (!result.solution.cost_history.empty()) {
     metrics.cost = result.solution.cost_history.back();

@@ -200,7 +200,7 @@ class Comparison {
     found.pressure = counted("pressure", compare_complex(a.pressure, b.pressure, weights_of(a_.mesh, a.pressure)));
     if (a.evaluation_pressure.size() > 0 || b.evaluation_pressure.size() > 0) {
       const Eigen::VectorXcd& evaluated = evaluated_pressure(a, a_);
-      const TriangleMesh& mesh = a_.evaluation_model ? a_.evaluation_model->mesh : a_.mesh;
+      const TriangleMesh& mesh = evaluated_mesh(a_);
       found.evaluation_pressure = counted(
           "evaluation's pressure", compare_complex(evaluated, evaluated_pressure(b, b_), weights_of(mesh, evaluated)));
     }

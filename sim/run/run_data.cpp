@@ -60,7 +60,7 @@ void check_evaluation(const Run& run) {
     throw InputError(fmt::format("evaluation '{}' must {} a model of its own", run.evaluation,
                                  run.evaluation_model ? "not have" : "have"));
   }
-  const TriangleMesh& mesh = run.evaluation_model ? run.evaluation_model->mesh : run.mesh;
+  const TriangleMesh& mesh = evaluated_mesh(run);
   if (run.evaluation_model && run.evaluation_model->target) {
     check_target("evaluation's target", *run.evaluation_model->target, mesh.face_count());
   }
@@ -68,6 +68,9 @@ void check_evaluation(const Run& run) {
     if (method.evaluation_pressure.size() != 0) {
       require_size(fmt::format("method {}: evaluation's pressure", method.name), method.evaluation_pressure.size(),
                    run.evaluation == "none" ? 0 : mesh.face_count());
+    }
+    if (method.radiation.size() != 0) {
+      require_size(fmt::format("method {}: radiation", method.name), method.radiation.size(), mesh.face_count());
     }
   }
 }

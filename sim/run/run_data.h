@@ -25,7 +25,8 @@ struct MethodResult {
   PhaseSolution solution;
   Eigen::VectorXcd pressure;  // M, on the solving mesh [Pa]
   Eigen::VectorXcd
-      evaluation_pressure;  // on the evaluation mesh [Pa]; empty: no evaluation, or `pressure` is the evaluation's
+      evaluation_pressure;    // on the evaluation mesh [Pa]; empty: no evaluation, or `pressure` is the evaluation's
+  Eigen::VectorXd radiation;  // radiation pressure on the skin that the metrics are of [Pa]; empty without metrics
   Metrics metrics;
   double shock_distance_share = kNotComputed;  // sigma on the way to the loudest place of the skin (incident_field.h)
   std::vector<std::pair<std::string, double>> seconds;  // stage -> seconds
@@ -95,11 +96,12 @@ inline constexpr const char* kScaleStage = "scale";
 /// Everything a run computed; grows as the run continues.
 struct Run {
   std::string name;
-  std::string scene;                        // resolved YAML text
-  TriangleMesh mesh;                        // in the world's frame; of several bodies one behind the other
-  TransducerArray array{};                  // as the solver assumes it
-  std::optional<ArrayTruth> array_truth{};  // then evaluation and fields are of it
-  double frequency = kNotComputed;          // [Hz]; not known of files from before 0.3
+  std::string scene;                           // resolved YAML text
+  TriangleMesh mesh;                           // in the world's frame; of several bodies one behind the other
+  TransducerArray array{};                     // as the solver assumes it
+  std::optional<ArrayTruth> array_truth{};     // then evaluation and fields are of it
+  double frequency = kNotComputed;             // [Hz]; not known of files from before 0.3
+  double radiation_per_square = kNotComputed;  // of its air (metrics.h) [1/Pa]
   std::optional<Target> target{};
   std::string evaluation = "none";                    // none, same (the solving mesh), truth, edge, split
   std::optional<EvaluationModel> evaluation_model{};  // there if evaluation is truth, edge or split
@@ -144,6 +146,11 @@ inline bool has_evaluation_model(const std::string& evaluation) {
 
 /// omni, piston or t4010a1.
 std::string directivity_name(Directivity::Kind kind);
+
+/// The skin that the metrics of a run are of: the evaluation's, or the solver's.
+inline const TriangleMesh& evaluated_mesh(const Run& run) {
+  return run.evaluation_model ? run.evaluation_model->mesh : run.mesh;
+}
 
 /// The mean of the wanted |p| over each face of a mesh, 0 off the target, M [Pa].
 Eigen::VectorXd wanted_pressure(const Target& target, Eigen::Index faces);

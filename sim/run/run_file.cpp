@@ -132,10 +132,20 @@ void evaluation_parts(const GroupWriter& io, const Run& run) {
   }
   const hdf5::Group methods = io.create("methods");
   for (const MethodResult& result : run.methods) {
+    const bool linked = !run.evaluation_model && result.pressure.size() != 0;
+    if (result.evaluation_pressure.size() == 0 && !linked) {
+      continue;
+    }
+    const GroupWriter part(methods.create(result.name));
     if (result.evaluation_pressure.size() != 0) {
-      GroupWriter(methods.create(result.name)).list("pressure", result.evaluation_pressure, "Pa");
-    } else if (!run.evaluation_model && result.pressure.size() != 0) {
-      methods.create(result.name).link("pressure", "/methods/" + result.name + "/pressure");
+      part.list("pressure", result.evaluation_pressure, "Pa");
+    } else {
+      part.link("pressure", "/methods/" + result.name + "/pressure");
+    }
+    if (run.evaluation_model) {
+      part.optional_list("radiation", result.radiation, "Pa");
+    } else if (result.radiation.size() != 0) {
+      part.link("radiation", "/methods/" + result.name + "/radiation");
     }
   }
 }
@@ -159,7 +169,11 @@ void evaluation_parts(const GroupReader& io, Run& run) {
   const hdf5::Content methods = io.open("methods");
   for (MethodResult& result : run.methods) {
     if (methods.has(result.name)) {
-      GroupReader(methods.open(result.name)).list("pressure", result.evaluation_pressure, "Pa");
+      const GroupReader part(methods.open(result.name));
+      part.list("pressure", result.evaluation_pressure, "Pa");
+      if (run.evaluation_model) {
+        part.optional_list("radiation", result.radiation, "Pa");
+      }
       if (!run.evaluation_model && same_bits(result.evaluation_pressure, result.pressure)) {
         result.evaluation_pressure.resize(0);
       }
@@ -257,7 +271,12 @@ void run_parts(const Io& io, TheRun& run) {
   io.part("methods", !run.methods.empty(), [&](const Io& methods) {
     methods.parts(
         run.methods, [](auto& method) -> auto& { return method.name; },
-        [](const Io& part, auto& method) { method_parts(part, method); });
+        [&](const Io& part, auto& method) {
+          method_parts(part, method);
+          if (!run.evaluation_model) {  // it is of the solving mesh; a file's evaluation is read after
+            part.optional_list("radiation", method.radiation, "Pa");
+          }
+        });
   });
   io.part("evaluation", run.evaluation != "none", [&](const Io& part) { evaluation_parts(part, run); });
   io.part("transfer", !run.transfers.empty(), [&](const Io& part) { transfers_parts(part, run.transfers, run); });
@@ -287,6 +306,7 @@ void write_run(const GroupWriter& io, const Run& run) {
   io.attribute("complete", run.complete ? 1 : 0);
   io.attribute("resonance_check", run.resonance_check);
   io.attribute("frequency", run.frequency);
+  io.attribute("radiation_per_square", run.radiation_per_square);
   io.write_text("scene", run.scene);
   io.part("mesh", true, [&](const GroupWriter& part) {
     mesh_parts(part, run.mesh);
@@ -305,6 +325,7 @@ Run read_run(const GroupReader& io) {
           .complete = io.integer_attribute("complete") != 0};
   io.later_attribute("resonance_check", run.resonance_check);
   io.later_attribute("frequency", run.frequency);
+  io.attribute("radiation_per_square", run.radiation_per_square);
   bodies_parts(mesh, run);
   run_parts(io, run);
   extent_parts(io, run);

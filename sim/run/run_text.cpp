@@ -88,8 +88,8 @@ Json method_row(const MethodResult& method) {
   return value;
 }
 
-/// A share as "12.34 %"; "-" where nothing was computed.
-std::string percent_text(double fraction) { return table_number(100.0 * fraction, "{:.2f} %"); }
+/// A share as "12.3 %"; "-" where nothing was computed.
+std::string percent_text(double fraction) { return table_number(100.0 * fraction, "{:.1f} %"); }
 
 constexpr const char* kStyle =
     "body{font:16px/1.5 sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#1b1b1b}"
@@ -145,14 +145,17 @@ std::string cell(const std::string& text, const char* tag = "td") {
 
 std::string figures_of(const Run& run) {
   std::string text = "<table><tr>";
-  for (const char* head : {"method", "error [%]", "mean in target [Pa]", "width [mm]", "leakage [%]", "force [mN]"}) {
+  for (const char* head : {"method", "error [%]", "error of P [%]", "mean in target [Pa]", "width [mm]",
+                           "width of P [mm]", "leakage [%]", "force [mN]"}) {
     text += cell(head, "th");
   }
   text += "</tr>\n";
   for (const MethodResult& result : run.methods) {
     const Metrics& metrics = result.metrics;
     text += "<tr>" + cell(result.name) + cell(table_number(1e2 * metrics.relative_error, "{:.1f}")) +
+            cell(table_number(1e2 * metrics.relative_error_radiation, "{:.1f}")) +
             cell(table_number(metrics.mean_inside_pa, "{:.0f}")) + cell(table_number(metrics.width_mm, "{:.2f}")) +
+            cell(table_number(metrics.width_radiation_mm, "{:.2f}")) +
             cell(table_number(1e2 * metrics.leakage, "{:.0f}")) +
             cell(table_number(1e3 * metrics.force_target_n, "{:.3g}")) + "</tr>\n";
   }
@@ -254,28 +257,32 @@ std::string methods_table(const Run& run) {
   const auto bounded = [](const MethodResult& result) { return !std::isnan(result.metrics.optimality_gap); };
   const bool with_gap = std::ranges::any_of(run.methods, bounded);
   std::vector<std::vector<std::string>> rows = {
-      {"method", "error", "mean [Pa]", "reached", "width [mm]", "leakage", "force [mN]", "seconds"}};
+      {"method", "error", "of P", "mean", "reached", "width", "of P", "leakage", "force", "seconds"}};
   if (with_gap) {
     rows.front().emplace_back("gap");
   }
+  double width_wanted = kNotComputed;
   for (const MethodResult& result : run.methods) {
     const Metrics& metrics = result.metrics;
-    rows.push_back({result.name, percent_text(metrics.relative_error), table_number(metrics.mean_inside_pa, "{:.0f}"),
-                    percent_text(metrics.reached_share),
-                    table_number(metrics.width_mm, "{:.2f}") +
-                        (std::isnan(metrics.width_wanted_mm) ? "" : fmt::format(" of {:.2f}", metrics.width_wanted_mm)),
-                    percent_text(metrics.leakage), table_number(1e3 * metrics.force_target_n, "{:.3g}"),
+    width_wanted = std::isnan(metrics.width_wanted_mm) ? width_wanted : metrics.width_wanted_mm;
+    rows.push_back({result.name, percent_text(metrics.relative_error), percent_text(metrics.relative_error_radiation),
+                    table_number(metrics.mean_inside_pa, "{:.0f} Pa"),
+                    table_number(1e2 * metrics.reached_share, "{:.0f} %"), table_number(metrics.width_mm, "{:.2f} mm"),
+                    table_number(metrics.width_radiation_mm, "{:.2f}"), percent_text(metrics.leakage),
+                    table_number(1e3 * metrics.force_target_n, "{:.3g} mN"),
                     table_number(metrics.seconds_total, "{:.1f}")});
     if (with_gap) {
       rows.back().push_back(percent_text(metrics.optimality_gap));
     }
   }
-  const bool best = std::ranges::any_of(run.seconds, [](const auto& stage) { return stage.first == kScaleStage; });
-  const std::string pressure = best && run.target
-                                   ? fmt::format("wanted: {:.4g} Pa, where {} fits best\n",
-                                                 run.target->amplitudes.maxCoeff(), run.methods.front().name)
-                                   : "";
-  return aligned_table(rows) + pressure;
+  std::string wanted;
+  if (run.target) {
+    const bool best = std::ranges::any_of(run.seconds, [](const auto& stage) { return stage.first == kScaleStage; });
+    wanted = fmt::format("wanted: {:.4g} Pa{}{}\n", run.target->amplitudes.maxCoeff(),
+                         std::isnan(width_wanted) ? "" : fmt::format(", {:.2f} mm wide", width_wanted),
+                         best ? fmt::format("; {} fits it best", run.methods.front().name) : "");
+  }
+  return aligned_table(rows) + wanted;
 }
 
 Json run_value(const Run& run) {

@@ -25,8 +25,8 @@ Json stage_values(const std::vector<std::pair<std::string, double>>& stages);
 std::string run_report(const Run& run, const std::vector<std::string>& pictures);
 
 /// The methods side by side, one per line, with the gap to the optimality bound where it was computed. If the metrics
-/// are of a part of the body, its label comes first. If the scene asked for the best pressure, that pressure and its
-/// method come last.
+/// are of a part of the body, its label comes first. The wanted pressure and width come last, with the method that the
+/// pressure is best for if the scene asked for the best one.
 std::string methods_table(const Run& run);
 
 /// levels_value has the sound levels at the fields of one point, one row per point and method. It also has the limits

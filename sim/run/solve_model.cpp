@@ -41,6 +41,7 @@ Run begin_run(const Model& model, const SolveOptions& options) {
           .array = model.fixed->array,
           .array_truth = evaluation.other_channels ? std::optional(evaluation.channels) : std::nullopt,
           .frequency = model.fixed->wave.frequency(),
+          .radiation_per_square = radiation_per_square(model.fixed->wave.medium()),
           .evaluation = to_string(evaluation.elsewhere() ? Evaluation::Kind::kNone : evaluation.kind),
           .solved_skin = model.fixed->solved_skin(),
           .provenance = std::move(provenance)};

@@ -207,7 +207,8 @@ std::string sweep_table(const SweepSummary& summary, std::size_t most) {
   }
   std::vector<std::string> header = {"case"};
   header.insert(header.end(), parameters.begin(), parameters.end());
-  for (const char* name : {"method", "error", "width [mm]", "leakage", "force [mN]", "seconds", "status"}) {
+  for (const char* name :
+       {"method", "error", "of P", "width [mm]", "of P", "leakage", "force [mN]", "seconds", "status"}) {
     header.emplace_back(name);
   }
   std::vector<std::vector<std::string>> lines = {header};
@@ -228,7 +229,9 @@ std::string sweep_table(const SweepSummary& summary, std::size_t most) {
     }
     line.push_back(row.method != nullptr ? row.method->name : "-");
     line.push_back(table_number(100.0 * metrics.relative_error, "{:.2f} %"));
+    line.push_back(table_number(100.0 * metrics.relative_error_radiation, "{:.2f} %"));
     line.push_back(table_number(metrics.width_mm, "{:.2f}"));
+    line.push_back(table_number(metrics.width_radiation_mm, "{:.2f}"));
     line.push_back(table_number(100.0 * metrics.leakage, "{:.2f} %"));
     line.push_back(table_number(1e3 * metrics.force_target_n, "{:.3g}"));
     line.push_back(table_number(row.record->seconds, "{:.1f}"));

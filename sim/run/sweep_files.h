@@ -89,7 +89,7 @@ Json sweep_lines(const SweepSummary& summary);
 void write_sweep_csv(const std::string& path, const SweepSummary& summary);
 
 /// The first and last lines of the table for a person. Each line has the case, the
-/// parameters that differ between cases, the method, its error, width, leakage and force, seconds and status.
+/// parameters that differ between cases, the method, its errors, widths, leakage and force, seconds and status.
 ///
 /// most   lines; those in the middle are left out
 std::string sweep_table(const SweepSummary& summary, std::size_t most = 40);

@@ -127,6 +127,7 @@ vtkNew<vtkPolyData> channels_of(const TransducerArray& array) {
 }
 
 using NamedPressures = std::vector<std::pair<std::string, Eigen::VectorXcd>>;
+using NamedRadiation = std::vector<std::pair<std::string, Eigen::VectorXd>>;
 
 /// Means over the faces at each vertex, weighted by area.
 Eigen::VectorXd at_vertices(const TriangleMesh& mesh, const Eigen::VectorXd& of_faces) {
@@ -159,11 +160,22 @@ NamedPressures pressures_of(const Run& run, Eigen::VectorXcd MethodResult::*pres
   return pressures;
 }
 
+/// Radiation pressures of the methods that have one.
+NamedRadiation radiation_of(const Run& run) {
+  NamedRadiation radiation;
+  for (const MethodResult& result : run.methods) {
+    if (result.radiation.size() != 0) {
+      radiation.emplace_back(result.name, result.radiation);
+    }
+  }
+  return radiation;
+}
+
 /// Pressures of methods on a mesh; `owner`: the body of each face, empty if there is one.
 template <class Result>
 void write_skin_vtp(const std::string& path, const Result& from, const TriangleMesh& mesh,
-                    const std::vector<int>& owner, const std::optional<Target>& target,
-                    const NamedPressures& pressures) {
+                    const std::vector<int>& owner, const std::optional<Target>& target, const NamedPressures& pressures,
+                    const NamedRadiation& radiation = {}) {
   vtkNew<vtkPolyData> surface;
   set_faces(surface, mesh);
   if (!owner.empty()) {
@@ -181,6 +193,10 @@ void write_skin_vtp(const std::string& path, const Result& from, const TriangleM
     add_array<vtkDoubleArray>(surface->GetPointData(), method + "_abs_pa", means.size(),
                               [&](Eigen::Index v) { return means(v); });
   }
+  for (const auto& [method, values] : radiation) {
+    add_array<vtkDoubleArray>(surface->GetCellData(), method + "_radiation_pa", values.size(),
+                              [&values = values](Eigen::Index f) { return values(f); });
+  }
   show_first(surface->GetPointData(), pressures);
   show_first(surface->GetCellData(), pressures);
   write_vtk<vtkXMLPolyDataWriter>(path, from, surface.GetPointer());
@@ -190,14 +206,15 @@ void write_skin_vtp(const std::string& path, const Result& from, const TriangleM
 
 void write_surface_vtp(const std::string& path, const Run& run) {
   check_run(run);
-  write_skin_vtp(path, run, run.mesh, run.owner, run.target, pressures_of(run, &MethodResult::pressure));
+  write_skin_vtp(path, run, run.mesh, run.owner, run.target, pressures_of(run, &MethodResult::pressure),
+                 run.evaluation_model ? NamedRadiation() : radiation_of(run));
 }
 
 void write_evaluation_vtp(const std::string& path, const Run& run) {
   check_run(run);
   require(run.evaluation_model, "{}: the evaluation '{}' has no model of its own", path, run.evaluation);
   write_skin_vtp(path, run, run.evaluation_model->mesh, {}, run.evaluation_model->target,
-                 pressures_of(run, &MethodResult::evaluation_pressure));
+                 pressures_of(run, &MethodResult::evaluation_pressure), radiation_of(run));
 }
 
 void write_array_vtp(const std::string& path, const Run& run) {

@@ -1,4 +1,4 @@
-// Reciprocity and energy on a whole hand at 20 kHz: 4.3 edges a wavelength.
+// Reciprocity, energy and momentum on a whole hand at 20 kHz: 4.3 edges a wavelength.
 #include <cmath>
 #include <memory>
 
@@ -7,6 +7,7 @@
 #include "sim/acoustics/incident_field.h"
 #include "sim/field/evaluate.h"
 #include "sim/hand/hand.h"
+#include "tests/support/momentum_support.h"
 #include "tests/support/sphere_support.h"
 
 namespace touchfield::hand_physics_test {
@@ -71,6 +72,17 @@ TEST_F(HandPhysics, NetPowerThroughASphereAroundItIsSmall) {
   const double through = shell.areas().dot(intensity.cwiseAbs());
   std::printf("%d faces: net power %.2e of what goes through\n", static_cast<int>(mesh_.face_count()), net / through);
   EXPECT_LT(std::abs(net), 0.001 * through);
+}
+
+TEST_F(HandPhysics, MomentumThroughASphereAroundItIsTheForceOnItsFaces) {
+  const TransducerArray array = omni_at(middle_ + Vector3(0.02, 0.03, -(reach_ + 0.1)));
+  const Eigen::VectorXcd p = solve(array);
+  const Vector3 on_faces = force_on_faces(mesh_, wave_, p);
+  const TriangleMesh shell = transformed(icosphere(reach_ + 0.01, 24), Eigen::Matrix3d::Identity(), middle_);
+  const Vector3 inflow = momentum_inflow(shell, wave_, [&](const Points& x) { return field(array, x, p); });
+  std::printf("%d faces: force on them %.3g N, %.2f %% from the momentum\n", static_cast<int>(mesh_.face_count()),
+              on_faces.norm(), 100.0 * (on_faces - inflow).norm() / inflow.norm());
+  EXPECT_LT((on_faces - inflow).norm(), 0.03 * inflow.norm());
 }
 
 }  // namespace touchfield::hand_physics_test

@@ -76,7 +76,8 @@ class RunTest(CommandTest):
         report = (self.folder / "out/report.html").read_text()
         self.assertEqual(ElementTree.fromstring(report).tag, "html")  # well formed
         named = set(re.findall(r'(?:src|href)="([^"]*)"', report))
-        self.assertEqual(named, {"overview.png", "setup.png", "target.png", "pressure_focus.png", "scene.yaml", "metrics.csv"})
+        self.assertEqual(named, {"overview.png", "setup.png", "target.png", "pressure_focus.png", "radiation_focus.png", "scene.yaml",
+                                 "metrics.csv"})
         for name in named:
             self.assertGreater((self.folder / "out" / name).stat().st_size, 0, name)
         for part in ["Phase conjugation", "10.1007/978-3-030-58147-3_45", "triangular faces"]:
@@ -316,7 +317,8 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
         scene = self.write("scene.yaml", FINGER.replace("write: [h5, vtp, vti]", "write: [h5, png]"))
         done = self.run_without_display(scene)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
-        names = ["overview", "pressure_fixed", "pressure_focus", "pressure_paper", "pressure_unscattered", "setup", "target"]
+        methods = ["fixed", "focus", "paper", "unscattered"]
+        names = ["overview", *(f"{kind}_{method}" for kind in ("pressure", "radiation") for method in methods), "setup", "target"]
         self.assertEqual(self.pictures("png"), [f"{name}.png" for name in names])
         # Another format replaces them, and needs no word in the scene.
         for ending, begin in [("pdf", b"%PDF-"), ("svg", b"<?xml")]:

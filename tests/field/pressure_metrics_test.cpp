@@ -89,8 +89,8 @@ TEST(PressureMetrics, WidthOfAGaussianIsItsFullWidthAtHalfMaximum) {
     p(f) = std::exp(-std::pow(mesh.centroids()(0, f) / (2.0 * sigma), 2));
   }
   // Constant faces of 0.5 mm and bins of 0.25 mm: half a face at most.
-  EXPECT_NEAR(half_maximum_width(mesh, box_of_8mm(), target_on(mesh), p), 2.0 * std::sqrt(2.0 * std::log(2.0)) * sigma,
-              0.25e-3);
+  EXPECT_NEAR(half_maximum_width(mesh, box_of_8mm(), target_on(mesh), p.cwiseAbs2()),
+              2.0 * std::sqrt(2.0 * std::log(2.0)) * sigma, 0.25e-3);
 }
 
 TEST(PressureMetrics, WidthStopsAtTheFirstCrossingAndIgnoresSkinThatFacesAway) {
@@ -102,7 +102,7 @@ TEST(PressureMetrics, WidthStopsAtTheFirstCrossingAndIgnoresSkinThatFacesAway) {
   }
   const Target target = target_on(mesh);
   // The bins at the edge fall from 1 to 0 between centres 2.875 and 3.125 mm: half at 3.
-  EXPECT_NEAR(half_maximum_width(mesh, box_of_8mm(), target, p), 6e-3, 0.01e-3);
+  EXPECT_NEAR(half_maximum_width(mesh, box_of_8mm(), target, p.cwiseAbs2()), 6e-3, 0.01e-3);
 
   // A second sheet that faces up, loud everywhere, must not count.
   Points vertices(3, 2 * mesh.vertex_count());
@@ -113,7 +113,7 @@ TEST(PressureMetrics, WidthStopsAtTheFirstCrossingAndIgnoresSkinThatFacesAway) {
   const TriangleMesh both(vertices, triangles);
   Eigen::VectorXcd loud(2 * p.size());
   loud << p, Eigen::VectorXcd::Constant(p.size(), 5.0);
-  EXPECT_NEAR(half_maximum_width(both, box_of_8mm(), target_on(both), loud), 6e-3, 0.01e-3);
+  EXPECT_NEAR(half_maximum_width(both, box_of_8mm(), target_on(both), loud.cwiseAbs2()), 6e-3, 0.01e-3);
 }
 
 TEST(PressureMetrics, WidthFollowsARotatedBox) {
@@ -127,7 +127,7 @@ TEST(PressureMetrics, WidthFollowsARotatedBox) {
   box.rotation = turn;
   const TriangleMesh turned = transformed(mesh, turn, Vector3::Zero());
   const Target target = make_target(turned, {box}, TargetProfile::kUniform, 1.0);
-  EXPECT_NEAR(half_maximum_width(turned, box, target, p), 6e-3, 0.01e-3);
+  EXPECT_NEAR(half_maximum_width(turned, box, target, p.cwiseAbs2()), 6e-3, 0.01e-3);
 }
 
 TEST(RadiationPressure, OfAStandingWaveAlongTheSkin) {
@@ -155,9 +155,58 @@ TEST(RadiationPressure, OfUniformPressureIsTheWorkedValue) {
   const double radiation = 1e6 / (4.0 * 1.2041 * 343.21 * 343.21);
   EXPECT_NEAR(m.force_target_n, radiation * 32e-6, 1e-12);
   EXPECT_NEAR(m.force_elsewhere_n, radiation * 368e-6, 1e-12);
-  const Metrics without = metrics_of(mesh, SurfaceGradient(mesh, wave().k()), wave(), p);
+  const Metrics without = metrics_of(mesh, p, Eigen::VectorXd::Constant(p.size(), radiation));
   EXPECT_NEAR(without.force_elsewhere_n, radiation * 400e-6, 1e-12);
   EXPECT_TRUE(std::isnan(without.relative_error));
+}
+
+/// Metrics of a radiation pressure by its place on the strip.
+Metrics metrics_of_radiation(const TriangleMesh& mesh, const auto& radiation_at) {
+  Eigen::VectorXd radiation(mesh.face_count());
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    radiation(f) = radiation_at(Vector3(mesh.centroids().col(f)));
+  }
+  return metrics_of(mesh, {box_of_8mm()}, target_on(mesh), Eigen::VectorXcd::Ones(mesh.face_count()), radiation);
+}
+
+bool is_in_box(const Vector3& x) { return std::abs(x.x()) < 4e-3 && std::abs(x.y()) < 2e-3; }
+
+TEST(RadiationMetrics, AScaledCopyOfTheWantedRadiationHasNoErrorLeft) {
+  const Metrics m = metrics_of_radiation(strip(), [](const Vector3& x) { return is_in_box(x) ? 3.0 : 0.0; });
+  EXPECT_NEAR(m.relative_error_radiation, 0.0, 1e-12);
+  EXPECT_NEAR(m.leakage_radiation, 0.0, 1e-12);
+  EXPECT_NEAR(m.width_radiation_mm, 8.0, 0.25);
+}
+
+TEST(RadiationMetrics, OfAPressureWithoutSlopeAreThoseOfItsSquare) {
+  // P is proportional to |p|^2: the width is one figure, and the leakage too.
+  const TriangleMesh mesh = strip();
+  const auto square = [](const Vector3& x) { return std::exp(-std::pow(x.x() / 4e-3, 2)); };
+  Eigen::VectorXcd p(mesh.face_count());
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    p(f) = std::sqrt(square(mesh.centroids().col(f)));
+  }
+  const Eigen::VectorXd radiation = 0.1 * p.cwiseAbs2();
+  const Metrics m = metrics_of(mesh, {box_of_8mm()}, target_on(mesh), p, radiation);
+  EXPECT_NEAR(m.width_radiation_mm, m.width_mm, 1e-12);
+  EXPECT_NEAR(m.leakage_radiation, m.leakage, 1e-12);
+}
+
+TEST(RadiationMetrics, SuctionCountsAsLoadButNotAsTheWantedOne) {
+  // 1 on the target (32 mm2), -1 on twice its area beside it: a P - P' is smallest at a = 1/3.
+  const auto beside = [](const Vector3& x) { return std::abs(x.x()) > 6e-3 && std::abs(x.x()) < 14e-3; };
+  const auto at = [&](const Vector3& x) {
+    return is_in_box(x) ? 1.0 : beside(x) && std::abs(x.y()) < 2e-3 ? -1.0 : 0.0;
+  };
+  const Metrics m = metrics_of_radiation(strip(), at);
+  EXPECT_NEAR(m.leakage_radiation, 2.0 / 3.0, 1e-12);
+  EXPECT_NEAR(m.relative_error_radiation, std::sqrt(2.0 / 3.0), 1e-12);
+  EXPECT_NEAR(m.force_elsewhere_n, -64e-6, 1e-15);
+
+  // What sucks on the target is no copy of a push at any level, and has no width.
+  const Metrics sucked = metrics_of_radiation(strip(), [](const Vector3& x) { return is_in_box(x) ? -1.0 : 0.0; });
+  EXPECT_EQ(sucked.relative_error_radiation, 1.0);
+  EXPECT_TRUE(std::isnan(sucked.width_radiation_mm));
 }
 
 }  // namespace touchfield::pressure_metrics_test

@@ -52,6 +52,39 @@ TEST(Figures, EveryFaceHasTheColourOfItsPressureAtItsPlace) {
   expect_colour(picture.at(5, 450), {255, 255, 255});
 }
 
+TEST(Figures, RadiationPressureHasAScaleOfItsOwnThatGoesOnBelowZero) {
+  const TemporaryDirectory directory;
+  RunData run = graded_run();
+  const Eigen::Index faces = run.mesh.face_count();
+  run.methods[0].radiation = Eigen::VectorXd::LinSpaced(faces, -2.0, 5.0);
+  draw_png(directory.path(), run);
+  const Picture picture(directory.file("radiation_graded.png"));
+  const SkinView view = skin_panels(run).body;
+  for (Eigen::Index f = 0; f < faces; ++f) {
+    SCOPED_TRACE(f);
+    expect_colour(picture.at(view.pixel(run.mesh.centroids().col(f))), skin_colour(run.methods[0].radiation(f) / 5.0));
+  }
+  // The bar reaches from -2 to 5 Pa.
+  const PixelBox bar = ColourBar().box;
+  const auto at = [&](double value) {
+    return picture.at(bar.x + bar.width / 2, bar.y + static_cast<int>((value + 2.0) / 7.0 * bar.height));
+  };
+  for (const double value : {-1.8, -1.0, 1.0, 4.5}) {
+    const Colour expected = skin_colour(value / 5.0);
+    for (std::size_t c = 0; c < 3; ++c) {
+      EXPECT_NEAR(at(value)[c], expected[c], 4) << value;
+    }
+  }
+  EXPECT_NE(skin_colour(-0.4), skin_colour(0.4));
+
+  // With an evaluation of another skin that not all methods have, there is nothing to draw it on.
+  run.evaluation = "edge";
+  run.evaluation_model = EvaluationModel{.scheme = "chief", .mesh = run.mesh, .target = std::nullopt};
+  const TemporaryDirectory other;
+  draw_png(other.path(), run);
+  EXPECT_EQ(names_in(other.path()).count("radiation_graded.png"), 0U);
+}
+
 // Seen along +z with +y up, +x lies to the left.
 TEST(Figures, TheSkinIsSeenFromTheArraysSide) {
   const RunData run = graded_run();

@@ -137,21 +137,21 @@ class Sentences(unittest.TestCase):
         ahead, behind = (sequences.cost_and_slope(problem, phase + sign * step * way)[0] for sign in (1, -1))
         self.assertAlmostEqual((ahead - behind) / (2 * step), slope, delta=1e-6 * abs(slope))
 
-    def claims_of(self, rows, after_five=0.461, shares=(0.9, 0.8)):
+    def claims_of(self, rows, after_five=0.461, shares=(0.56, 0.56)):
         return claims.rows(rows, convergence_rows([0.6, after_five, 0.462, 0.461]),
                            [{"faces": 12000, "channels": 1496, "paper_ms_an_iteration": "25"}],
-                           [{"observer": "width reader", "method": method, "share": share} for method, share in
+                           [{"observer": "width reader of P, own noise", "method": method, "share": share} for method, share in
                             zip(("paper", "unscattered"), shares)], [])
 
     def test_verdicts_follow_from_the_numbers(self):
         rows = metric_rows()
         self.assertEqual([row[2] for row in self.claims_of(rows)],
-                         ["holds", "holds", "not explained", "holds", "not compared: different machine"])
+                         ["holds", "holds", "not consistent", "holds", "not compared: different machine"])
         for row in rows:
             if row["scene"] == "grasp" and row["method"].startswith("paper"):
                 row["relative_error"] = "0.7"
         found = self.claims_of(rows, 0.5, (0.57, 0.46))
-        self.assertEqual([row[2] for row in found[:4]], ["holds in part", "holds in part", "explained", "fails"])
+        self.assertEqual([row[2] for row in found[:4]], ["holds in part", "holds in part", "consistent", "fails"])
         self.assertIn("lower on 4 of 5 scenes (reduction of -16.0 to 7.0 points)", found[0][1])
         for row in rows:
             if row["method"].startswith("paper"):

@@ -34,7 +34,7 @@ def trials(hands=6, draws=10, apart=3.0, spread=0.05, seed=1, methods=("surface"
                                  generator.uniform(0.25, 1), pattern))
     hand, width, method, reading, noise, pattern = map(numpy.array, zip(*rows))
     profile = numpy.abs(pattern[:, :5])
-    return widths_trials.Trials(hand, width, method, reading, noise, pattern, profile, numpy.linspace(-5, 5, 5))
+    return widths_trials.Trials(hand, width, method, reading, reading.copy(), noise, pattern, profile, numpy.linspace(-5, 5, 5))
 
 
 class Observers(unittest.TestCase):
@@ -72,6 +72,41 @@ class Observers(unittest.TestCase):
         data = trials()
         data.reading[data.method == "paper"] = numpy.nan
         self.assertAlmostEqual(widths.analyse(data).score(widths.READER, "paper").share, 1 / 3)
+
+    def test_a_width_reader_with_noise_follows_the_normal_distribution(self):
+        data = trials(hands=4)
+        data.reading_radiation[:] = data.width_mm  # 5, 8, 11: an answer changes 1.5 mm off
+        answers = widths.width_reader(data, "paper", numpy.array([0.0, 2.0]), data.reading_radiation)
+        label = widths_trials.classes(data)[data.method == "paper"]
+        numpy.testing.assert_array_equal(answers[0].argmax(axis=1), label)
+        right = scipy.stats.norm.cdf(1.5 / 2)
+        for k, share in enumerate((right, 2 * right - 1, right)):
+            numpy.testing.assert_allclose(answers[1][label == k, k], share, rtol=1e-12)
+        numpy.testing.assert_allclose(answers.sum(axis=2), 1)
+
+    def test_a_reader_of_p_sees_p(self):
+        # With `unscattered` all patterns have one width in P and the right ones in abs(p)^2.
+        data = trials(hands=8)
+        data.reading_radiation[data.method == "unscattered"] = 6.0
+        result = widths.analyse(data)
+        self.assertEqual(result.score(widths.READER, "unscattered").share, 1.0)
+        self.assertAlmostEqual(result.score(widths.READER_P, "unscattered").share, 1 / 3)
+        self.assertTrue(result.calibrated[widths.NOISY_P])
+        self.assertAlmostEqual(result.score(widths.NOISY_P, "paper").share, widths.PEOPLE["paper"], delta=0.005)
+        self.assertAlmostEqual(result.score(widths.NOISY_P, "unscattered").share, 1 / 3, delta=0.005)
+
+    def test_consistent_is_what_ten_people_leave_open(self):
+        data = trials(hands=8)
+        data.reading_radiation[data.method == "unscattered"] = 8 + 0.6 * (data.width_mm[data.method == "unscattered"] - 8)
+        result = widths.analyse(data)
+        self.assertTrue(widths.is_consistent(result, widths.NOISY_P))
+        self.assertFalse(widths.is_consistent(result, widths.NOISY))
+        said = " ".join(widths_words.sentences(result))
+        self.assertRegex(said, r"Ten people leave a 95 % interval of 0\.01 to 0\.17 on their difference")
+        self.assertRegex(said, r"The width reader of P with noise of its own, with one fitted parameter, is consistent: \+0\.09, and "
+                               r"better with `paper` on 8 of 8 hands\.")
+        self.assertRegex(said, r"The width reader, with no fitted parameter, is not consistent: \+0\.00")
+        self.assertIn("consistent with one kind of observer", said)
 
     def test_an_observer_does_not_learn_from_the_tested_hand(self):
         data = trials(hands=5)
@@ -132,7 +167,7 @@ class Observers(unittest.TestCase):
         for c in result.comparisons:
             if not math.isnan(c.p):
                 self.assertGreaterEqual(c.p_holm, c.p)
-        self.assertEqual(len(result.comparisons), 6)
+        self.assertEqual(len(result.comparisons), 12)
 
     def test_refitted_finds_where_shares_fall_below_a_level(self):
         shares = numpy.array([[0.9, 0.7, 0.5, 0.3], [0.9, 0.5, 0.7, 0.3], [0.9, 0.8, 0.7, 0.65], [0.5, 0.4, 0.4, 0.3]])
@@ -171,8 +206,8 @@ class Observers(unittest.TestCase):
         for c in result.comparisons:
             c.p, c.p_holm, c.difference, c.treatment = 0.011, 0.066, 0.2, "exact"
         said = " ".join(widths_words.sentences(result))
-        self.assertEqual(said.count("It is not significant at 5 %: Wilcoxon's p is 0.066 after Holm's correction for 6 tests and"
-                                    " 0.011 before (exact)."), 6)
+        self.assertEqual(said.count("It is not significant at 5 %: Wilcoxon's p is 0.066 after Holm's correction for 12 tests and"
+                                    " 0.011 before (exact)."), 12)
         self.assertIn("The ideal observer shows no clear difference.", said)
         for c in result.comparisons:
             c.p_holm = 0.044

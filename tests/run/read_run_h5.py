@@ -36,7 +36,7 @@ def check(run):
     assert run.attrs["name"] == "width \u00fc 5mm"
     assert run.attrs["complete"] == 1
     assert run.attrs["resonance_check"] == 0.0125
-    assert run.attrs["frequency"] == 40e3
+    assert run.attrs["frequency"] == 40e3 and run.attrs["radiation_per_square"] == 1.75e-6
     assert run["scene"].asstr()[()] == "name: width\nfrequency_khz: 40\n# \u00e9\n"
 
     def has_unit(name, item):
@@ -128,6 +128,8 @@ def check_own_evaluation(run):
     assert list(evaluation["target/amplitude"]) == [1e-3, 7, 1000, 2000]
     assert list(evaluation["target/box"]) == [0, 0, 0, 1]
     check_same(evaluation["methods/surface/pressure"][:], made_up(80, 3.5))
+    check_same(evaluation["methods/surface/radiation"][:], made_up(80, 3.5).real)
+    assert "radiation" not in evaluation["methods/paper-2"] and "radiation" not in run["methods/surface"]
     other = evaluation["methods/paper-2/pressure"][:]
     assert np.isnan(other[7])
     check_same(np.delete(other, 7), np.delete(made_up(80, 4.5), 7))
@@ -138,6 +140,8 @@ def check_same_evaluation(run):
     assert evaluation.attrs["evaluation"] == "same" and "scheme" not in evaluation.attrs
     assert evaluation["mesh"] == run["mesh"] and evaluation["target"] == run["target"]
     assert evaluation["methods/surface/pressure"] == run["methods/surface/pressure"]
+    assert evaluation["methods/surface/radiation"] == run["methods/surface/radiation"]
+    check_same(run["methods/surface/radiation"][:], made_up(48, 0.25).real)
     check_same(evaluation["methods/paper-2/pressure"][:], made_up(48, 4.5))
 
 

@@ -100,6 +100,8 @@ TEST_F(RunFile, PartsThatDoNotFitAreRefusedBeforeAnythingIsWritten) {
   };
   EXPECT_THAT(refused([](RunData& run) { run.methods[1].pressure.conservativeResize(47); }),
               AllOf(HasSubstr("paper-2"), HasSubstr("47"), HasSubstr("48")));
+  EXPECT_THAT(refused([](RunData& run) { run.methods[0].radiation.conservativeResize(48); }),
+              AllOf(HasSubstr("surface: radiation"), HasSubstr("48"), HasSubstr("80")));
   EXPECT_THAT(refused([](RunData& run) { run.methods[0].solution.phases.conservativeResize(5); }), HasSubstr("phases"));
   EXPECT_THAT(refused([](RunData& run) { run.methods[0].name = "paper-2"; }), HasSubstr("twice"));
   EXPECT_THAT(refused([](RunData& run) { run.methods[0].name = "a/b"; }), HasSubstr("a/b"));

@@ -14,7 +14,7 @@ TEST(Describe, SaysWhatThereIs) {
   const std::string text = describe_run(full_run());
   for (const char* part :
        {"complete          yes", "faces 48, vertices 35, area 24 cm2", "6 transducers", "t4010a1",
-        "target faces      3\n", "2000 Pa", "surface", "paper-2", "35.00 %", "5.25", "stalled", "direct",
+        "target faces      3\n", "2000 Pa", "surface", "paper-2", "35.0 %", "5.25 mm", "stalled", "direct",
         "side 5 x 1 x 4", "0123456789ab", "coarse mesh", "evaluation        edge\n",
         "evaluation scheme burton_miller_polished\n", "faces 80, vertices", "resonance check   1.25 %\n"}) {
     EXPECT_THAT(text, HasSubstr(part));
@@ -42,9 +42,16 @@ TEST(Describe, ATableOfMethodsFitsAScreenOf100Columns) {
   run.methods.front().name = "unscattered";
   run.methods.front().metrics.mean_inside_pa = 12345;
   run.methods.front().metrics.width_mm = 12.34;
+  run.methods.front().metrics.width_radiation_mm = 12.34;
   run.methods.front().metrics.width_wanted_mm = 12.34;
   run.methods.front().metrics.seconds_total = 12345.6;
   run.methods.front().metrics.optimality_gap = 0.5;
+  for (double Metrics::*share :
+       {&Metrics::relative_error, &Metrics::relative_error_radiation, &Metrics::reached_share, &Metrics::leakage}) {
+    run.methods.front().metrics.*share = 0.999;
+  }
+  run.methods.front().metrics.force_target_n = 0.0176;
+  EXPECT_THAT(methods_table(run), HasSubstr("wanted: 2000 Pa, 12.34 mm wide\n"));
   std::istringstream table(methods_table(run));
   for (std::string line; std::getline(table, line);) {
     EXPECT_LE(line.size(), 100U) << line;

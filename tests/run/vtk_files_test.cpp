@@ -161,7 +161,9 @@ TEST(EvaluationVtp, HoldsTheEvaluationMeshItsTargetAndPressures) {
   for (const std::size_t method : {0U, 1U}) {
     expect_pressure(data, run.methods[method].name, run.methods[method].evaluation_pressure);
   }
-  EXPECT_EQ(data->GetNumberOfArrays(), 1 + 2 * 4);
+  const Eigen::VectorXd& radiation = run.methods[0].radiation;
+  expect_values(data, run.methods[0].name + "_radiation_pa", 80, [&](Eigen::Index f) { return radiation(f); });
+  EXPECT_EQ(data->GetNumberOfArrays(), 1 + 2 * 4 + 1);
   expect_provenance(surface, run);
 }
 

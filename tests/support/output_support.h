@@ -107,6 +107,7 @@ inline Run full_run() {
   run.methods[1].solution.status = PhaseStatus::kDirect;
   run.methods[0].evaluation_pressure = made_up_pressure(run.evaluation_model->mesh.face_count(), 3.5);
   run.methods[1].evaluation_pressure = made_up_pressure(run.evaluation_model->mesh.face_count(), 4.5);
+  run.methods[0].radiation = run.methods[0].evaluation_pressure.real();
   run.methods[1].evaluation_pressure(7) = std::numeric_limits<double>::quiet_NaN();
   run.solves = {{.stage = "pressure",
                  .scheme = "burton_miller_polished",
@@ -142,6 +143,7 @@ inline Run full_run() {
                     .outside_left_out = 1e-6 / 7}};
   run.resonance_check = 0.0125;
   run.frequency = 40e3;
+  run.radiation_per_square = 1.75e-6;
   for (const auto& [name, count] : {std::pair{"side", std::array{5, 1, 4}}, std::pair{"cube", std::array{3, 4, 2}}}) {
     FieldResult field;
     field.grid = {name, Vector3(-0.01, 0.02, 0.19), Vector3(1e-3, 2e-3, 3e-3), count};
@@ -182,6 +184,7 @@ inline Run self_evaluated_run() {
   run.evaluation = "same";
   run.evaluation_model.reset();
   run.methods[0].evaluation_pressure.resize(0);
+  run.methods[0].radiation = run.methods[0].pressure.real();
   run.methods[1].evaluation_pressure = made_up_pressure(run.mesh.face_count(), 4.5);
   return run;
 }

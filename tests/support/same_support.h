@@ -83,7 +83,7 @@ inline void expect_same(const MethodResult& a, const MethodResult& b) {
   using M = MethodResult;
   expect_equal_parts(a, b, &M::name, &M::method, &M::scheme, &M::seconds);
   expect_same(a.solution, b.solution);
-  expect_same_values(a, b, &M::pressure, &M::evaluation_pressure, &M::shock_distance_share);
+  expect_same_values(a, b, &M::pressure, &M::evaluation_pressure, &M::radiation, &M::shock_distance_share);
   expect_same(a.metrics, b.metrics);
 }
 
@@ -171,6 +171,7 @@ inline void expect_same(const Run& a, const Run& b) {
   expect_same(a.evaluation_model, b.evaluation_model);
   expect_same_bits(a.resonance_check, b.resonance_check);
   expect_same_bits(a.frequency, b.frequency);
+  expect_same_bits(a.radiation_per_square, b.radiation_per_square);
   expect_same(a.solves, b.solves);
   expect_same(a.transfers, b.transfers);
   expect_same(a.methods, b.methods);
