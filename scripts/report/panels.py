@@ -93,12 +93,13 @@ def metric_rows(work, names, folder):
 
 def short_table(rows):
     """Header and rows of the most important metrics."""
-    header = ["scene", "method", "scheme", "error", "optimality gap", "width, wanted / obtained [mm]", "leakage",
+    header = ["scene", "method", "scheme", "error", "optimality gap", "error of P", "width, wanted / obtained / of P [mm]", "leakage",
               "mean pressure on the target / peak [kPa]", "force on the target / outside [mN]", "difference between the meshes"]
     shown = []
     for row in rows:
         shown.append([row["scene"], f"`{row['method']}`", row["scheme"], percent(row["relative_error"]),
-                      percent(row["optimality_gap"], 2), f"{number(row['width_wanted_mm'], 2)} / {number(row['width_mm'], 2)}",
+                      percent(row["optimality_gap"], 2), percent(row["relative_error_radiation"]),
+                      " / ".join(number(row[width], 2) for width in ("width_wanted_mm", "width_mm", "width_radiation_mm")),
                       percent(row["leakage"]), f"{float(row['mean_inside_pa']) / 1e3:.1f} / {float(row['peak_pa']) / 1e3:.1f}",
                       f"{1e3 * float(row['force_target_n']):.2f} / {1e3 * float(row['force_elsewhere_n']):.2f}",
                       percent(row["evaluation_difference"])])
@@ -128,13 +129,14 @@ def sentences(rows, names):
     ours = [name for name in names if error[name, "surface"] <= error[name, "paper"]]
     said.append(f"The error of `surface` is at most that of `paper` on {len(ours)} of {len(names)} scenes. In percentage points, "
                 f"`surface` minus `paper` is: {differences(error, names, 'surface', 'paper')}.")
-    width = {(row["scene"], row["method"]): float(row["width_mm"]) for row in rows}
     boxes = [name for name in names if name.startswith("width_")]
-    largest = max(abs(width[name, "paper"] - width[name, "unscattered"]) for name in boxes)
-    said.append("The full widths at half maximum for " + ", ".join(SCENES[name] for name in boxes) + " are, in mm: "
-                + "; ".join(f"`{method}` " + ", ".join(f"{width[name, method]:.1f}" for name in boxes)
-                            for method in ("surface", "paper", "unscattered", "focus"))
-                + f". The widths of `paper` and `unscattered` differ by at most {largest:.1f} mm.")
+    for key, of in (("width_mm", "abs(p)^2"), ("width_radiation_mm", "the radiation pressure P")):
+        width = {(row["scene"], row["method"]): float(row[key]) for row in rows}
+        largest = max(abs(width[name, "paper"] - width[name, "unscattered"]) for name in boxes)
+        said.append(f"The full widths at half maximum of {of} for " + ", ".join(SCENES[name] for name in boxes) + " are, in mm: "
+                    + "; ".join(f"`{method}` " + ", ".join(f"{width[name, method]:.1f}" for name in boxes)
+                                for method in ("surface", "paper", "unscattered", "focus"))
+                    + f". The widths of `paper` and `unscattered` differ by at most {largest:.1f} mm.")
     leakage = {(row["scene"], row["method"]): float(row["leakage"]) for row in rows}
     less = [name for name in names if leakage[name, "paper"] < leakage[name, "unscattered"]]
     said.append(f"The leakage of `paper` is lower than that of `unscattered` on {len(less)} of {len(names)} scenes. In percentage "
