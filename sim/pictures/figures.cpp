@@ -144,7 +144,7 @@ std::string setup_picture(const Run& run, PictureFormat format) {
   }
   draw_scale_bar(canvas, kPanel, sight.view().scale);
   draw_directions(canvas, sight.view());
-  draw_title(canvas, run.name, "array and skin");
+  draw_title(canvas, picture_title(run.name, run.notes), "array and skin");
   draw_caption(canvas, fmt::format("{} transducers, {} faces", run.array.size(), run.mesh.face_count()),
                fmt::format("Parallel projection.{}", run.target ? " Green: the target, through the skin." : ""));
   return canvas.file();
@@ -208,7 +208,7 @@ void add_skin(const Run& run, const SkinPictures& skin, PictureFormat format, st
   pictures.push_back({"overview", [&run, top, format] { return overview_picture(run, top, format); }});
   const auto add = [&](const std::string& name, const Eigen::VectorXd& values, const std::string& subtitle,
                        const std::string& caption) {
-    const SkinText text = {.title = run.name, .subtitle = subtitle, .caption = caption};
+    const SkinText text = {.title = picture_title(run.name, run.notes), .subtitle = subtitle, .caption = caption};
     pictures.push_back({name, [&skin, values, top, text] { return skin.picture(values, top, text); }});
   };
   if (run.target) {
