@@ -34,7 +34,8 @@ namespace touchfield {
 
 namespace {
 
-constexpr const char* kScene = R"(# A hand and its arm above four AUTD3 units. A disc on the pad of the index finger is to feel a pressure.
+constexpr const char* kScene =
+    R"(# A hand and its arm above four AUTD3 units. A disc on the pad of the index finger is to feel a pressure.
 name: {}
 
 # Transducers in the plane z = 0, emitting along +z. Others: grid, sonicsurface, positions (a file).

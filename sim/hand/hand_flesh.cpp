@@ -269,7 +269,8 @@ SoftBody hand_flesh(const HandSkeleton& hand, double forearm) {
   double rim = 12e-3;  // [m]
   if (forearm > 0) {
     parts.push_back(forearm_flesh(hand, forearm));
-    rim += 2.0 * (forearm_section(hand, kHandStub + forearm).radius - kWristRadius * hand.breadth);  // rounder where wider
+    rim +=
+        2.0 * (forearm_section(hand, kHandStub + forearm).radius - kWristRadius * hand.breadth);  // rounder where wider
   }
   return SoftBody(std::move(parts), SoftCut{{0, -kHandStub - forearm, 0}, {0, -1, 0}, rim},
                   SoftFinish{kLeastHandGap, kHandGrid});

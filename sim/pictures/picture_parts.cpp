@@ -132,8 +132,7 @@ void draw_fitted(Canvas& canvas, double x, double y, const std::string& text, Te
 }
 
 std::string picture_title(const std::string& name, const std::vector<std::string>& notes) {
-  const bool alone =
-      std::ranges::any_of(notes, [](const std::string& note) { return note.starts_with(kHandAlone); });
+  const bool alone = std::ranges::any_of(notes, [](const std::string& note) { return note.starts_with(kHandAlone); });
   return alone ? name + ", hand alone" : name;
 }
 
