@@ -2,7 +2,7 @@
 // of Eigen, and the phases that come out are solved for, evaluated and tabled as those of every other method of the
 // scene.
 //
-//   own_method scenes/quick.yaml
+//   own_method scenes/capsule.yaml
 #include <cstdio>
 #include <exception>
 

@@ -3,7 +3,7 @@
 // writes them to a file. No device is touched. Another address, as docs/hardware.md lists them, is checked in the same
 // way; to emit sound takes plan.emit and a guard, see hardware/emission/emission.h.
 //
-//   send_dry_run scenes/quick.yaml run.h5 phases.txt
+//   send_dry_run scenes/capsule.yaml run.h5 phases.txt
 #include <cstdio>
 #include <exception>
 #include <string>

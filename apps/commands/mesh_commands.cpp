@@ -259,7 +259,7 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
 struct HandCommand {
   std::string output;
   bool force = false;  // replace an existing file
-  HandOptions options;
+  HandOptions options{.forearm = kUsualForearm};
   std::string unit = "mm";  // of the file
 };
 
@@ -327,7 +327,7 @@ void add_hand_command(CLI::App& app, Invocation& invocation) {
              schema::between(kLeastHandEdge / kMillimetre, kMostHandEdge / kMillimetre), "Edge length [mm]",
              kMillimetre);
   add_number(command, "--forearm-mm", hand->options.forearm, schema::between(0, kMostForearm / kMillimetre),
-             "Length of forearm beyond the hand's own skin [mm]", kMillimetre);
+             "Length of forearm beyond the hand's own skin [mm]; 0: a hand alone", kMillimetre);
   command->add_option("--unit", hand->unit, "Unit of the file: mm (default), cm or m")
       ->check(one_of({"mm", "cm", "m"}));
   finish_command(command, invocation, [hand](const Invocation& invoked) { return hand_command(*hand, invoked.flags); });

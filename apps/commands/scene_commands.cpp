@@ -34,28 +34,33 @@ namespace touchfield {
 
 namespace {
 
-constexpr const char* kScene = R"(# A hand above an array feels a strip on the pad of its index finger.
+constexpr const char* kScene =
+    R"(# A hand and its arm above four AUTD3 units. A disc on the pad of the index finger is to feel a pressure.
 name: {}
 
-# Transducers in the plane z = 0, emitting along +z. Others: autd3, sonicsurface, positions (a file).
+# Transducers in the plane z = 0, emitting along +z. Others: grid, sonicsurface, positions (a file).
 array:
-  grid: {{count: [44, 34], pitch_mm: 10.16}}
+  autd3: {{layout: [2, 2]}}
   level: 0.32                      # of full drive
 
 # The body whose skin scatters the sound. Others: mesh (a file), capsule, sphere, box.
 body:
-  hand: {{pose: index_up}}
-  place: {{landmark: index_pad, at_mm: [0, 0, 200]}}
-  edge_mm: {{near_target: 1.6, far: 6.5, within_mm: 12}}  # shorter edges: less error, more time
+  hand: {{pose: index_up, forearm_mm: 250}}
+  place: {{landmark: index_pad, at_mm: [0, 0, 150]}}
+  edge_mm: {{near_target: 2, far: 8, within_mm: 8}}  # shorter edges: less error, more time
+  keep_within_mm: 30               # of the target: scattering is solved there; leave it out for the whole body
 
-# The target: the skin in a box, and the pressure that is wanted there.
+# The target: the skin in a disc, and the pressure that is wanted there.
 target:
-  box: {{at: index_pad, size_mm: [8, 20, 6]}}
-  pressure_pa: best                # or a number
+  points: [{{at: index_pad, diameter_mm: 10}}]
+  pressure_pa: 4000                # or best
 
 # The methods that search the phases.
 solve:
-  methods: [surface, unscattered, focus]
+  methods: [surface, focus]
+
+# The mesh on which all methods are compared: the whole hand and the arm.
+evaluation: {{edge_mm: {{near_target: 1.6, far: 5, within_mm: 8}}}}
 )";
 
 struct InitCommand {

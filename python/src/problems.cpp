@@ -314,7 +314,7 @@ Problem
 
 Examples
 --------
->>> problem = tf.Problem.of_model(tf.Model("scenes/quick.yaml"))
+>>> problem = tf.Problem.of_model(tf.Model("scenes/capsule.yaml"))
 )")
       .def_prop_ro("target", part_of<SharedProblem>(&SkinProblem::target),
                    "Rows of the transfer matrix, shape (K, N) [Pa].")
@@ -412,7 +412,7 @@ progress : callable or bool, optional
 
 Examples
 --------
->>> solution = tf.paper(tf.Model("scenes/quick.yaml"), iterations=3)
+>>> solution = tf.paper(tf.Model("scenes/capsule.yaml"), iterations=3)
 )");
   module.def("unscattered", &solve_by_paper<false>, nb::arg("model"), nb::kw_only(),
              nb::arg("iterations") = kUsualIterations, nb::arg("faces") = "equal", nb::arg("threads") = nb::none(),
@@ -425,7 +425,7 @@ model, iterations, faces, threads, progress
 
 Examples
 --------
->>> solution = tf.unscattered(tf.Model("scenes/quick.yaml"), iterations=3)
+>>> solution = tf.unscattered(tf.Model("scenes/capsule.yaml"), iterations=3)
 )");
   module.def("optimality_bound", &bound_of, nb::arg("problem"), nb::arg("threads") = nb::none(),
              R"(The optimality bound: a proved lower bound of the cost over all drive vectors.
@@ -458,7 +458,7 @@ threads : int, optional
 
 Examples
 --------
->>> model = tf.Model("scenes/quick.yaml")
+>>> model = tf.Model("scenes/capsule.yaml")
 >>> metrics = tf.evaluate(model, tf.focus(tf.transfer(model.mesh, model.array, model.wave), model.target))
 )");
 }

@@ -352,7 +352,7 @@ list of dict
 
 Examples
 --------
->>> ways = tf.study("scenes/quick.yaml", edges=[4e-3], schemes=["burton_miller"], solvers=["lu"], precisions=["double"])
+>>> ways = tf.study("scenes/capsule.yaml", edges=[4e-3], schemes=["burton_miller"], solvers=["lu"], precisions=["double"])
 >>> ways[0]["status"]
 'ok'
 )");
@@ -372,7 +372,7 @@ dict
 
 Examples
 --------
->>> run = tf.run("scenes/quick.yaml", set={"solve.methods": ["focus"]})
+>>> run = tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]})
 >>> tf.compare(run, run)["verdict"]
 'identical'
 )");
@@ -390,7 +390,7 @@ threads : int, optional
 
 Examples
 --------
->>> tf.check("scenes/quick.yaml")["channels"]
+>>> tf.check("scenes/capsule.yaml")["channels"]
 256
 )");
   module.def("_sweep", &sweep, nb::arg("file"), nb::arg("out"), nb::arg("set").none(), nb::arg("device").none(),

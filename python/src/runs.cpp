@@ -166,7 +166,7 @@ path : str or os.PathLike
 
 Examples
 --------
->>> tf.run("scenes/quick.yaml", set={"solve.methods": ["focus"]}).picture("setup").save("setup.png")
+>>> tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]}).picture("setup").save("setup.png")
 )");
 }
 
@@ -296,7 +296,7 @@ dict of str to numpy.ndarray of complex, shape (J,)
 
 Examples
 --------
->>> run = tf.run("scenes/quick.yaml", set={"solve.methods": ["focus"]})
+>>> run = tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]})
 >>> run.field([[0, 0, 0.05]])["focus"].shape
 (1,)
 )")
@@ -311,7 +311,7 @@ force : bool
 
 Examples
 --------
->>> tf.run("scenes/quick.yaml", set={"solve.methods": ["focus"]}).save("quick.h5", force=True)
+>>> tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]}).save("quick.h5", force=True)
 )")
       .def("picture", &picture_of, nb::arg("picture") = nb::none(), R"(A picture of the program.
 
@@ -322,7 +322,7 @@ picture : str, optional
 
 Examples
 --------
->>> png = bytes(tf.run("scenes/quick.yaml", set={"solve.methods": ["focus"]}).picture("setup"))
+>>> png = bytes(tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]}).picture("setup"))
 )")
       .def("_repr_png_", [](const SharedRun& self) { return bytes_of(picture_of(self, std::nullopt)); })
       .def("__repr__", [](const SharedRun& self) { return methods_table(*self); });
@@ -370,7 +370,7 @@ InputError
 
 Examples
 --------
->>> tf.run("scenes/quick.yaml", set={"solve.methods": ["focus"]}).save("quick.h5", force=True)
+>>> tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]}).save("quick.h5", force=True)
 >>> run = tf.read_run("quick.h5")
 )");
 }

@@ -41,7 +41,7 @@ def test_ten_lines_run(folder, capsys):
     block, = blocks_of(PAGE, "Ten lines")
     assert len(block.strip().splitlines()) <= 12
     run_blocks([block])
-    assert (folder / "quick/run.h5").exists() and (folder / "surface.png").read_bytes()[:4] == b"\x89PNG"
+    assert (folder / "capsule/run.h5").exists() and (folder / "surface.png").read_bytes()[:4] == b"\x89PNG"
 
 
 def test_own_method_and_separate_parts_run(folder, capsys):
@@ -81,7 +81,7 @@ def test_lines_of_the_readme_run(folder):
     block, = re.findall(r"```python\n(.*?)```", (SOURCE / "README.md").read_text(), re.DOTALL)
     assert len(block.strip().splitlines()) == 6
     run_blocks([block])
-    assert (folder / "quick_500/run.h5").exists() and (folder / "surface.png").read_bytes()[:4] == b"\x89PNG"
+    assert (folder / "quick_3000/run.h5").exists() and (folder / "surface.png").read_bytes()[:4] == b"\x89PNG"
 
 
 def test_page_names_everything():

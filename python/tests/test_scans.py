@@ -29,14 +29,14 @@ def noisy(values, share, seed):
 
 @pytest.fixture(scope="module")
 def run():
-    scene = SOURCE / "scenes/quick.yaml"
+    scene = SOURCE / "scenes/capsule.yaml"
     return tf.run(str(scene), set={"solve.methods": ["focus"], "array.grid.count": [8, 8], "target.box.offset_mm": [2, 1, 0]})
 
 
 @pytest.fixture(scope="module")
 def far():
     """Its body is far: near one, magnitudes repeat every half wavelength towards it."""
-    return tf.run(str(SOURCE / "scenes/quick.yaml"), set={"solve.methods": ["focus"], "array.grid.count": [8, 8],
+    return tf.run(str(SOURCE / "scenes/capsule.yaml"), set={"solve.methods": ["focus"], "array.grid.count": [8, 8],
                                                        "body.place.at_mm": [0, 0, 400], "target.box.offset_mm": [2, 1, 0]})
 
 
@@ -95,7 +95,7 @@ def test_what_cannot_be_fitted_is_refused(run, plane, fit, points, says):
 @pytest.fixture(scope="module")
 def twin():
     """A run of an array as designed, its body far away, and the true responses of its channels, of which two are dead."""
-    run = tf.run(str(SOURCE / "scenes/quick.yaml"), set={"solve.methods": ["focus"], "array.grid.count": [8, 8],
+    run = tf.run(str(SOURCE / "scenes/capsule.yaml"), set={"solve.methods": ["focus"], "array.grid.count": [8, 8],
                                                        "body.place.at_mm": [0, 0, 500]})
     random = np.random.default_rng(3)
     truth = (1 + 0.1 * random.standard_normal(64)) * np.exp(0.25j * random.standard_normal(64))
@@ -118,7 +118,7 @@ def test_a_calibration_finds_gain_phase_and_dead_channels(twin, tmp_path):
     assert np.sqrt(np.mean(off**2)) < 0.03 < 0.2 < np.sqrt(np.mean(abs(truth - 1) ** 2))
     found.save(tmp_path / "found.csv")
     calibration = {"file": str(tmp_path / "found.csv"), "in": "both"}
-    array = tf.Model(str(SOURCE / "scenes/quick.yaml"), {"array.grid.count": [8, 8], "array.calibration": calibration}).array
+    array = tf.Model(str(SOURCE / "scenes/capsule.yaml"), {"array.grid.count": [8, 8], "array.calibration": calibration}).array
     ratio = array.transfer([[0, 0, 0.03]]) / twin[0].array.transfer([[0, 0, 0.03]])
     assert ratio[0] == pytest.approx(mine, abs=1e-12)
 

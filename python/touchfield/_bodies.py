@@ -213,7 +213,7 @@ def _scaled(landmarks, unit):
     return landmarks and {name: np.asarray(point, float) * unit for name, point in landmarks.items()}
 
 
-def hand(pose="index_up", *, edge=3e-3, breadth=88.3e-3, length=193.3e-3, side="right", forearm=0.0, joints=None, landmark="",
+def hand(pose="index_up", *, edge=3e-3, breadth=88.3e-3, length=193.3e-3, side="right", forearm=0.25, joints=None, landmark="",
          at=(0, 0, 0), rotate=(0, 0, 0)):
     """The built-in hand, as `body.hand` of a scene.
 
@@ -230,7 +230,7 @@ def hand(pose="index_up", *, edge=3e-3, breadth=88.3e-3, length=193.3e-3, side="
         Size of the hand [m].
     side : {"right", "left"}
     forearm : float
-        Length of forearm beyond the hand's own skin [m].
+        Length of forearm beyond the hand's own skin [m]; 0: a hand alone.
     joints : dict, optional
         Angles that differ from the pose [deg]: ``{"index": {"pip_deg": 20}}``.
     landmark : str

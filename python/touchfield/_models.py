@@ -33,7 +33,7 @@ class Run(_core.Run):
 
         Examples
         --------
-        >>> ax = tf.run("scenes/quick.yaml", set={"solve.methods": ["focus"]}).plot("pressure_focus")
+        >>> ax = tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]}).plot("pressure_focus")
         """
         return _display.shown(bytes(self.picture(picture)), ax)
 
@@ -42,7 +42,7 @@ class Run(_core.Run):
 
         Examples
         --------
-        >>> frame = tf.run("scenes/quick.yaml", set={"solve.methods": ["focus"]}).to_frame()
+        >>> frame = tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]}).to_frame()
         >>> frame.index.tolist()
         ['focus']
         """
@@ -143,7 +143,7 @@ def run(scene, set=None, device=None, threads=None, own=None, progress=None):
 
     Examples
     --------
-    >>> run = tf.run("scenes/quick.yaml", set={"solve.methods": ["focus"]}, own={"mine": tf.wgs})
+    >>> run = tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]}, own={"mine": tf.wgs})
     >>> run.methods
     ['focus', 'mine']
     """

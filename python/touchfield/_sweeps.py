@@ -128,7 +128,7 @@ def sweep(file, out, set=None, device=None, jobs=1, threads=None, *, executor=No
 
     Examples
     --------
-    >>> plan = {"base": "scenes/quick.yaml", "set": {"solve.methods": ["focus"]}, "grid": {"body.place.at_mm.2": [60, 70]}}
+    >>> plan = {"base": "scenes/capsule.yaml", "set": {"solve.methods": ["focus"]}, "grid": {"body.place.at_mm.2": [60, 70]}}
     >>> tf.sweep(plan, "heights", jobs=1)["case"].tolist()
     [1, 2]
     """
@@ -164,7 +164,7 @@ def list_sweep(file, set=None):
 
     Examples
     --------
-    >>> [case["inputs"] for case in tf.list_sweep({"base": "scenes/quick.yaml", "grid": {"array.level": [0.5, 1]}})]
+    >>> [case["inputs"] for case in tf.list_sweep({"base": "scenes/capsule.yaml", "grid": {"array.level": [0.5, 1]}})]
     [{'array.level': '0.5'}, {'array.level': '1'}]
     """
     with _Files(file) as path:

@@ -14,7 +14,7 @@ namespace touchfield {
 
 /// How a hand is fitted to recorded images.
 struct FolderFit {
-  HandShape hand;                    // before its shape is learnt
+  HandShape hand{.forearm = 0};      // before its shape is learnt; cameras need not see as much of a forearm
   bool any_pose = false;             // index_up or flat, whichever is closer, instead of the hand's own
   bool any_side = false;             // right or left, whichever is closer, instead of the hand's own
   double edge = 3e-3;                // of the meshes that are written [m]

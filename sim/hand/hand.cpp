@@ -143,6 +143,10 @@ Body hand(const HandOptions& options, const EdgeSizing& sizing) {
       mesh_without_cuts(anatomy->flesh, options.side == HandSide::kLeft ? sizing : mirrored(sizing), options.side));
 }
 
+SizingZone hand_zone(double length, double edge) {
+  return {{0, 0.5 * (length - kHandStub), 0}, edge, 0.5 * (length + kHandStub)};
+}
+
 Vector3 hand_landmark(const HandOptions& options, const std::string& name) {
   const auto anatomy = anatomy_of(options);
   const Vector3 left = landmark_on_skin(anatomy->skeleton, anatomy->flesh, name);

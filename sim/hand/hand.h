@@ -24,6 +24,7 @@ struct HandOptions {
 inline constexpr double kLeastHandEdge = 0.3e-3;  // [m]
 inline constexpr double kMostHandEdge = 12e-3;    // [m]
 inline constexpr double kMostForearm = 0.3;       // [m]
+inline constexpr double kUsualForearm = 0.25;     // [m], of scenes and commands
 
 /// Names of the poses that hand() knows:
 ///
@@ -60,6 +61,9 @@ std::vector<std::string> hand_poses();
 /// source      Buryanov & Kotiuk 2010 (bones); ANSUR II (length and breadth)
 Body hand(const HandOptions& options);
 Body hand(const HandOptions& options, const EdgeSizing& sizing);
+
+/// The ball that holds a hand of this length [m] in any pose, without its forearm: edges are at most `edge` there.
+SizingZone hand_zone(double length, double edge);
 
 /// The place of a landmark of the hand [m], without meshing it. It lies on the implicit skin, within 0.5 mm of the
 /// landmark of the same name on a mesh with edges up to 3 mm.

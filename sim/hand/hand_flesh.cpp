@@ -18,7 +18,6 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kStub = 20e-3;      // [m], from the wrist joint to the end of the hand's own skin
 constexpr double kBeyondCut = 6e-3;  // [m], of flesh behind an end that is cut off
 // The wrist's section: the hull of two circles, shares of the breadth.
 constexpr double kWristRadius = 0.20;
@@ -111,7 +110,7 @@ SoftPart palm_flesh(const HandSkeleton& hand) {
   const double wrist = kWristRadius * b;
   const Vector3 wrist_thumb(kWristAside * b, -0.03 * l, kWristHeight * b);
   const Vector3 wrist_little(-kWristAside * b, -0.03 * l, kWristHeight * b);
-  const Vector3 elbow(0, -1.3 * kStub, 0);
+  const Vector3 elbow(0, -1.3 * kHandStub, 0);
   add_quad(part, {carpus_thumb, wrist_thumb, wrist_little, carpus_little}, {carpus, wrist, wrist, carpus});
   add_quad(part, {wrist_thumb, wrist_thumb + elbow, wrist_little + elbow, wrist_little}, {wrist, wrist, wrist, wrist});
   // The ball of the little finger.
@@ -216,7 +215,7 @@ struct ForearmSection {
 
 double smooth_step(double t) { return t * t * (3.0 - 2.0 * t); }
 
-/// behind   the wrist joint [m], kStub at least
+/// behind   the wrist joint [m], kHandStub at least
 ForearmSection forearm_section(const HandSkeleton& hand, double behind) {
   constexpr double kElbow = 1.36;       // behind the wrist joint, share of the hand's length
   constexpr double kWidest = 1.02;      // likewise
@@ -226,7 +225,7 @@ ForearmSection forearm_section(const HandSkeleton& hand, double behind) {
   constexpr double kStartRound = kWristRadius / (kWristRadius + kWristAside);  // thickness over width
   constexpr double kMostRound = 0.86;
   const double widest = kWidest * hand.length;
-  const double grown = smooth_step(std::clamp((behind - kStub) / (widest - kStub), 0.0, 1.0));
+  const double grown = smooth_step(std::clamp((behind - kHandStub) / (widest - kHandStub), 0.0, 1.0));
   const double fallen = smooth_step(std::clamp((behind - widest) / (kElbow * hand.length - widest), 0.0, 1.0));
   const double girth = std::lerp(kStartGirth, kMostGirth, grown) * std::lerp(1.0, kElbowGirth, fallen) * hand.breadth;
   const double aside_over_radius = 1.0 / std::lerp(kStartRound, kMostRound, grown) - 1.0;
@@ -243,11 +242,11 @@ SoftPart forearm_flesh(const HandSkeleton& hand, double forearm) {
   const auto at = [&](double behind, double side) {
     return Vector3(side * forearm_section(hand, behind).aside, -behind, kWristHeight * hand.breadth);
   };
-  const double end = kStub + forearm + kBeyondCut;
-  const int stations = static_cast<int>(std::ceil((end - kStub) / kStation));
+  const double end = kHandStub + forearm + kBeyondCut;
+  const int stations = static_cast<int>(std::ceil((end - kHandStub) / kStation));
   for (int i = 0; i < stations; ++i) {
-    const double from = kStub + (end - kStub) * i / stations;
-    const double to = kStub + (end - kStub) * (i + 1) / stations;
+    const double from = kHandStub + (end - kHandStub) * i / stations;
+    const double to = kHandStub + (end - kHandStub) * (i + 1) / stations;
     const double r = forearm_section(hand, from).radius;
     const double s = forearm_section(hand, to).radius;
     add_quad(part, {at(from, 1), at(to, 1), at(to, -1), at(from, -1)}, {r, s, s, r});
@@ -270,9 +269,10 @@ SoftBody hand_flesh(const HandSkeleton& hand, double forearm) {
   double rim = 12e-3;  // [m]
   if (forearm > 0) {
     parts.push_back(forearm_flesh(hand, forearm));
-    rim += 2.0 * (forearm_section(hand, kStub + forearm).radius - kWristRadius * hand.breadth);  // rounder where wider
+    rim +=
+        2.0 * (forearm_section(hand, kHandStub + forearm).radius - kWristRadius * hand.breadth);  // rounder where wider
   }
-  return SoftBody(std::move(parts), SoftCut{{0, -kStub - forearm, 0}, {0, -1, 0}, rim},
+  return SoftBody(std::move(parts), SoftCut{{0, -kHandStub - forearm, 0}, {0, -1, 0}, rim},
                   SoftFinish{kLeastHandGap, kHandGrid});
 }
 

@@ -9,6 +9,7 @@
 namespace touchfield {
 
 inline constexpr double kLeastHandGap = 2.6e-3;  // [m]; narrower ones merge
+inline constexpr double kHandStub = 20e-3;       // [m], from the wrist joint to the end of the hand's own skin
 inline constexpr double kHandGrid = 1.2e-3;      // [m]: the narrowest gaps stay open only if the first mesh sees them
 
 /// The flesh about the bones. Fingers and thumb have the published thickness. The palm has the balls of thumb and

@@ -375,7 +375,12 @@ EdgeSizing sizing_of(const Scene& scene, const BodyPlan& plan, std::size_t body,
       }
     }
   }
-  return EdgeSizing(edge.far, std::move(zones), edge.growth);
+  double far = edge.far;
+  if (const auto* hand = std::get_if<HandShape>(&spec.shape); hand != nullptr && hand->forearm > 0 && edge.graded()) {
+    far = std::min(kForearmEdge * far, kMostHandEdge);
+    zones.push_back(hand_zone(hand->length, edge.far));
+  }
+  return EdgeSizing(far, std::move(zones), edge.growth);
 }
 
 std::optional<EdgeSizing> world_sizing(const Scene& scene, const BodyPlan& plan) {

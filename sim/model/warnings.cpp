@@ -212,20 +212,32 @@ void remark_on_part(const Model& model, Remarks& remarks) {
                     "skin by its incident pressure at {} points, and the evaluation mesh has all of it",
                     radius, model.beyond.size()));
   }
-  const auto ends_at_the_wrist = [](const BodySpec& body) {
-    const auto* hand = std::get_if<HandShape>(&body.shape);
-    return hand != nullptr && hand->forearm == 0;
-  };
-  if (model.posture.target && std::ranges::any_of(model.posture.bodies, ends_at_the_wrist)) {
-    remarks.notes.emplace_back(
-        "no_arm: the hand ends behind the wrist. Sound that the phases keep off the hand goes where an arm would be: "
-        "body.hand.forearm_mm: 250 adds one");
-  }
   if (model.fixed->shadowed > kShadowed) {
     remarks.warnings.push_back(
         fmt::format("shadowed_skin: another body is between the array and {:.0f} % of the skin beyond keep_within_mm. "
                     "The incident pressure is wrong there: leave keep_within_mm out",
                     100.0 * model.fixed->shadowed));
+  }
+}
+
+void note_forearms(const Model& model, Remarks& remarks) {
+  const auto any_hand = [&](auto holds) {
+    return std::ranges::any_of(model.posture.bodies, [&](const BodySpec& body) {
+      const auto* hand = std::get_if<HandShape>(&body.shape);
+      return hand != nullptr && holds(*hand);
+    });
+  };
+  if (any_hand([](const HandShape& hand) { return hand.forearm == 0; })) {
+    remarks.notes.push_back(
+        std::string(kHandAlone) +
+        "the hand ends behind the wrist, and so do all figures. Sound that the phases keep off it goes where an arm "
+        "would be: hand.forearm_mm: 250 adds one");
+  }
+  if (any_hand([](const HandShape& hand) { return !hand.forearm_given; })) {
+    remarks.notes.push_back(
+        fmt::format("forearm: the hand has {:g} mm of forearm, since the scene has no hand.forearm_mm. Release 0.3 "
+                    "took a hand alone, which is hand.forearm_mm: 0",
+                    kUsualForearm / kMillimetre));
   }
 }
 
@@ -380,6 +392,7 @@ Remarks played_remarks(const Model& model) {
   }
   note_own_evaluation(model, edges_per_wavelength(mesh, model.fixed->wave.wavelength()), remarks);
   remark_on_part(model, remarks);
+  note_forearms(model, remarks);
   return remarks;
 }
 

@@ -15,6 +15,9 @@ struct Remarks {
   std::vector<std::string> notes;     // what is worth knowing besides
 };
 
+/// How the note of a hand without forearm begins.
+inline constexpr const char* kHandAlone = "hand_alone: ";
+
 /// Appends remarks to others.
 void add(const Remarks& more, Remarks& remarks);
 
@@ -44,7 +47,8 @@ void add(const Remarks& more, Remarks& remarks);
 ///   near_field        the skin is within 2 wavelengths of a transducer
 ///   evaluated_by_itself  the pattern was found on the very mesh and scheme that it is evaluated on
 ///   beyond            keep_within cuts a body, the rest of whose skin counts by its incident pressure
-///   no_arm            a hand has no forearm, of which the phases then know nothing
+///   hand_alone        a hand has no forearm: the phases know nothing of an arm, and no figure counts it
+///   forearm           the scene does not say how long a hand's forearm is; release 0.3 took a hand alone
 ///   still             the scene's motion is left out: the results are of its other keys as they stand
 Remarks model_remarks(const Model& model);
 /// The same without `still`: of a motion as it begins.

@@ -219,7 +219,7 @@ std::string field_picture(const Run& run, const FieldResult& field, const Eigen:
              [](double p) { return 1e-3 * p; });
   draw_panel(view.level, {.label = "level [dB]", .bottom = kLowestLevel, .top = 0.0},
              [&](double p) { return 20.0 * std::log10(std::max(p / tops.loudest, 1e-30)); });
-  draw_title(canvas, run.name, subtitle);
+  draw_title(canvas, picture_title(run.name, run.notes), subtitle);
   const std::string legend =
       fmt::format(" White: {}.", transducers ? "transducers, and the target's box" : "the target's box");
   draw_caption(canvas,

@@ -144,7 +144,7 @@ std::string setup_picture(const Run& run, PictureFormat format) {
   }
   draw_scale_bar(canvas, kPanel, sight.view().scale);
   draw_directions(canvas, sight.view());
-  draw_title(canvas, run.name, "array and skin");
+  draw_title(canvas, picture_title(run.name, run.notes), "array and skin");
   draw_caption(canvas, fmt::format("{} transducers, {} faces", run.array.size(), run.mesh.face_count()),
                fmt::format("Parallel projection.{}", run.target ? " Green: the target, through the skin." : ""));
   return canvas.file();
@@ -239,12 +239,13 @@ void add_skin(const Run& run, const SkinPictures& skin, PictureFormat format, st
   pictures.push_back({"overview", [&run, top, format] { return overview_picture(run, top, format); }});
   const auto add = [&](const std::string& name, const Eigen::VectorXd& values, const SkinScale& scale,
                        const std::string& subtitle, const std::string& caption, const char* colours) {
-    const SkinText text = {.title = run.name, .subtitle = subtitle, .caption = caption, .colours = colours};
+    const SkinText text = {
+        .title = picture_title(run.name, run.notes), .subtitle = subtitle, .caption = caption, .colours = colours};
     pictures.push_back({name, [&skin, values, scale, text] { return skin.picture(values, scale, text); }});
   };
   constexpr const char* kPressures = "All pictures of this run's skin share these colours.";
   if (run.target) {
-    const SkinText text = {.title = run.name,
+    const SkinText text = {.title = picture_title(run.name, run.notes),
                            .subtitle = "wanted pressure",
                            .caption = fmt::format("{:.4g} mm2 on {} of {} faces, up to {:.4g} kPa",
                                                   1e6 * run.target->areas(run.mesh.areas()).sum(), run.target->size(),

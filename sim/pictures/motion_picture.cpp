@@ -132,7 +132,7 @@ bool draw_motion(const std::string& path, const Motion& motion, PictureFormat fo
   }
   canvas.text(kPanelLeft + 0.5 * kPanelWidth, kPanelsBottom - 52.0, "time [s]", {.size = 20, .align = Align::kCentre});
   draw_names(canvas, motion);
-  draw_title(canvas, motion.name, "sensation over time");
+  draw_title(canvas, picture_title(motion.name, motion.notes), "sensation over time");
   draw_caption(canvas,
                fmt::format("{} scores per method{}", scores, motion.complete ? "" : "; the motion is not complete"),
                "Displacement: movement of the target's patch since the sample of the phases.");
@@ -278,7 +278,7 @@ void draw_motion_strip(const std::string& path, const Motion& motion, const std:
   lowest.y -= kBelow;
   draw_scale_bar(canvas, lowest, view.scale);
   draw_colour_bar(canvas, skin_bar({.top = top}, most_pressure(instants)));
-  draw_title(canvas, motion.name, "the skin over time, one row per method");
+  draw_title(canvas, picture_title(motion.name, motion.notes), "the skin over time, one row per method");
   draw_caption(canvas, "", "Seen from the array's side, from one place. Green: the border of the target on the skin.");
   write_atomically(path, {canvas.file()});
 }

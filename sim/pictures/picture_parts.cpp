@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include "sim/model/warnings.h"
+
 namespace touchfield {
 
 namespace {
@@ -131,6 +133,11 @@ void draw_fitted(Canvas& canvas, double x, double y, const std::string& text, Te
   const double width = canvas.text_width(text, style);
   style.size *= std::min(1.0, most / std::max(width, 1.0));
   canvas.text(x, y, text, style);
+}
+
+std::string picture_title(const std::string& name, const std::vector<std::string>& notes) {
+  const bool alone = std::ranges::any_of(notes, [](const std::string& note) { return note.starts_with(kHandAlone); });
+  return alone ? name + ", hand alone" : name;
 }
 
 void draw_title(Canvas& canvas, const std::string& title, const std::string& subtitle) {

@@ -48,6 +48,9 @@ void describe(Canvas& canvas, const Provenance& provenance);
 /// Text, made smaller where it would be wider than `most` [pixels].
 void draw_fitted(Canvas& canvas, double x, double y, const std::string& text, TextStyle style, double most);
 
+/// The name of results, and whether they are of a hand alone, by their notes.
+std::string picture_title(const std::string& name, const std::vector<std::string>& notes);
+
 /// A bold line and one below it, at the top of the picture; the first is its file's Description too.
 void draw_title(Canvas& canvas, const std::string& title, const std::string& subtitle);
 

@@ -312,7 +312,7 @@ std::string overview_picture(const Run& run, double top, PictureFormat format) {
     most = std::max(most, shown.values.size() == 0 ? run.target->amplitudes.maxCoeff() : shown.values.maxCoeff());
   }
   draw_colour_bar(canvas, skin_bar({.top = top}, most));
-  draw_title(canvas, run.name, "pressure on the skin");
+  draw_title(canvas, picture_title(run.name, run.notes), "pressure on the skin");
   draw_caption(
       canvas, "",
       fmt::format("Seen from the array's side.{}",

@@ -78,8 +78,8 @@ struct FieldDifference {
 /// The differences between two runs a and b. Times never count. What only one run has counts as infinitely different.
 ///
 /// Two runs are the same to rounding if no number differs by more than 1e-6 relative. The limit is 1e-4 if either run
-/// solved a system in single precision. Iterated phases amplify the last bits of a sum. Measured on scenes/quick.yaml,
-/// one thread against two: 3e-9, and 4e-5 in single precision.
+/// solved a system in single precision. Iterated phases amplify the last bits of a sum. Measured on
+/// scenes/capsule.yaml, one thread against two: 3e-9, and 4e-5 in single precision.
 struct RunDifference {
   bool identical = true;  // models and results, bit for bit
   double rounding = 0;

@@ -26,8 +26,9 @@ struct HandShape {
   double breadth = HandOptions{}.breadth;
   double length = HandOptions{}.length;
   HandSide side = HandSide::kRight;
-  HandJoints joints;
-  double forearm = HandOptions{}.forearm;
+  HandJoints joints{};
+  double forearm = kUsualForearm;  // 0: the hand alone
+  bool forearm_given = false;      // else the usual one
 };
 struct SphereShape {
   double radius = 0;
@@ -72,6 +73,9 @@ struct EdgeSpec {
   double finest() const;
   EdgeSpec scaled(double factor) const;
 };
+
+/// Edges of a forearm over those of its hand's far skin, where edges are graded.
+inline constexpr double kForearmEdge = 2.0;
 
 /// Edges of a built-in hand in a scene that says nothing of them.
 struct UsualHandEdges {

@@ -259,10 +259,12 @@ Map<BodySpec> body_map() {
       .key("place", &BodySpec::place, place_codec(), "Place of the body.")
       .maybe("edge_mm", &BodySpec::edge, edge_codec(), "2.8",
              fmt::format("Requested edge length of the mesh [mm]: one for the whole body, or shorter ones near some "
-                         "places. Range for a hand: {}; above {:g} mm its edges are no longer than {:g} of the "
+                         "places. Then the edges of a forearm are up to {:g} times as long as far, at most {:g} mm. "
+                         "Range for a hand: {}; above {:g} mm its edges are no longer than {:g} of the "
                          "thickness of the flesh or the width of a cleft. Default for a hand: {}. A mesh from a file "
                          "is remeshed if this key is given, and kept as it is otherwise.",
-                         kHandEdge.text(), kAlwaysPossible / kMillimetre, kOfRoom, usual_edges_text()))
+                         kForearmEdge, kMostHandEdge / kMillimetre, kHandEdge.text(), kAlwaysPossible / kMillimetre,
+                         kOfRoom, usual_edges_text()))
       .needed_with({"sphere", "capsule", "box"}, {"hand", "mesh"})
       .maybe("keep_within_mm", &BodySpec::keep_within, number(kMillimetres, above(0)), "60",
              "Scattering is solved only on the part of the body within this distance of the target along each axis of "
@@ -373,8 +375,13 @@ Codec<HandShape> hand_codec() {
            "Which hand; the left one is the mirror image in x.")
       .key("joints", &HandShape::joints, joints_codec(), "Joint angles that differ from the pose.")
       .key("forearm_mm", &HandShape::forearm, number(kMillimetres, between(0, kMostForearm / kMillimetre)),
-           "Length of forearm [mm] beyond the hand's own skin, which ends 20 mm behind the wrist joint. The forearm "
-           "moves with the palm.")
+           "Length of forearm [mm] beyond the hand's own skin, which ends 20 mm behind the wrist joint; 0: a hand "
+           "alone. The forearm moves with the palm.")
+      .check([](const Input& in, HandShape& hand, bool good) {
+        const Entry* forearm = in.node().find("forearm_mm");
+        hand.forearm_given = forearm != nullptr && !forearm->value.removed;
+        return good;
+      })
       .codec();
 }
 

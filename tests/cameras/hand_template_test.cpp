@@ -12,7 +12,7 @@ namespace touchfield::hand_template_test {
 constexpr double kTemplateEdge = 5e-3;
 
 HandShape hand_in(const std::string& pose) {
-  HandShape hand;
+  HandShape hand{.forearm = 0};
   hand.pose = pose;
   return hand;
 }

@@ -15,7 +15,7 @@ namespace touchfield::hand_tracker_test {
 constexpr double kFrameTime = 1.0 / 30;
 
 HandShape smaller_hand() {
-  HandShape hand;
+  HandShape hand{.forearm = 0};
   hand.length = 0.181;
   hand.breadth = 0.082;
   hand.joints.index.mcp = 12 * kDegree;
@@ -31,7 +31,7 @@ HandProportions beyond_the_template() {
 }
 
 const HandTemplate& mean_hand() {
-  static const HandTemplate hand(HandShape{}, 4.5e-3);
+  static const HandTemplate hand(HandShape{.forearm = 0}, 4.5e-3);
   return hand;
 }
 
@@ -165,7 +165,7 @@ TEST(HandTracker, AForearmDoesNotMisleadIt) {
 
 // Curled fingers are seen by one camera at their edges alone, where the thumb hides them from its second eye.
 TEST(HandTracker, OneCameraFromTheSideDoesNotLoseTheHand) {
-  const MovingHand hand(HandShape{}, 3e-3);
+  const MovingHand hand(HandShape{.forearm = 0}, 3e-3);
   Sight sight(1);
   ASSERT_TRUE(sight.learn(hand));
   int lost = 0;
@@ -185,7 +185,7 @@ struct OtherHand {
 class OtherHands : public ::testing::TestWithParam<OtherHand> {};
 
 TEST_P(OtherHands, AreFoundAndFollowed) {
-  HandShape mean;
+  HandShape mean{.forearm = 0};
   mean.pose = GetParam().pose;
   mean.side = GetParam().side;
   HandShape shape = mean;

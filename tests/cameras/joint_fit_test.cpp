@@ -13,7 +13,7 @@ namespace touchfield::joint_fit_test {
 
 /// A hand of its own size in random poses and places.
 struct RandomHand {
-  HandShape shape;
+  HandShape shape{.forearm = 0};
   std::vector<JointPoints> frames;
 };
 
@@ -44,7 +44,7 @@ RandomHand random_hand(unsigned seed, HandSide side, double noise = 0, int count
 }
 
 HandShape mean_hand(HandSide side) {
-  HandShape shape;
+  HandShape shape{.forearm = 0};
   shape.side = side;
   shape.pose = "flat";
   return shape;

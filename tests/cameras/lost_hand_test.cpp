@@ -42,8 +42,8 @@ double away(int frame) {
 
 TEST_P(ComingHand, IsNeverWrongWithoutBeingLost) {
   constexpr double kFrameTime = 1.0 / 30;
-  static const HandTemplate hand_template(HandShape{}, 4.5e-3);
-  HandShape smaller;
+  static const HandTemplate hand_template(HandShape{.forearm = 0}, 4.5e-3);
+  HandShape smaller{.forearm = 0};
   smaller.length = 0.181;
   smaller.breadth = 0.082;
   static const MovingHand hand(smaller, 4e-3);

@@ -10,7 +10,7 @@ namespace touchfield::pose_fit_test {
 
 const HandTemplate& fitted_hand(HandSide side = HandSide::kRight) {
   const auto made = [](HandSide of) {
-    HandShape hand;
+    HandShape hand{.forearm = 0};
     hand.pose = "flat";
     hand.side = of;
     return HandTemplate(hand, 5e-3);

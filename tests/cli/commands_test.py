@@ -111,7 +111,7 @@ class Commands(CommandTest):
         self.follow("patterns.md", 2)
 
     def test_sweeps(self):
-        self.write("sweep.yaml", "base: scenes/quick.yaml\nset: {solve.methods: [focus], write: [h5]}\ngrid: {array.level: [0.5, 1]}\n")
+        self.write("sweep.yaml", "base: scenes/capsule.yaml\nset: {solve.methods: [focus], write: [h5]}\ngrid: {array.level: [0.5, 1]}\n")
         self.run_ok("sweep", "sweep.yaml", "-o", "OUT", "--quiet")
         self.follow("sweeps.md", 1)
 
@@ -135,7 +135,7 @@ class Commands(CommandTest):
         self.follow("transducers.md", 4)
         program, = [body for body in blocks(SOURCE / "docs/transducers.md", "text") if body.startswith("NR == 1")]
         self.assertIn("awk -F, -f draws.awk sweep.csv", spans(SOURCE / "docs/transducers.md"))
-        said = subprocess.run(["awk", "-F,", "-f", self.write("draws.awk", program), self.folder / "results/runs/tolerances_quick/sweep.csv"],
+        said = subprocess.run(["awk", "-F,", "-f", self.write("draws.awk", program), self.folder / "results/runs/tolerances_capsule/sweep.csv"],
                               capture_output=True, text=True, check=True).stdout
         self.assertRegex(said, r"(?m)^surface: [1-9]\d* draws, mean \d+\.\d\d %, worst \d+\.\d\d %$")
 

@@ -29,7 +29,7 @@ class Compare(CommandTest):
 
     def test_the_quick_scene_twice(self):
         for out in "ab":
-            self.run_ok("run", SOURCE / "scenes/quick.yaml", "-o", out, "--quiet", "--set", "write=[h5]", "--set", "target.pressure_pa=300")
+            self.run_ok("run", SOURCE / "scenes/capsule.yaml", "-o", out, "--quiet", "--set", "write=[h5]", "--set", "target.pressure_pa=300")
         said = self.compared("a", "b", "--tolerance", "1e-6")
         self.assertRegex(said, r"verdict   (identical: |the same to rounding: )")
         self.assertIn("every result is within it", said)

@@ -16,7 +16,7 @@ CMAKE = os.environ["TOUCHFIELD_CMAKE"]
 COMPILER = os.environ["TOUCHFIELD_COMPILER"]
 WORK = BUILD / "tests/library"
 PREFIX = WORK / "moved"
-SCENE = SOURCE / "scenes/quick.yaml"
+SCENE = SOURCE / "scenes/capsule.yaml"
 
 
 def run(*command, **options):

@@ -7,7 +7,7 @@ import numpy
 
 from support import SOURCE, CommandTest, open_run
 
-QUICK = SOURCE / "scenes/quick.yaml"
+QUICK = SOURCE / "scenes/capsule.yaml"
 
 
 def drives(method):

@@ -9,7 +9,7 @@ from support import SOURCE, CommandTest
 
 class WithoutCameras(CommandTest):
     def test_scenes_without_a_sensor_are_checked(self):
-        self.run_ok("check", SOURCE / "scenes/quick.yaml")
+        self.run_ok("check", SOURCE / "scenes/capsule.yaml")
 
     def test_a_sensor_that_looks_is_not_built(self):
         self.is_refused("play", SOURCE / "scenes/cameras.yaml", "-o", "played", code=3,

@@ -104,4 +104,29 @@ TEST(Model, TheEvaluationHasItsOwnMeshWhereTheSceneSaysSo) {
   EXPECT_NE(noisy.body.mesh.vertices(), noisy.truth->vertices());
 }
 
+// In the hand's own frame, which the scene leaves in its place: the forearm is behind y = -20 mm.
+TEST(Model, AForearmHasEdgesTwiceAsLongAsTheFarOnesOfItsHand) {
+  const auto edges = [](const std::string& hand, const std::string& edge) {
+    const Model model = build_model(
+        scene_from(kSmallScene, {"body={hand: " + hand + ", edge_mm: " + edge + ", place: {at_mm: [0, 0, 300]}}"}));
+    double most_of_hand = 0;
+    double arm_area = 0;
+    double arm_faces = 0;
+    for (Eigen::Index f = 0; f < model.body.mesh.face_count(); ++f) {
+      const double y = model.body.mesh.centroids()(1, f);
+      const double edge_of_face = std::sqrt(4.0 / std::sqrt(3.0) * model.body.mesh.areas()(f));
+      most_of_hand = y > -20e-3 ? std::max(most_of_hand, edge_of_face) : most_of_hand;
+      arm_area += y < -60e-3 ? model.body.mesh.areas()(f) : 0.0;
+      arm_faces += y < -60e-3 ? 1.0 : 0.0;
+    }
+    return std::pair(most_of_hand, std::sqrt(4.0 / std::sqrt(3.0) * arm_area / std::max(1.0, arm_faces)));
+  };
+  const auto [hand, arm] = edges("{pose: flat, forearm_mm: 200}", "{near: {index_pad: 3}, far: 5}");
+  EXPECT_LT(hand, 1.5 * 5e-3);
+  EXPECT_NEAR(arm, 10e-3, 1e-3);
+  EXPECT_NEAR(edges("{pose: flat}", "{near: {index_pad: 3}, far: 8}").second, 12e-3, 1.2e-3);
+  EXPECT_NEAR(edges("{pose: flat}", "6").second, 6e-3, 0.3e-3);
+  EXPECT_EQ(edges("{pose: flat, forearm_mm: 0}", "{near: {index_pad: 3}, far: 5}").second, 0);
+}
+
 }  // namespace touchfield::model_test

@@ -100,15 +100,18 @@ TEST(ModelRemarks, SkinBeyondIsNoted) {
   EXPECT_THAT(notes_of({"body.keep_within_mm=60", kFinerEvaluation}), IsEmpty());  // nothing is left out
 }
 
-TEST(ModelRemarks, AHandWithoutAnArmIsNoted) {
+TEST(ModelRemarks, AHandAloneAndAScenesSilenceAboutTheForearmAreNoted) {
   const auto hand = [](const std::string& more) {
     return "body={hand: {pose: index_up" + more +
            "}, edge_mm: {near_target: 3, far: 8, within_mm: 10}, "
            "place: {landmark: index_pad, at_mm: [0, 0, 100]}}";
   };
   const std::string on_the_pad = "target.box.at=index_pad";
-  EXPECT_THAT(notes_of({hand(""), on_the_pad, "evaluation=none"}), ElementsAre(StartsWith("no_arm: ")));
-  EXPECT_THAT(notes_of({hand(", forearm_mm: 100"), on_the_pad, "evaluation=none"}), IsEmpty());
+  EXPECT_THAT(notes_of({hand(", forearm_mm: 0"), on_the_pad, "evaluation=none"}),
+              ElementsAre(StartsWith("hand_alone: ")));
+  EXPECT_THAT(notes_of({hand(""), on_the_pad, "evaluation=none"}),
+              ElementsAre(StartsWith("forearm: the hand has 250 mm of forearm")));
+  EXPECT_THAT(notes_of({hand(", forearm_mm: 250"), on_the_pad, "evaluation=none"}), IsEmpty());
 }
 
 TEST(ModelRemarks, ABodyBetweenTheArrayAndTheSkinBeyondIsNamed) {

@@ -101,12 +101,12 @@ class Wheel(unittest.TestCase):
         print(f"pip install: {time.monotonic() - start:.1f} s", file=sys.stderr)
         self.inside("v/bin/python six.py")
         print(f"and a first picture: {time.monotonic() - start:.1f} s", file=sys.stderr)
-        self.inside("v/bin/touchfield run scenes/quick.yaml -o ran --set target.pressure_pa=500 --quiet")
+        self.inside("v/bin/touchfield run scenes/quick.yaml -o ran --set target.pressure_pa=3000 --quiet")
         work = self.bare / "work"
         pictures = sorted(path.name for path in (work / "ran").rglob("*.png"))
         self.assertIn("pressure_surface.png", pictures)
         for name in pictures:  # in the same font
-            first, second = ((work / run / name).read_bytes().partition(b"IDAT")[2] for run in ["ran", "quick_500"])
+            first, second = ((work / run / name).read_bytes().partition(b"IDAT")[2] for run in ["ran", "quick_3000"])
             self.assertTrue(first and first == second, name)
         self.assertIn("text in DejaVu Sans", self.inside("v/bin/touchfield doctor"))
 

@@ -190,6 +190,7 @@ TEST(SceneReader, GivesAHandItsUsualEdges) {
   EXPECT_EQ(graded.within, UsualHandEdges::kWithin);
   EXPECT_THAT(resolved_yaml(pressed), HasSubstr("near_target: 1.2"));
   EXPECT_THAT(resolved_yaml(pressed), HasSubstr("far: 6.5"));
+  EXPECT_THAT(resolved_yaml(pressed), HasSubstr("forearm_mm: 250"));
   const Scene bare = scene_from(kSmallScene, {"body={hand: {}}"});
   EXPECT_FALSE(bare.bodies.at(0).edge->graded());
   EXPECT_EQ(bare.bodies.at(0).edge->far, UsualHandEdges::kWithoutTarget);
