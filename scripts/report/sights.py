@@ -12,9 +12,9 @@ BESIDE = ((-280, -50, 0), (280, -50, 0), (0, 270, 0), (0, -370, 0))  # the three
 TEMPLATES = "template's"
 OTHER = "other size"
 BUMPY = "bumpy"
-PLAIN = {"motion.seconds": "0.8", "motion.solve_ms": "0", "motion.array_ms": "0", "motion.frames_hz": "20", "motion.score_hz": "20",
-         "motion.iterations": "10", "solve.methods": "[surface]", "write": "[h5]"}
-SETTLED = 4  # first frames that do not count, because their phases start from zero
+PLAIN = {"motion.seconds": "0.8", "motion.solve_ms": "0", "motion.array_ms": "0", "motion.predict": "none", "motion.frames_hz": "20",
+         "motion.score_hz": "20", "motion.iterations": "10", "solve.methods": "[surface]", "write": "[h5]"}
+SETTLED = 4  # first frames that do not count
 
 
 @dataclasses.dataclass(frozen=True)

@@ -25,6 +25,7 @@ constexpr double kDriveTolerance = 5e-3;  // a tenth of what a mesh is off that 
 constexpr int kDescents = 2;              // for each step of Levenberg-Marquardt that the scene says
 constexpr double kSampled = 0.8;          // of it, by the rows that are checked: the others may have more
 constexpr int kFewestPlaces = 9;
+constexpr int kFirstPlaces = 9;  // of a motion, where the target is looked for
 constexpr int kMostPlaces = 33;
 constexpr double kLargestStep = 1.2;       // wavelengths, between places that drives are found at
 constexpr Eigen::Index kRowsAChannel = 3;  // from which drives are found
@@ -174,22 +175,30 @@ Eigen::VectorXd steered(const Eigen::VectorXd& phases, const TransducerArray& ar
 
 FrameSolver::FrameSolver(const MovingModel& moving, const MethodSpec& method, Eigen::MatrixXcd drives)
     : moving_(moving),
-      method_(method),
+      first_(method),
+      later_(method),
       solver_(frame_solver_spec(moving.first().fixed->scene.solve.solver)),
       drives_(drives.size() > 0 ? std::make_shared<const Eigen::MatrixXcd>(std::move(drives)) : nullptr),
       follows_(follows(moving.first(), method)) {
-  method_.iterations = moving.first().fixed->scene.motion->iterations;
-  method_.start = StartSpec{};
-  method_.start.kind = StartSpec::Kind::kZero;
+  later_.iterations = moving.first().fixed->scene.motion->iterations;
+  later_.start = StartSpec{};
+  later_.start.kind = StartSpec::Kind::kZero;
   if (moving.is_rigid() && is_exact(moving.first().fixed->scene.motion->sensor)) {
     kept_.expect(static_cast<int>(
         std::ceil(moving.first().fixed->scene.motion->seconds * moving.first().fixed->scene.motion->frames_hz)));
   }
-  if (follows_) {
-    method_.iterations = kUsualIterations;
-    solve(moving.at(moving.state(0)));
-    method_.iterations = moving.first().fixed->scene.motion->iterations;
+}
+
+MotionFrame FrameSolver::begin() {
+  const double seconds = moving_.first().fixed->scene.motion->seconds;
+  MotionFrame frame;
+  for (int place = 0; place < kFirstPlaces; ++place) {
+    frame = solve(moving_.at(moving_.state(seconds * place / (kFirstPlaces - 1))));
+    if (!frame.silent) {
+      break;
+    }
   }
+  return frame;
 }
 
 bool FrameSolver::set_up(const Model& model, const std::optional<Target>& target, MotionFrame& frame) {
@@ -209,11 +218,11 @@ bool FrameSolver::set_up(const Model& model, const std::optional<Target>& target
   beyond_ = model.beyond.corners;
   const Eigen::Index block = drives_ ? drives_->cols() : model.fixed->array.size();
   scattering_ = timed(silent_, frame.seconds, "set_up", "", [&] {
-    return make_scattering("frame", model.body.mesh, method_.scheme, solver_, block, model, model.fixed->array.response,
+    return make_scattering("frame", model.body.mesh, later_.scheme, solver_, block, model, model.fixed->array.response,
                            &kept_, records_, silent_);
   });
   SolveSpec spec = model.fixed->scene.solve;
-  spec.methods = {method_};
+  spec.methods = {later_};
   methods_ = std::make_unique<MethodSolver>(*scattering_, model.fixed->array.size(), target, std::move(spec),
                                             outside_skin(model));
   if (drives_) {
@@ -263,12 +272,12 @@ PhaseSolution FrameSolver::followed(const Model& model, const Target& target, co
     skin.amplitudes(target.faces) = inside.cwiseProduct(amplitudes).cwiseQuotient(skin.weights(target.faces));
     skin.constant = inside.dot(amplitudes.cwiseAbs2()) - skin.weights.dot(skin.amplitudes.cwiseAbs2());
     PhaseSolution solution = timed(silent_, frame.seconds, "phases", "", [&] {
-      return descent_.descend(skin, before, kDescents * method_.iterations, method_.free_level);
+      return descent_.descend(skin, before, kDescents * later_.iterations, later_.free_level);
     });
     leave_out_dead(scattering_->array().response, solution);
     return solution;
   } catch (const std::domain_error& error) {
-    throw NumericalError(fmt::format("method {}: {}", method_.name, error.what()));
+    throw NumericalError(fmt::format("method {}: {}", later_.name, error.what()));
   }
 }
 
@@ -302,7 +311,7 @@ MotionFrame FrameSolver::solve(const Model& model) {
   if (presses(model)) {
     target = build_target(model);
   }
-  if (!target && method_.kind->model != MethodModel::kGiven) {
+  if (!target && later_.kind->model != MethodModel::kGiven) {
     return silent_frame();
   }
   const bool moved = set_up(model, target, frame);
@@ -311,34 +320,40 @@ MotionFrame FrameSolver::solve(const Model& model) {
     frame.target = patch;
   }
   const MotionSpec& motion = *model.fixed->scene.motion;
-  std::optional<Eigen::VectorXd> before;
-  if (motion.start == MotionSpec::Start::kPrevious && phases_.size() > 0) {
-    before = motion.steer ? steered(phases_, model.fixed->array, model.fixed->wave, patch_, patch) : phases_;
+  std::optional<PhaseSolution> before;
+  if (motion.start == MotionSpec::Start::kPrevious && found_.phases.size() > 0) {
+    before = found_;
+    if (motion.steer) {
+      before->phases = steered(found_.phases, model.fixed->array, model.fixed->wave, patch_, patch);
+    }
   }
+  const MethodSpec& method = before || motion.start == MotionSpec::Start::kZero ? later_ : first_;
   const bool follow = follows_ && before;
-  const bool works_on_body = method_.kind->model == MethodModel::kSkin || method_.kind->model == MethodModel::kCentre;
+  const bool works_on_body = method.kind->model == MethodModel::kSkin || method.kind->model == MethodModel::kCentre;
   if (works_on_body && !follow) {
     timed(silent_, frame.seconds, "factorise", "", [&] { scattering_->prepare(); });
   }
   Eigen::VectorXd amplitudes = target ? target->amplitudes : Eigen::VectorXd();
   if (target && !model.posture.target->pressure) {
     if (!scale_) {
-      MethodSpec usual = method_;
+      MethodSpec usual = later_;
       usual.iterations = kUsualIterations;
       scale_ = methods_->best_scale(usual, model.body.mesh, model.boxes, silent_);
     }
     amplitudes *= *scale_;
   }
   if (follow) {
-    frame.solution = followed(model, *target, amplitudes, *before, moved, frame);
+    frame.solution = followed(model, *target, amplitudes, before->phases, moved, frame);
   } else {
-    if (method_.kind->model == MethodModel::kSkin) {
+    if (method.kind->model == MethodModel::kSkin) {
       timed(silent_, frame.seconds, "transfer", "", [&] { methods_->skin_problem(amplitudes, silent_); });
     }
-    frame.solution = timed(silent_, frame.seconds, "phases", "",
-                           [&] { return methods_->solve(method_, amplitudes, silent_, before ? &*before : nullptr); });
+    const Eigen::VectorXcd drives = before ? drive(*before) : Eigen::VectorXcd();
+    frame.solution = timed(silent_, frame.seconds, "phases", "", [&] {
+      return methods_->solve(method, amplitudes, silent_, before ? &drives : nullptr);
+    });
   }
-  phases_ = frame.solution.phases;
+  found_ = frame.solution;
   patch_ = patch;
   for (const SolveRecord& record : records_) {
     worst_residual_ = std::max(worst_residual_, record.residual);
@@ -374,6 +389,9 @@ MotionState seen_state(const MovingModel& moving, double seconds, int frame) {
 /// The median time of some frames [s], without the first one, which also makes what the others keep.
 double frame_seconds(Scene scene, Progress* progress) {
   scene.solve.allow_coarse_mesh = true;  // its time counts, not its result
+  for (MethodSpec& method : scene.solve.methods) {
+    method.start.kind = StartSpec::Kind::kZero;
+  }
   const MovingModel moving(scene, nullptr, progress);
   const MethodSpec& method = moving.first().fixed->scene.solve.methods.front();
   FrameSolver solver(moving, method, drives_for(ExactSensor(moving), method));

@@ -39,16 +39,16 @@ Eigen::VectorXd steered(const Eigen::VectorXd& phases, const TransducerArray& ar
                         const Vector3& before, const Vector3& now);
 
 /// Finds the phases of one method for a body that moves, one frame after the other. It uses the schemes, solvers and
-/// phase methods of a still scene, with motion.iterations steps per frame. They start from the frame before, steered,
-/// or from zero.
+/// phase methods of a still scene. The first frame is solved as a still: with the method's own start and iterations.
+/// Later ones take motion.iterations steps from the last frame that was not silent, steered. With motion.start: zero
+/// every frame takes that many steps from zero.
 ///
 /// The body's equations are solved in single precision where the scene leaves that open. A body that keeps its shape
 /// has one factorisation. A body that keeps its place has one transfer matrix for all targets.
 ///
 /// Some frames make no transfer matrix: those of `surface` that start from the one before on a processor, by LU in
 /// single precision. They minimise the same cost by PhaseDescent on FactoredTransfer, with two steps for each of
-/// motion.iterations. Before the first such frame the constructor solves the motion's beginning in the usual way, with
-/// 30 steps. The residual of the equations is checked there. Methods with free amplitudes keep the transfer matrix, as
+/// motion.iterations. The residual of the equations is checked in the first frame alone, which is not one of them. Methods with free amplitudes keep the transfer matrix, as
 /// do scenes with solve.outside_weight 0. So do meshes of fewer than 1000 faces with all of the skin solved.
 class FrameSolver {
  public:
@@ -56,6 +56,12 @@ class FrameSolver {
   /// method   of moving's scene
   /// drives   of drives_for; empty: found again in each frame that needs them
   FrameSolver(const MovingModel& moving, const MethodSpec& method, Eigen::MatrixXcd drives);
+
+  /// Solves a first frame where, of nine places of the motion, the target first holds skin. The search of a start takes
+  /// its time, so this is called before the clock starts.
+  ///
+  /// returns   that frame; a silent one if no place has skin in the target
+  MotionFrame begin();
 
   /// Phases for a model that `moving` gave, whose times are the caller's to fill in. Where the target holds no skin the
   /// frame is silent, and the next one starts from the last that was not.
@@ -81,7 +87,8 @@ class FrameSolver {
                          const Eigen::VectorXd& before, bool moved, MotionFrame& frame);
 
   const MovingModel& moving_;
-  MethodSpec method_;
+  MethodSpec first_;  // as the scene says
+  MethodSpec later_;  // with motion.iterations, from zero where no phases are given
   SolverSpec solver_;
   std::shared_ptr<const Eigen::MatrixXcd> drives_;  // none: found again in each frame
   bool follows_;                                    // after the first solution
@@ -99,7 +106,7 @@ class FrameSolver {
   std::unique_ptr<FactoredTransfer> factored_;  // where frames follow
   std::optional<Points> factored_at_;
   PhaseDescent descent_;
-  Eigen::VectorXd phases_;
+  PhaseSolution found_;
   Vector3 patch_ = Vector3::Zero();
   std::optional<double> scale_;  // on the target's amplitudes, of a scene that asks for the best
   double worst_residual_ = 0;

@@ -13,7 +13,6 @@ namespace touchfield {
 namespace {
 
 constexpr double kLookAgain = 1e-3;   // [s]: for a sample where there is none yet
-constexpr int kFirstPlaces = 9;       // of a motion, where the target is looked for
 constexpr double kLongestWait = 1e3;  // [s] at a time: no clock overflows
 
 std::chrono::duration<double> seconds_of(double seconds) { return std::chrono::duration<double>(seconds); }
@@ -246,13 +245,7 @@ void LiveLoop::keep(const LiveFrame& frame, const LoopClock& clock) {
 LiveSolver live_solver(const MotionSensor& sensor, const MethodSpec& method, MotionFrame& first, Progress* progress) {
   const MovingModel& moving = sensor.solved();
   const auto solver = std::make_shared<FrameSolver>(moving, method, drives_for(sensor, method, progress));
-  const double seconds = moving.first().fixed->scene.motion->seconds;
-  for (int place = 0; place < kFirstPlaces; ++place) {
-    first = solver->solve(moving.at(moving.state(seconds * place / (kFirstPlaces - 1))));
-    if (!first.silent) {
-      break;
-    }
-  }
+  first = solver->begin();
   return [&moving, solver](const LiveSample& sample, double wanted) {
     MotionFrame frame = sample.now.lost ? solver->lost() : solver->solve(moving.in_range(sample.prediction.at(wanted)));
     return LiveSolution{std::move(frame), solver->worst_residual()};

@@ -191,11 +191,10 @@ class LiveLoop {
 
 /// The solver of a scene's method: FrameSolver on what the sensor saw, or on what is expected from it.
 ///
-/// Finds before it returns what does not have to be found in every frame, and solves once where the target first holds
-/// skin.
+/// Finds before it returns what does not have to be found in every frame, and the first frame (FrameSolver::begin).
 ///
 /// sensor   started; its model has to outlive the solver
-/// first    gets that solution
+/// first    gets that frame
 /// progress   hears how far it is; may be null
 /// throws   NumericalError as FrameSolver
 LiveSolver live_solver(const MotionSensor& sensor, const MethodSpec& method, MotionFrame& first,

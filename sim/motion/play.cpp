@@ -42,7 +42,9 @@ class MethodLoop {
         motion_(*sensed.scene.motion),
         clock_(motion_),
         prediction_(motion_.predict, 1 / motion_.sensor.hz),
-        solver_(sensed.solved(), method, std::move(drives)) {}
+        solver_(sensed.solved(), method, std::move(drives)) {
+    solver_.begin();
+  }
 
   /// Frames that start before `end`; `solved_at` hears when each of them started [s].
   void go_on(Tick end, std::vector<MotionFrame>& frames, const std::function<void(double)>& solved_at) {
@@ -228,7 +230,9 @@ class Player {
         own = timed(progress, motion_.timings, "drives_" + name, "reduced basis of the motion by " + name,
                     [&] { return drives_for(*sensed.sensor, method, &progress); });
       }
-      loops_.push_back(std::make_unique<MethodLoop>(sensed, samples_, method, own));
+      timed(progress, motion_.timings, "start_" + method.name, "first phases of " + method.name, [&] {
+        loops_.push_back(std::make_unique<MethodLoop>(sensed, samples_, method, own));
+      });
       pending_.emplace_back();
       motion_.methods.push_back({method.name, std::string(method.kind->name), scheme_of(method)});
     }

@@ -58,7 +58,7 @@ Eigen::VectorXcd unit_drives(const Eigen::VectorXd& phases) {
 }
 
 /// Angles [theta; phi] to start from, one column a start.
-Eigen::MatrixXd start_angles(const MethodSpec& method, const IncidentProblem& problem, const Eigen::VectorXd* before) {
+Eigen::MatrixXd start_angles(const MethodSpec& method, const IncidentProblem& problem, const Eigen::VectorXcd* before) {
   const Eigen::Index size = problem.size();
   if (before == nullptr && method.start.kind == StartSpec::Kind::kRandom) {
     return random_starts(size, method.start).cwiseArg();
@@ -66,7 +66,7 @@ Eigen::MatrixXd start_angles(const MethodSpec& method, const IncidentProblem& pr
   Eigen::MatrixXd angles = Eigen::MatrixXd::Zero(size, 1);
   if (before != nullptr || method.start.kind == StartSpec::Kind::kPrevious) {
     const Eigen::Index channels = problem.channel_count();
-    const Eigen::VectorXd phases = before != nullptr ? *before : previous_phases(method, channels);
+    const Eigen::VectorXd phases = before != nullptr ? before->cwiseArg() : previous_phases(method, channels);
     angles.col(0).tail(channels) = phases;
     // theta that fits these drives, the other faces' aside.
     Eigen::VectorXcd drives = Eigen::VectorXcd::Zero(size);
@@ -181,7 +181,7 @@ void MethodSolver::aim(Target target) {
 }
 
 PhaseSolution MethodSolver::solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress,
-                                  const Eigen::VectorXd* before) {
+                                  const Eigen::VectorXcd* before) {
   PhaseSolution solution;
   try {
     solution = found(method, amplitudes, progress, before);
@@ -202,7 +202,7 @@ PhaseSolution MethodSolver::solve(const MethodSpec& method, const Eigen::VectorX
 }
 
 PhaseSolution MethodSolver::found(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress,
-                                  const Eigen::VectorXd* before) {
+                                  const Eigen::VectorXcd* before) {
   const auto advance = [&](int iteration, double) {
     progress.advance(static_cast<double>(iteration) / method.iterations);
   };
@@ -278,7 +278,7 @@ IncidentProblem MethodSolver::scattered(const Eigen::VectorXd& amplitudes, FaceW
 }
 
 PhaseSolution MethodSolver::solve_incident_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
-                                                  const Eigen::VectorXd* before, const IterationCallback& advance) {
+                                                  const Eigen::VectorXcd* before, const IterationCallback& advance) {
   LevenbergMarquardtOptions options;
   options.iterations = method.iterations;
   const bool free = method.kind->model == MethodModel::kFree;
@@ -337,7 +337,7 @@ RunTransfer MethodSolver::run_transfer(const Eigen::VectorXd& amplitudes, Progre
 }
 
 PhaseSolution MethodSolver::solve_skin_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
-                                              const Eigen::VectorXd* before, const IterationCallback& advance,
+                                              const Eigen::VectorXcd* before, const IterationCallback& advance,
                                               Progress& progress) {
   MethodSettings settings{method.iterations, method.free_amplitudes, method.free_level,
                           method.tolerances.value_or(ChannelTolerances{})};
@@ -346,7 +346,7 @@ PhaseSolution MethodSolver::solve_skin_method(const MethodSpec& method, const Ei
     return method.kind->solve(problem, {}, settings, advance);
   }
   if (before != nullptr) {
-    return method.kind->solve(problem, unit_drives(*before), settings, advance);
+    return method.kind->solve(problem, *before, settings, advance);
   }
   settings.search = method.kind->searches && (method.start.kind == StartSpec::Kind::kAuto || method.start.among);
   if (settings.search) {

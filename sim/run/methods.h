@@ -48,11 +48,11 @@ class MethodSolver {
   /// The drives that a method finds for wanted amplitudes p' on the target's faces, K [Pa] (empty without a target).
   /// Channels that the solver knows to be dead are not driven, but by phases that are given.
   ///
-  /// before   phases that a method which iterates starts from instead of its own start, N [rad]; may be null
+  /// before   drives that a method which iterates starts from instead of its own start, N; may be null
   /// throws   NumericalError if a matrix of the problem is not finite; InputError on given phases or a previous run
   ///          that do not fit
   PhaseSolution solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress,
-                      const Eigen::VectorXd* before = nullptr);
+                      const Eigen::VectorXcd* before = nullptr);
 
   /// The problem of the methods on the skin, for wanted amplitudes p': with its outside rows if one of them or the
   /// optimality bound includes them.
@@ -75,11 +75,11 @@ class MethodSolver {
 
  private:
   PhaseSolution found(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress,
-                      const Eigen::VectorXd* before);
+                      const Eigen::VectorXcd* before);
   PhaseSolution solve_incident_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
-                                      const Eigen::VectorXd* before, const IterationCallback& advance);
+                                      const Eigen::VectorXcd* before, const IterationCallback& advance);
   PhaseSolution solve_skin_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
-                                  const Eigen::VectorXd* before, const IterationCallback& advance, Progress& progress);
+                                  const Eigen::VectorXcd* before, const IterationCallback& advance, Progress& progress);
   Eigen::VectorXd face_means(const Eigen::VectorXd& amplitudes) const;
   IncidentProblem unscattered(const Eigen::VectorXd& amplitudes, FaceWeights faces);
   IncidentProblem scattered(const Eigen::VectorXd& amplitudes, FaceWeights faces);

@@ -92,7 +92,7 @@ struct MotionSpec {
   Sensor sensor;
   std::optional<double> solve;  // what a frame takes [s]; absent: what it is measured to take
   double array_delay = 1e-3;    // from a frame's phases until they sound [s]
-  Prediction predict = Prediction::kNone;
+  Prediction predict = Prediction::kKalman;
   double score_hz = 61;
   double stale = 0.15;  // of a sample: older ones are not felt, `live` is silent [s]
 };

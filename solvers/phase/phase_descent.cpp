@@ -30,21 +30,26 @@ struct MappedPoint {
   VectorXd phases;
   VectorXcf drives;
   VectorXcf pressure;
-  VectorXd magnitudes;
+  VectorXd magnitudes;  // at full drive, as the pressure
+  double level = 1;
   double cost = 0;
 };
 
-/// What PhaseDescent steps on.
+/// What PhaseDescent steps on. With a free level it is the cost at each point's best level. There the cost does not
+/// change with the level, so its gradient is that along the phases alone.
 struct MappedCost {
   const MappedSkin& skin;
+  bool free_level;
 
   MappedPoint at(VectorXd phases) const {
-    MappedPoint point{std::move(phases), {}, {}, {}};
+    MappedPoint point;
+    point.phases = std::move(phases);
     point.drives =
         point.phases.unaryExpr([](double phase) { return std::polar(1.0, phase); }).cast<std::complex<float>>();
     point.pressure = skin.pressure(point.drives);
     point.magnitudes = point.pressure.cast<std::complex<double>>().cwiseAbs();
-    point.cost = cost(point, 1.0);
+    point.level = free_level ? best_level(point) : 1.0;
+    point.cost = skin.weights.dot((point.level * point.magnitudes - skin.amplitudes).cwiseAbs2()) + skin.constant;
     return point;
   }
 
@@ -55,13 +60,10 @@ struct MappedCost {
       // Where there is silence any direction of the pressure leaves it.
       const std::complex<double> direction =
           magnitude > 0 ? std::complex<double>(point.pressure(j)) / magnitude : std::complex<double>(1.0);
-      v(j) = std::complex<float>(skin.weights(j) * (magnitude - skin.amplitudes(j)) * direction);
+      const double misfit = point.level * magnitude - skin.amplitudes(j);
+      v(j) = std::complex<float>(point.level * skin.weights(j) * misfit * direction);
     }
     return 2.0 * (point.drives.conjugate().cwiseProduct(skin.sent_back(v))).imag().cast<double>();
-  }
-
-  double cost(const MappedPoint& point, double level) const {
-    return skin.weights.dot((level * point.magnitudes - skin.amplitudes).cwiseAbs2()) + skin.constant;
   }
 
   /// The common amplitude of all drives, up to 1, at which the cost is least.
@@ -192,7 +194,7 @@ void PhaseDescent::remember(VectorXd step, VectorXd change) {
 
 PhaseSolution PhaseDescent::descend(const MappedSkin& skin, const VectorXd& start, int iterations, bool free_level,
                                     const PhaseBounds& bounds) {
-  const MappedCost problem{skin};
+  const MappedCost problem{skin, free_level};
   MappedPoint point = problem.at(start);
   if (!std::isfinite(point.cost)) {
     throw std::domain_error("phase descent: the pressure is not finite");
@@ -206,11 +208,7 @@ PhaseSolution PhaseDescent::descend(const MappedSkin& skin, const VectorXd& star
     return point.cost;
   });
   solution = full_drive(point.phases, std::move(solution));
-  if (free_level) {
-    const double level = problem.best_level(point);
-    solution.amplitudes.setConstant(level);
-    solution.cost_history.back() = problem.cost(point, level);
-  }
+  solution.amplitudes.setConstant(point.level);
   return solution;
 }
 

@@ -46,11 +46,10 @@ class PhaseDescent {
   /// most_turn   of phases in a step, root mean square [rad]
   explicit PhaseDescent(double most_turn = 0.3) : most_turn_(most_turn) {}
 
-  /// Steps from these phases at full drive, N. One step takes a product with H for each trial, 1.1 on average, and one
-  /// with H^H.
+  /// Steps from these phases, N. One step takes a product with H for each trial, 1.1 on average, and one with H^H.
   ///
   /// start        within the bounds
-  /// free_level   whether all drives have, in the end, the amplitude up to 1 at which the cost is least
+  /// free_level   whether all drives have, at each step, the amplitude up to 1 at which the cost is least; else it is 1
   /// throws       std::domain_error if the cost at the start is not finite
   PhaseSolution descend(const MappedSkin& skin, const Eigen::VectorXd& start, int iterations, bool free_level,
                         const PhaseBounds& bounds = {});

@@ -332,7 +332,7 @@ TEST(ResolvedScene, WritesEveryDefaultOfAMotion) {
   EXPECT_THAT(text, ::testing::HasSubstr(
                         "motion:\n  seconds: 2\n  change: []\n  target: on_skin\n  frames_hz: 20\n  iterations: 5\n"
                         "  start: previous\n  steer: true\n  sensor:\n    hz: 30\n    latency_ms: 0\n"
-                        "  solve_ms: measured\n  array_ms: 1\n  predict: none\n  score_hz: 61\n  stale_ms: 150\n"));
+                        "  solve_ms: measured\n  array_ms: 1\n  predict: kalman\n  score_hz: 61\n  stale_ms: 150\n"));
   EXPECT_EQ(resolved_yaml(scene_from(kSmallScene)).find("motion"), std::string::npos);
 }
 

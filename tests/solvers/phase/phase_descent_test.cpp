@@ -75,6 +75,16 @@ TEST(PhaseDescent, AnArrayThatIsTooStrongIsTurnedDownToTheBestLevel) {
   EXPECT_NEAR(found.cost_history.back(), skin_cost(problem, drive(found)), 1e-5 * silent_cost(problem));
 }
 
+// From phases that are best at a level below 1, full drive would leave them.
+TEST(PhaseDescent, PhasesThatAreBestAtALowerLevelStay) {
+  const SkinProblem problem = random_problem(4, 30, 40, 0.02, 8);
+  const PhaseSolution best =
+      solve_surface(problem, Eigen::VectorXcd::Constant(40, 0.5), {.iterations = 300, .free_level = true});
+  ASSERT_LT(best.amplitudes(0), 1.0);
+  const PhaseSolution found = PhaseDescent().descend(mapped(problem), best.phases, 10, true);
+  EXPECT_LT(found.cost_history.back(), (1 + 1e-4) * best.cost_history.back());
+}
+
 TEST(PhaseDescent, StopsWhereNothingCanBeReached) {
   SkinProblem problem = random_problem(3, 0, 20, 0.4, 9);
   problem.target.setZero();
