@@ -116,10 +116,10 @@ void transfer_matrix(benchmark::State& state) {
     solved = make_solver(system, options)->solve(b);
   }
   state.counters["residual"] = solved.report.residual;
-  state.counters["unknowns"] = static_cast<double>(system.unknowns());
-  state.counters["bytes"] = benchmark::Counter(solver_memory(system.unknowns(), options, b.cols()),
+  state.counters["unknowns"] = static_cast<double>(system.faces());
+  state.counters["bytes"] = benchmark::Counter(solver_memory(system.faces(), options, b.cols()),
                                                benchmark::Counter::kDefaults, benchmark::Counter::kIs1024);
-  if (system.unknowns() < 4000) {
+  if (system.faces() < 4000) {
     const auto reference = make_solver(system, {.kind = SolverKind::kLu, .precision = Precision::kDouble});
     const Eigen::MatrixXcd exact = reference->solve(b).x.topRows(system.faces());
     state.counters["error"] = (solved.x.topRows(system.faces()) - exact).norm() / exact.norm();

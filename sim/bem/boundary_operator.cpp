@@ -274,19 +274,11 @@ template class BoundaryOperator<float>;
 template class BoundaryOperator<double>;
 
 Eigen::MatrixXcd ChiefOperator::apply(const Eigen::MatrixXcd& x) const {
-  const Eigen::Index m = b_->size();
-  Eigen::MatrixXcd y(size(), x.cols());
-  y.topRows(m) = b_->apply(x.topRows(m)) + rows_.adjoint() * x.bottomRows(rows_.rows());
-  y.bottomRows(rows_.rows()) = rows_ * x.topRows(m);
-  return y;
+  return b_->apply(x) + rows_.adjoint() * (rows_ * x);
 }
 
 Eigen::MatrixXcd ChiefOperator::apply_transpose(const Eigen::MatrixXcd& x) const {
-  const Eigen::Index m = b_->size();
-  Eigen::MatrixXcd y(size(), x.cols());
-  y.topRows(m) = b_->apply_transpose(x.topRows(m)) + rows_.transpose() * x.bottomRows(rows_.rows());
-  y.bottomRows(rows_.rows()) = rows_.conjugate() * x.topRows(m);
-  return y;
+  return b_->apply_transpose(x) + rows_.transpose() * (rows_.conjugate() * x);
 }
 
 }  // namespace touchfield

@@ -111,15 +111,14 @@ class BoundaryOperator : public SummedOperator {
 extern template class BoundaryOperator<float>;
 extern template class BoundaryOperator<double>;
 
-/// The square form of CHIEF, [[B, C^H], [C, 0]]: the rows C ask the total field to vanish at points inside the body,
-/// their multipliers lambda make room for that.
+/// B + C^H C of CHIEF: the rows C ask the total field to vanish at points inside the body.
 class ChiefOperator : public LinearOperator {
  public:
   /// b      B, M x M
   /// rows   C, Z x M
   ChiefOperator(std::unique_ptr<LinearOperator> b, Eigen::MatrixXcd rows) : b_(std::move(b)), rows_(std::move(rows)) {}
 
-  Eigen::Index size() const override { return b_->size() + rows_.rows(); }
+  Eigen::Index size() const override { return b_->size(); }
   Eigen::MatrixXcd apply(const Eigen::MatrixXcd& x) const override;
   Eigen::MatrixXcd apply_transpose(const Eigen::MatrixXcd& x) const override;
 

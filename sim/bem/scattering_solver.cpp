@@ -225,7 +225,7 @@ using Eigen::MatrixXcf;
 using Eigen::VectorXcf;
 
 FactoredTransfer::FactoredTransfer(const ScatteringSystem& system)
-    : faces_(system.faces()), lu_(system.dense_single()) {
+    : faces_(system.faces()), lu_(system.dense_single()), interior_(system.interior_rows_single()) {
   if (traits(system.scheme()).polished) {
     polisher_ = -BoundaryOperator<float>(system.mesh(), system.wave().wavenumber(),
                                          polishing_parts(gauss_diagonal(system.mesh()).cast<Complex>()))
@@ -239,9 +239,13 @@ void FactoredTransfer::face(const ScatteringSystem& system, const TransducerArra
 }
 
 VectorXcf FactoredTransfer::pressure(const VectorXcf& q) const {
-  VectorXcf b(b_.rows());
-  multiply(Op::kPlain, b_, q, 0.0F, b);
-  VectorXcf p = lu_.solve(b).topRows(faces_);
+  VectorXcf parts(b_.rows());
+  multiply(Op::kPlain, b_, q, 0.0F, parts);
+  VectorXcf b = parts.head(faces_);
+  if (interior_.size() > 0) {
+    multiply(Op::kAdjoint, interior_, parts.tail(interior_.rows()), 1.0F, b);
+  }
+  VectorXcf p = lu_.solve(b);
   if (polisher_.size() > 0) {
     VectorXcf incident(faces_);
     multiply(Op::kPlain, incident_, q, 0.0F, incident);
@@ -256,8 +260,7 @@ VectorXcf FactoredTransfer::pressure(const VectorXcf& q) const {
 
 VectorXcf FactoredTransfer::sent_back(const VectorXcf& v) const {
   VectorXcf back = VectorXcf::Zero(b_.cols());
-  VectorXcf x = VectorXcf::Zero(b_.rows());
-  x.head(faces_) = v;
+  VectorXcf x = v;
   if (polisher_.size() > 0) {
     VectorXcf sum = VectorXcf::Zero(faces_);
     for (int step = 0; step < kPolishingSteps; ++step) {
@@ -268,7 +271,12 @@ VectorXcf FactoredTransfer::sent_back(const VectorXcf& v) const {
     multiply(Op::kAdjoint, incident_, sum, 0.0F, back);
   }
   x = lu_.solve_transpose(x.conjugate()).conjugate();  // B^-H
-  multiply(Op::kAdjoint, b_, x, 1.0F, back);
+  VectorXcf parts(b_.rows());
+  parts.head(faces_) = x;
+  if (interior_.size() > 0) {
+    multiply(Op::kPlain, interior_, x, 0.0F, parts.tail(interior_.rows()));
+  }
+  multiply(Op::kAdjoint, b_, parts, 1.0F, back);
   return back;
 }
 

@@ -86,8 +86,9 @@ class FactoredTransfer {
   Eigen::Index faces_;
   DenseLuSingle lu_;
   Eigen::MatrixXcf polisher_;  // 1 - B_c, empty where nothing is polished
-  Eigen::MatrixXcf b_;
-  Eigen::MatrixXcf incident_;  // e, likewise
+  Eigen::MatrixXcf interior_;  // C of chief, likewise
+  Eigen::MatrixXcf b_;         // of chief e above e_z
+  Eigen::MatrixXcf incident_;  // e, empty where nothing is polished
 };
 
 }  // namespace touchfield

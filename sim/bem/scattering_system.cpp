@@ -15,6 +15,8 @@ namespace touchfield {
 
 namespace {
 
+constexpr double kChiefEdges = 0.75;  // of the nearest face: for a nearer point one point does not stand for the face
+
 Eigen::VectorXcd burton_miller_diagonal(const TriangleMesh& mesh, const Complex& wavenumber, double gamma) {
   Eigen::VectorXcd diagonal(mesh.face_count());
 #pragma omp parallel for schedule(static)
@@ -55,10 +57,9 @@ ScatteringSystem::ScatteringSystem(TriangleMesh mesh, const Wave& wave, Scheme s
     : mesh_(std::move(mesh)), wave_(wave), scheme_(scheme), options_(options) {
   if (traits(scheme).interior_points) {
     interior_ = spaced_interior_points(mesh_, options_.chief_spacing * wave_.wavelength(),
-                                       options_.chief_clearance * wave_.wavelength());
+                                       options_.chief_clearance * wave_.wavelength(), kChiefEdges);
     chief_rows_ = -LayerSum<double>(mesh_, wave_.wavenumber(), 0.0).rows(Layer::kDouble, interior_);
-    // Rows as long as B's, or the square form is badly scaled.
-    chief_scale_ = 0.5 * chief_rows_.rowwise().norm().cwiseInverse();
+    chief_scale_ = chief_rows_.rowwise().norm().cwiseInverse();
     chief_rows_ = chief_scale_.asDiagonal() * chief_rows_;
   }
 }
@@ -135,16 +136,15 @@ std::unique_ptr<LinearOperator> ScatteringSystem::single_operator() const {
 
 template <typename Real>
 Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic> ScatteringSystem::make_dense() const {
+  using Matrix = Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic>;
   const BoundaryOperator<Real> b(mesh_, wave_.wavenumber(), operators().parts);
-  if (!traits(scheme_).interior_points) {
-    return b.dense();
+  Matrix matrix = b.dense();
+  if (traits(scheme_).interior_points) {
+    const Matrix c = chief_rows_.cast<std::complex<Real>>();
+    Matrix square(faces(), faces());
+    multiply(Op::kAdjoint, c, Op::kPlain, c, square);
+    matrix += square;
   }
-  Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic> matrix(unknowns(), unknowns());
-  const Eigen::Index z = chief_rows_.rows();
-  b.fill_dense(matrix);
-  matrix.bottomLeftCorner(z, faces()) = chief_rows_.cast<std::complex<Real>>();
-  matrix.topRightCorner(faces(), z) = chief_rows_.adjoint().cast<std::complex<Real>>();
-  matrix.bottomRightCorner(z, z).setZero();
   return matrix;
 }
 
@@ -180,33 +180,24 @@ Eigen::MatrixXcd ScatteringSystem::right_hand_side(const IncidentField& incident
     return incident.pressure + Complex(0, gamma()) * incident.slope;
   }
   if (traits(scheme_).interior_points) {
-    Eigen::MatrixXcd b(unknowns(), incident.pressure.cols());
-    b << incident.pressure, chief_scale_.asDiagonal() * incident.interior;
-    return b;
+    return incident.pressure + chief_rows_.adjoint() * (chief_scale_.asDiagonal() * incident.interior);
   }
   return incident.pressure;
 }
 
 Eigen::MatrixXcd ScatteringSystem::right_hand_side_rows(const TransducerArray& array,
                                                         const std::vector<Eigen::Index>& rows) const {
-  Points points(3, static_cast<Eigen::Index>(rows.size()));
-  Points normals = Points::Zero(3, points.cols());
-  Eigen::VectorXd scale = Eigen::VectorXd::Ones(points.cols());
-  for (Eigen::Index i = 0; i < points.cols(); ++i) {
-    const Eigen::Index row = rows[static_cast<std::size_t>(i)];
-    if (row < faces()) {
-      points.col(i) = mesh_.centroids().col(row);
-      normals.col(i) = mesh_.normals().col(row);
-    } else {
-      points.col(i) = interior_.col(row - faces());
-      scale(i) = chief_scale_(row - faces());
-    }
-  }
+  const Points points = mesh_.centroids()(Eigen::all, rows);
   const Eigen::MatrixXcd b = incident_matrix(array, wave_, points);
   if (traits(scheme_).burton_miller) {
-    return b + Complex(0, gamma()) * incident_derivative_matrix(array, wave_, points, normals);
+    return b +
+           Complex(0, gamma()) * incident_derivative_matrix(array, wave_, points, mesh_.normals()(Eigen::all, rows));
   }
-  return scale.asDiagonal() * b;
+  if (traits(scheme_).interior_points) {
+    return b + chief_rows_(Eigen::all, rows).adjoint() *
+                   (chief_scale_.asDiagonal() * incident_matrix(array, wave_, interior_));
+  }
+  return b;
 }
 
 Eigen::MatrixXcf ScatteringSystem::right_hand_side_single(const TransducerArray& array,
@@ -217,7 +208,7 @@ Eigen::MatrixXcf ScatteringSystem::right_hand_side_single(const TransducerArray&
     return pressure + std::complex<float>(0, static_cast<float>(gamma())) *
                           incident_derivative_matrix_single(array, wave_, mesh_.centroids(), mesh_.normals());
   }
-  Eigen::MatrixXcf b(unknowns(), array.size());
+  Eigen::MatrixXcf b(faces() + interior_.cols(), array.size());
   b.topRows(faces()) = pressure;
   if (interior_.cols() > 0) {
     b.bottomRows(interior_.cols()) =
@@ -227,7 +218,7 @@ Eigen::MatrixXcf ScatteringSystem::right_hand_side_single(const TransducerArray&
 }
 
 Eigen::MatrixXcd ScatteringSystem::pressure(const Eigen::MatrixXcd& solution, const IncidentField& incident) const {
-  Eigen::MatrixXcd p = solution.topRows(faces());
+  Eigen::MatrixXcd p = solution;
   if (operators().polisher) {
     for (int step = 0; step < kPolishingSteps; ++step) {
       p += incident.pressure - operators().polisher->apply(p);
@@ -237,7 +228,7 @@ Eigen::MatrixXcd ScatteringSystem::pressure(const Eigen::MatrixXcd& solution, co
 }
 
 Eigen::MatrixXcd ScatteringSystem::transposed_right_hand_side(const std::vector<Eigen::Index>& faces) const {
-  Eigen::MatrixXcd r = unit_columns(unknowns(), faces);
+  Eigen::MatrixXcd r = unit_columns(this->faces(), faces);
   if (operators().polisher) {  // H = (1 - B_c)^2 H_BM + (2 - B_c) G
     for (int step = 0; step < kPolishingSteps; ++step) {
       r -= operators().polisher->apply_transpose(r);
@@ -250,12 +241,12 @@ Eigen::MatrixXcd ScatteringSystem::transfer_rows(const std::vector<Eigen::Index>
                                                  const IncidentField& unit) const {
   // b's parts one by one: b itself for N channels would be another M x N matrix.
   const Eigen::Index m = mesh_.face_count();
-  Eigen::MatrixXcd rows = x.topRows(m).transpose() * unit.pressure;
+  Eigen::MatrixXcd rows = x.transpose() * unit.pressure;
   if (traits(scheme_).burton_miller) {
     rows += Complex(0, gamma()) * (x.transpose() * unit.slope);
   }
   if (traits(scheme_).interior_points) {
-    rows += (chief_scale_.asDiagonal() * x.bottomRows(interior_.cols())).transpose() * unit.interior;
+    rows += (chief_scale_.asDiagonal() * (chief_rows_.conjugate() * x)).transpose() * unit.interior;
   }
   if (operators().polisher) {
     const Eigen::MatrixXcd e = unit_columns(m, faces);
@@ -266,12 +257,10 @@ Eigen::MatrixXcd ScatteringSystem::transfer_rows(const std::vector<Eigen::Index>
 
 Eigen::MatrixXcd ScatteringSystem::columns(const std::vector<Eigen::Index>& faces) const {
   const Eigen::MatrixXcd b = BoundaryOperator<double>(mesh_, wave_.wavenumber(), operators().parts).columns(faces);
-  if (!traits(scheme_).interior_points) {
-    return b;
+  if (traits(scheme_).interior_points) {
+    return b + chief_rows_.adjoint() * chief_rows_(Eigen::all, faces);
   }
-  Eigen::MatrixXcd columns(unknowns(), b.cols());
-  columns << b, chief_rows_(Eigen::all, faces);
-  return columns;
+  return b;
 }
 
 SourceField source_field(const TriangleMesh& mesh, const Wave& wave, const Points& sources) {

@@ -26,9 +26,9 @@ IncidentField driven(const IncidentField& unit, const Eigen::MatrixXcd& drive);
 ///
 ///   paper                    B = 1/2 - D with one point per face,                                  b = e
 ///   paper_corrected          the same with the diagonal of gauss_diagonal(),                     b = e
-///   chief                    [[B, C^H], [C, 0]] [p; lambda], B of paper_corrected,
-///                            C_zj = -A_j dg/dn_j (z, x_j),                                       b = [e; e_z]
-///                            (each row of C and its e_z times a factor that makes the row half as long as 1)
+///   chief                    B_c + C^H C, B_c of paper_corrected,
+///                            C_zj = -A_j dg/dn_j (z, x_j),                                       b = e + C^H e_z
+///                            (each row of C and its e_z times a factor that makes the row as long as 1)
 ///   burton_miller            B = 1/2 - D - eta W, integrals by FaceRule, eta = coupling i / k,   b = e + eta e'
 ///   burton_miller_polished   the same, then twice p += e - B_c p with B_c of paper_corrected
 ///
@@ -44,9 +44,10 @@ class ScatteringSystem {
   const Wave& wave() const { return wave_; }
   Scheme scheme() const { return scheme_; }
   const SystemOptions& options() const { return options_; }
-  Eigen::Index faces() const { return mesh_.face_count(); }             // M
-  Eigen::Index unknowns() const { return faces() + interior_.cols(); }  // M, or M + Z of chief
-  const Points& interior_points() const { return interior_; }           // 3 x Z, of chief
+  Eigen::Index faces() const { return mesh_.face_count(); }    // M, as many as unknowns
+  const Points& interior_points() const { return interior_; }  // 3 x Z, of chief
+  /// C of chief in single precision, Z x M.
+  Eigen::MatrixXcf interior_rows_single() const { return chief_rows_.cast<std::complex<float>>(); }
   std::size_t near_pairs() const { return operators().near ? operators().near->pairs() : 0; }
 
   /// Makes the integrals now rather than when B is first asked for.
@@ -59,26 +60,27 @@ class ScatteringSystem {
   /// single   whether the sums over channels are in single precision
   IncidentField incident(const TransducerArray& array, const Eigen::MatrixXcd& drive, bool single = false) const;
 
-  /// b, unknowns x S.
+  /// b, M x S.
   Eigen::MatrixXcd right_hand_side(const IncidentField& incident) const;
-  /// The given rows of b, 0 to unknowns - 1, of every channel at unit drive: K x N. None of B's integrals are made.
+  /// The given rows of b, 0 to M - 1, of every channel at unit drive: K x N. None of B's integrals are made.
   Eigen::MatrixXcd right_hand_side_rows(const TransducerArray& array, const std::vector<Eigen::Index>& rows) const;
-  /// b of every channel at unit drive in single precision, unknowns x N, by incident_matrix_single. Its first M rows
-  /// hold the incident pressure e if the scheme has no slope in b; else `incident` gets that, M x N.
+  /// b of every channel at unit drive in single precision, M x N, by incident_matrix_single; of chief its parts e and
+  /// e_z, one below the other. Its first M rows hold the incident pressure e if the scheme has no slope in b; else
+  /// `incident` gets that, M x N.
   Eigen::MatrixXcf right_hand_side_single(const TransducerArray& array, Eigen::MatrixXcf& incident) const;
   /// Surface pressures M x S [Pa] from the solutions of B p = b.
   Eigen::MatrixXcd pressure(const Eigen::MatrixXcd& solution, const IncidentField& incident) const;
   /// Whether pressure() reads incident.pressure; it reads nothing else of it.
   bool needs_incident_pressure() const { return traits(scheme_).polished; }
 
-  /// Rows of H, p = H q, by transposed solves. The first function gives the right-hand sides, unknowns x K, of
+  /// Rows of H, p = H q, by transposed solves. The first function gives the right-hand sides, M x K, of
   /// B^T x = r for the pressures of the given faces. The second gives the rows, K x N [Pa], from those x and the unit
   /// field.
   Eigen::MatrixXcd transposed_right_hand_side(const std::vector<Eigen::Index>& faces) const;
   Eigen::MatrixXcd transfer_rows(const std::vector<Eigen::Index>& faces, const Eigen::MatrixXcd& x,
                                  const IncidentField& unit) const;
 
-  /// The columns of B of the given faces, unknowns x K.
+  /// The columns of B of the given faces, M x K.
   Eigen::MatrixXcd columns(const std::vector<Eigen::Index>& faces) const;
 
   /// B without storing it, in double: the reference for residuals.

@@ -41,6 +41,20 @@ void describe(const Scene& scene, int sharing, KeptBodies& bodies, Json& listed)
 
 }  // namespace
 
+namespace {
+
+/// Does the work; of a system that cannot be solved it keeps a warning.
+template <class Work>
+void tell(SceneCheck& checked, const Work& work) {
+  try {
+    work();
+  } catch (const NumericalError& error) {
+    checked.remarks.warnings.push_back(std::string("broken_system: ") + error.what());
+  }
+}
+
+}  // namespace
+
 SceneCheck check_scene(Scene scene, bool accuracy, Progress& progress) {
   const std::vector<std::string> guesses = guess_units(scene);
   Model model = build_model(scene);
@@ -49,20 +63,20 @@ SceneCheck check_scene(Scene scene, bool accuracy, Progress& progress) {
   SceneCheck checked{std::move(model), std::move(report), std::nullopt, std::nullopt, {}};
   if (accuracy) {
     require_memory(checked.report);
-    checked.accuracy = measure_accuracy(checked.model, progress);
+    tell(checked, [&] { checked.accuracy = measure_accuracy(checked.model, progress); });
   }
   if (scene.motion && !scene.sensing) {  // which is of the still alone: `play` refuses it
     require_memory(checked.report);
     const SensedMotion sensed = sensed_motion(scene, nullptr, &progress);
-    checked.motion = expected_cost(sensed, &progress);
-    checked.on_the_way = (sensed.truth ? *sensed.truth : sensed.solved()).on_the_way();
+    tell(checked, [&] { checked.motion = expected_cost(sensed, &progress); });
+    add((sensed.truth ? *sensed.truth : sensed.solved()).on_the_way(), checked.remarks);
   }
   return checked;
 }
 
 Json check_value(const SceneCheck& checked) {
-  const auto& [model, report, accuracy, motion, on_the_way] = checked;
-  Json value = check_value(model, report, on_the_way);
+  const auto& [model, report, accuracy, motion, remarks] = checked;
+  Json value = check_value(model, report, remarks);
   if (accuracy) {
     add_accuracy(value, *accuracy, model.body.mesh.mean_edge());
   }

@@ -18,7 +18,7 @@ struct SceneCheck {
   CheckReport report;
   std::optional<AccuracyReport> accuracy;
   std::optional<MotionCost> motion;
-  Remarks on_the_way{};  // of the motion's later instants
+  Remarks remarks{};  // of systems that cannot be solved and of the motion's later instants
 };
 
 /// accuracy   whether the discretisation error is measured on the scene's own mesh, which is solved some times

@@ -62,10 +62,10 @@ Eigen::MatrixXcd sampled_rows(const Model& model, Scheme scheme, const TriangleM
   SystemOptions options;
   options.coupling = model.fixed->scene.solve.solver.coupling;
   const ScatteringSystem system(place, model.fixed->wave, scheme, options);
-  std::vector<Eigen::Index> rows(static_cast<std::size_t>(std::min(count, system.unknowns())));
+  std::vector<Eigen::Index> rows(static_cast<std::size_t>(std::min(count, system.faces())));
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const double share = (static_cast<double>(i) + shift) / static_cast<double>(rows.size());
-    rows[i] = static_cast<Eigen::Index>(share * static_cast<double>(system.unknowns()));
+    rows[i] = static_cast<Eigen::Index>(share * static_cast<double>(system.faces()));
   }
   const Eigen::MatrixXcd b = system.right_hand_side_rows(model.fixed->array, rows);
   return b / b.norm();

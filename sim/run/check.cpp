@@ -141,12 +141,12 @@ CheckReport check_model(const Model& model, int sharing) {
   }
   require_fitting_phases(model);
   const Scheme scheme = scene.solve.scheme;
-  const double unknowns = m + (traits(scheme).interior_points ? chief_points(model) : 0.0);
+  const double inside = traits(scheme).interior_points ? chief_points(model) : 0.0;
   report.available_mib = available_memory() / kMebibyte;
   GridBody body = grid_body(model.body.mesh);
   const GridChoice own_grid = solver_grid(body, model.fixed->wave, scene.solve.solver);
   report.decision =
-      choose_solver(scene.solve.solver, scheme, static_cast<Eigen::Index>(unknowns), available_memory(),
+      choose_solver(scene.solve.solver, scheme, static_cast<Eigen::Index>(m), available_memory(),
                     sharing * largest_block(scene, scheme, model.fixed->array.size(), sharing > 1), own_grid.seconds);
   const double product = product_seconds(model.body.mesh, model.fixed->wave);
   const double kernel = kKernelCost * product / (m * m);
@@ -159,7 +159,7 @@ CheckReport check_model(const Model& model, int sharing) {
   const double evaluated = model.fixed->evaluation.faces(model);
   const bool iterates = report.decision.options.kind != SolverKind::kLu || evaluated > 0;
   const double steps = iterates ? expected_steps(model, scheme) : 0.0;
-  const ModelCost own = scattering_cost(report.decision, scheme, m, unknowns, solves, steps, product, own_grid);
+  const ModelCost own = scattering_cost(report.decision, scheme, m, inside, solves, steps, product, own_grid);
   const double fields = drives_channels(scene) ? (traits(scheme).burton_miller ? 2.0 : 1.0) : 0.0;
   const double gram = optimisers > 0 ? (k + n) * (k + n) : 0.0;
   const double kept =
@@ -174,7 +174,7 @@ CheckReport check_model(const Model& model, int sharing) {
   report.seconds += resonance_checks_seconds(scene, share * product, own.seconds);
   report.note = own.note;
   const auto flops = [&] {
-    const Speed& speed = measured_speed(unknowns);
+    const Speed& speed = measured_speed(m);
     report.note = speed.note;
     return speed.flops;
   };
@@ -183,7 +183,7 @@ CheckReport check_model(const Model& model, int sharing) {
   }
   if (drives > 0) {  // products with the field of every channel, LU's solves, steps of surface
     const double tried = static_cast<double>(surface_iterations(scene));
-    report.seconds += (4.0 * kGramFlops * m * n * drives + kGramFlops * unknowns * unknowns * drives +
+    report.seconds += (4.0 * kGramFlops * m * n * drives + kGramFlops * m * m * drives +
                        std::pow(k + 2.0 * drives, 2) * n * tried) /
                       flops();
   }
@@ -194,7 +194,7 @@ CheckReport check_model(const Model& model, int sharing) {
         choose_solver({}, model.fixed->evaluation.scheme, static_cast<Eigen::Index>(evaluated), available_memory(), 1,
                       evaluation_grid.seconds);
     const double scale = std::pow(evaluated / m, 2);
-    const ModelCost cost = scattering_cost(evaluation, model.fixed->evaluation.scheme, evaluated, evaluated, 1.0, steps,
+    const ModelCost cost = scattering_cost(evaluation, model.fixed->evaluation.scheme, evaluated, 0.0, 1.0, steps,
                                            scale * product, evaluation_grid);
     const auto methods = static_cast<double>(scene.solve.methods.size());
     bytes += cost.bytes + kComplex * evaluated * 4.0 * methods * 30.0;

@@ -200,27 +200,28 @@ Speed speed_of(const std::function<void()>& work, double operations) {
 
 const Speed& measured_speed(double rows) { return speed_at<0>(rows); }
 
-ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double faces, double unknowns, double solves,
+ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double faces, double inside, double solves,
                           double steps, double product, const GridChoice& grid) {
   ModelCost cost;
   const SolverOptions& options = decision.options;
-  cost.bytes = solver_memory(static_cast<Eigen::Index>(unknowns), options, 1);
+  cost.bytes = solver_memory(static_cast<Eigen::Index>(faces), options, 1);
   const bool miller = traits(scheme).burton_miller;
   if (miller) {
     cost.bytes += near_memory(faces);
     cost.seconds += kNearCost * kNearPairs * product / faces;
   }
   if (traits(scheme).interior_points) {
-    cost.bytes += 16.0 * faces * (unknowns - faces);
+    cost.bytes += 16.0 * faces * inside;
+    cost.seconds += 8.0 * faces * faces * inside / measured_speed(faces).flops;
   }
   const double in_double = 2.2 * product * (miller ? kMillerCost : 1.0);  // the residual
   if (options.kind == SolverKind::kLu) {
     const double speed = options.precision == Precision::kSingle ? 1.9 : 1.0;
-    const Speed& measured = measured_speed(unknowns);
-    cost.seconds += kLuFlops * unknowns * unknowns * unknowns / (speed * measured.flops) + in_double * solves;
+    const Speed& measured = measured_speed(faces);
+    cost.seconds += kLuFlops * faces * faces * faces / (speed * measured.flops) + in_double * solves;
     cost.note = measured.note;
   } else if (options.kind == SolverKind::kFft) {
-    const double share = product_share(options.kind, static_cast<Eigen::Index>(unknowns), grid.seconds);
+    const double share = product_share(options.kind, static_cast<Eigen::Index>(faces), grid.seconds);
     constexpr double kOnce = 3.0;    // to make the grid, in products
     constexpr double kRounds = 3.0;  // of refinement, beyond what grids reach
     cost.bytes += grid.memory;
@@ -262,6 +263,7 @@ AccuracyReport interior_indicator(const Model& model, Scheme scheme, const Solve
   const SourceField field = source_field(mesh, model.fixed->wave, sources);
   const IncidentField incident = interior_incident(system, field);
   const auto solver = make_solver(system, scattering.decision().options);
+  report.solver = to_string(solver->options().kind);
   const Solved solved = solver->solve(system.right_hand_side(incident));
   const Eigen::MatrixXcd found = system.pressure(solved.x, incident);
   report.residual = solved.report.residual;
@@ -277,6 +279,12 @@ AccuracyReport measure_accuracy(const Model& model, Progress& progress) {
   const SolveSpec& solve = model.fixed->scene.solve;
   const auto start = std::chrono::steady_clock::now();
   AccuracyReport report = interior_indicator(model, solve.scheme, solve.solver, progress);
+  require_solved({.stage = "accuracy",
+                  .scheme = report.scheme,
+                  .solver = report.solver,
+                  .unknowns = model.body.mesh.face_count(),
+                  .residual = report.residual},
+                 solve.solver.tolerance);
   compare_split(model, report, progress);
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return report;

@@ -43,12 +43,12 @@ struct ModelCost {
   std::string note;  // empty, or why the seconds are a guess
 };
 
-/// faces, unknowns   of the system; they differ for chief
+/// inside   CHIEF's points, chief_points(); 0 of other schemes
 /// solves            right-hand sides, solved one after another
 /// steps             of GMRES for each, where it solves (expected_steps)
 /// product           seconds of a direct product with D in single precision on this mesh (product_seconds)
 /// grid              solver_grid() of this mesh; read where products go through it
-ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double faces, double unknowns, double solves,
+ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double faces, double inside, double solves,
                           double steps, double product, const GridChoice& grid);
 
 /// Points inside the body that a CHIEF system will have, about: one a cube of the spacing in its volume.
@@ -63,6 +63,7 @@ struct ErrorSummary {
 /// How accurate a scheme is on one very mesh.
 struct AccuracyReport {
   std::string scheme;
+  std::string solver;
   int sources = 0;          // point sources inside the body
   double reach = 0;         // of the target's surroundings [m]
   ErrorSummary body;        // the indicator: sources' fields against what the scheme makes of them

@@ -1,5 +1,6 @@
 #include "sim/run/skin_scattering.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -20,6 +21,17 @@ SystemOptions system_options(const SolverSpec& spec, SolverKind kind) {
   options.rule.split_ratio = spec.split_ratio;
   options.grid_tolerance = kind == SolverKind::kFft ? grid_tolerance(spec) : 0.0;
   return options;
+}
+
+constexpr double kDoubleEpsilon = std::numeric_limits<double>::epsilon();
+constexpr double kBroken = 100.0;        // tolerances
+constexpr double kLeastAccurate = 1e-3;  // three digits
+constexpr double kUnrefined = 1e-5;      // the finest tolerance of single precision that is not refined
+
+std::string broken_remedy(Scheme scheme) {
+  return traits(scheme).burton_miller
+             ? "`touchfield check` names faults of the mesh, and solve.solver: lu takes no steps"
+             : "use the scheme " + to_string(kDefaultScheme) + ", whose equations can be solved on any closed body";
 }
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -71,7 +83,7 @@ void SkinModel::leave_card() {
   card_.reset();
   device_ = {std::nullopt, "the graphics card has too little memory"};
   decision_ =
-      choose_solver(spec_, system_.scheme(), system_.unknowns(), available_memory(), right_hand_sides_, by_grid_);
+      choose_solver(spec_, system_.scheme(), system_.faces(), available_memory(), right_hand_sides_, by_grid_);
   system_ =
       ScatteringSystem(system_.mesh(), system_.wave(), system_.scheme(), system_options(spec_, decision_.options.kind));
 }
@@ -134,7 +146,7 @@ void SkinScattering::record(const std::string& stage, Eigen::Index right_hand_si
   record.solver = to_string(card != nullptr ? card->kind() : decision().options.kind);
   record.precision = precision_name(decision().options);
   record.device = card != nullptr ? fmt::format("cuda:{}", card->gpu().info().index) : "cpu";
-  record.unknowns = system().unknowns();
+  record.unknowns = system().faces();
   record.right_hand_sides = static_cast<int>(right_hand_sides);
   record.steps = report.steps;
   record.refinements = report.refinements;
@@ -142,6 +154,28 @@ void SkinScattering::record(const std::string& stage, Eigen::Index right_hand_si
   record.converged = report.converged;
   record.seconds = seconds;
   records_.push_back(std::move(record));
+  if (!allow_broken_) {
+    // Unrefined single precision reaches no tolerance below its own rounding.
+    const SolverOptions& options = decision().options;
+    const bool unrefined = options.precision == Precision::kSingle && !options.refine;
+    require_solved(records_.back(), unrefined ? std::max(options.tolerance, kUnrefined) : options.tolerance);
+  }
+}
+
+const ScatteringSolver& SkinScattering::prepare_solver() {
+  const ScatteringSolver& solver = model_->solver();
+  const bool single = decision().options.precision == Precision::kSingle;
+  const double rounding = single ? 0.5 * std::numeric_limits<float>::epsilon() : 0.5 * kDoubleEpsilon;
+  const double condition = 1.0 / reciprocal_condition();
+  if (!allow_broken_ && condition * rounding > kLeastAccurate) {
+    const bool helps = single && condition * 0.5 * kDoubleEpsilon <= kLeastAccurate;
+    throw NumericalError(fmt::format(
+        "scheme {} on {} faces: its matrix has a condition number of about {:.1e}, which leaves fewer than 3 of the {} "
+        "digits of {} precision: {}{}",
+        to_string(system().scheme()), system().faces(), condition, single ? 7 : 16, single ? "single" : "double",
+        helps ? "set solve.precision: double, or " : "", broken_remedy(system().scheme())));
+  }
+  return solver;
 }
 
 /// Goes on without the card, for want of memory there.
@@ -180,7 +214,7 @@ bool SkinScattering::on_card(const std::string& stage, Eigen::Index right_hand_s
 
 void SkinScattering::prepare() {
   if (gpu() == nullptr) {
-    model_->solver();
+    prepare_solver();
   }
 }
 
@@ -237,7 +271,7 @@ Eigen::MatrixXcd SkinScattering::spanned_pressure(const LowRank& drives, const s
 Eigen::MatrixXcd SkinScattering::solved(const Eigen::MatrixXcd& b, const IncidentField& field,
                                         const std::string& stage) {
   const auto start = std::chrono::steady_clock::now();
-  const Solved solved = model_->solver().solve(b, reporter());
+  const Solved solved = prepare_solver().solve(b, reporter());
   Eigen::MatrixXcd p = system().pressure(solved.x, field);
   record(stage, b.cols(), solved.report, seconds_since(start));
   return p;
@@ -254,7 +288,7 @@ Eigen::MatrixXcd SkinScattering::transfer_rows(const std::vector<Eigen::Index>& 
   }
   const Eigen::MatrixXcd b = system().transposed_right_hand_side(faces);
   const auto start = std::chrono::steady_clock::now();
-  const Solved solved = model_->solver().solve_transpose(b, reporter());
+  const Solved solved = prepare_solver().solve_transpose(b, reporter());
   record(stage, b.cols(), solved.report, seconds_since(start));
   return system().transfer_rows(faces, solved.x, unit_field());
 }
@@ -263,11 +297,11 @@ std::string describe_decision(const SkinScattering& scattering) {
   const ScatteringSystem& system = scattering.system();
   const SolverOptions& options = scattering.decision().options;
   if (Gpu* const gpu = scattering.gpu()) {
-    return fmt::format("  solver: on {}, single, {} unknowns ({})", gpu->info().name, system.unknowns(),
+    return fmt::format("  solver: on {}, single, {} unknowns ({})", gpu->info().name, system.faces(),
                        scattering.device().reason);
   }
   std::string text =
-      fmt::format("  solver: {}, {}, {} unknowns", to_string(options.kind), precision_name(options), system.unknowns());
+      fmt::format("  solver: {}, {}, {} unknowns", to_string(options.kind), precision_name(options), system.faces());
   if (system.near_pairs() > 0) {
     text += fmt::format(", {} near pairs", system.near_pairs());
   }
@@ -275,6 +309,18 @@ std::string describe_decision(const SkinScattering& scattering) {
     text += fmt::format(", {} interior points", system.interior_points().cols());
   }
   return text + fmt::format(" ({})", scattering.decision().reason);
+}
+
+void require_solved(const SolveRecord& solve, double tolerance) {
+  if (solve.residual <= kBroken * tolerance) {
+    return;
+  }
+  const auto named = [&](Scheme scheme) { return to_string(scheme) == solve.scheme; };
+  throw NumericalError(fmt::format(
+      "{}: scheme {} by {} on {} faces left a residual of {:.1e} after {} steps, above {:.1e}, 100 times its tolerance: "
+      "{}",
+      solve.stage, solve.scheme, solve.solver, solve.unknowns, solve.residual, solve.steps, kBroken * tolerance,
+      broken_remedy(*std::ranges::find_if(all_schemes(), named))));
 }
 
 void require_finite(const std::string& what, const Eigen::MatrixXcd& pressure) {

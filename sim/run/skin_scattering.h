@@ -54,7 +54,8 @@ class SkinModel {
 };
 
 /// A model with an array: what turns drives into pressures on the skin. The field of every channel is made when a
-/// method needs it. Solves are recorded.
+/// method needs it. Solves are recorded. Each throws NumericalError
+/// if prepare_solver() or require_solved() does.
 class SkinScattering {
  public:
   /// array     in the frame of the model's mesh
@@ -110,6 +111,14 @@ class SkinScattering {
 
   double reciprocal_condition() const { return model_->reciprocal_condition(); }
 
+  /// From now on a solution is returned however poor it is: for a study and for comparisons of schemes.
+  void allow_broken() { allow_broken_ = true; }
+
+  /// Factorises B where the solver does so, as the first solution would.
+  ///
+  /// throws   NumericalError if its condition leaves fewer than three digits, unless allow_broken()
+  const ScatteringSolver& prepare_solver();
+
  private:
   void record(const std::string& stage, Eigen::Index right_hand_sides, const SolveReport& report, double seconds);
   BodyOnCard* card(const std::string& stage) const;
@@ -124,11 +133,15 @@ class SkinScattering {
   TransducerArray array_;
   std::vector<SolveRecord>& records_;
   Progress& progress_;
+  bool allow_broken_ = false;
   std::optional<IncidentField> unit_;
 };
 
 /// One line: scheme, solver, precision, unknowns, near pairs, and why this solver.
 std::string describe_decision(const SkinScattering& scattering);
+
+/// throws   NumericalError that names the scheme to use, if the residual is not finite or above 100 tolerances
+void require_solved(const SolveRecord& solve, double tolerance);
 
 /// throws   NumericalError that names `what`
 void require_finite(const std::string& what, const Eigen::MatrixXcd& pressure);

@@ -199,13 +199,32 @@ MethodResult solve_method(const MethodSpec& method, Models& models, const Model&
   return result;
 }
 
-void warn_of_conditioning(const MethodSolver& solver, Run& run, Progress& progress) {
-  const double reciprocal = timed(progress, run.seconds, "condition", "estimate the condition number of B",
-                                  [&] { return solver.scattering().reciprocal_condition(); });
+/// Whether a scheme's first phases need no solution of its equations: its methods are then not the first to solve them.
+bool begins_unsolved(const SolveSpec& solve, Scheme scheme) {
+  const auto first = std::ranges::find_if(solve.methods, [&](const MethodSpec& method) {
+    return method.scheme == scheme && method.kind->model != MethodModel::kGiven;
+  });
+  return first != solve.methods.end() &&
+         (first->kind->model == MethodModel::kFree || first->kind->model == MethodModel::kScattered);
+}
+
+/// Before any phases: a matrix is factorised and its condition estimated; without a factorisation a focus is solved.
+void require_sound_system(const Model& model, Scheme scheme, SkinScattering& scattering, Run& run, Progress& progress) {
+  const std::string name = to_string(scheme);
+  const double reciprocal =
+      timed(progress, run.seconds, "condition_" + name, "examine the equations of " + name, [&] {
+        scattering.prepare();
+        const bool factorised = scattering.decision().options.kind == SolverKind::kLu && scattering.gpu() == nullptr;
+        if (!factorised && begins_unsolved(model.fixed->scene.solve, scheme)) {
+          scattering.pressure(free_focus(model), "trial");
+          note_solve(run, progress);
+        }
+        return scattering.reciprocal_condition();
+      });
   if (reciprocal < kSmallestReciprocalCondition) {
-    say({{fmt::format("ill_conditioned: B has a condition number of about {:.1e}; the pressure may have fewer than "
-                      "eight correct digits",
-                      1.0 / reciprocal)},
+    say({{fmt::format("ill_conditioned: the matrix of {} has a condition number of about {:.1e}; the pressure may have "
+                      "fewer than eight correct digits",
+                      name, 1.0 / reciprocal)},
          {}},
         run, progress);
   }
@@ -326,6 +345,12 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
   say(model_remarks(model), run, progress);
   Models models(model, options, run, progress);
   const MethodSpec& first = spec.methods.front();
+  std::set<Scheme> examined;
+  for (const MethodSpec& method : spec.methods) {
+    if (examined.insert(method.scheme).second) {
+      require_sound_system(model, method.scheme, models.of(method.scheme).scattering(), run, progress);
+    }
+  }
   if (run.target && !model.posture.target->pressure) {
     const auto find_scale = [&] { return models.of(first.scheme).best_scale(first, run.mesh, model.boxes, progress); };
     run.target->amplitudes *= timed(progress, run.seconds, kScaleStage,
@@ -336,7 +361,6 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
     run.methods.push_back(solve_method(method, models, model, gradient, run, progress));
     finished(run);
   }
-  warn_of_conditioning(models.of(first.scheme), run, progress);
   check_resonances(spec, models, run, progress);
   if (model.fixed->evaluation.elsewhere()) {
     evaluate_elsewhere(

@@ -14,8 +14,9 @@ namespace touchfield {
 /// p = B^-1 G q, then the fields. No file is written.
 ///
 /// finished   gets the run so far after each method
-/// throws     NumericalError if a matrix is singular or a pressure not finite, and what `finished` throws; a solve that
-///            misses its tolerance is a warning of the run
+/// throws     NumericalError if a matrix is singular, too ill-conditioned or a residual above 100 tolerances, all of
+///            that before phases are solved where it shows then, or if a pressure is not finite; and what `finished`
+///            throws. A solve that misses its tolerance by less is a warning of the run
 Run solve_model(const Model& model, const SolveOptions& options, const std::function<void(const Run&)>& finished,
                 Progress& progress);
 /// The same in silence, on all threads of OpenMP.

@@ -134,11 +134,11 @@ SolverSpec spec_of(const Scene& scene, SolverKind solver, Precision precision) {
 /// Why a rung is not worth starting; empty if it is.
 std::string reason_to_skip(const Model& model, Scheme scheme, const SolverSpec& spec, double limit) {
   const auto faces = static_cast<double>(model.body.mesh.face_count());
-  const double unknowns = faces + (traits(scheme).interior_points ? chief_points(model) : 0.0);
-  const SolverDecision decision = choose_solver(spec, scheme, static_cast<Eigen::Index>(unknowns), available_memory());
+  const double inside = traits(scheme).interior_points ? chief_points(model) : 0.0;
+  const SolverDecision decision = choose_solver(spec, scheme, static_cast<Eigen::Index>(faces), available_memory());
   const double steps = decision.options.kind == SolverKind::kLu ? 0.0 : expected_steps(model, scheme);
   const ModelCost cost =
-      scattering_cost(decision, scheme, faces, unknowns, static_cast<double>(model.fixed->scene.solve.methods.size()),
+      scattering_cost(decision, scheme, faces, inside, static_cast<double>(model.fixed->scene.solve.methods.size()),
                       steps, product_seconds(model.body.mesh, model.fixed->wave),
                       solver_grid(grid_body(model.body.mesh), model.fixed->wave, spec));
   if (available_memory() > 0 && cost.bytes > kMemoryShare * available_memory()) {
@@ -210,6 +210,7 @@ void solve_rung(const Scene& scene, const Model& model, Scheme scheme, const Sol
   reset_peak_memory();
   const double start = steady_now();
   SkinScattering scattering(model.body.mesh, model.fixed->wave, scheme, spec, model.fixed->array, records, progress);
+  scattering.allow_broken();
   MethodSolver methods(scattering, model.fixed->array.size(), target, scene.solve, outside_skin(model));
   std::optional<PhaseSolution> first;
   for (const MethodSpec& method : scene.solve.methods) {

@@ -30,7 +30,7 @@ const ScatteringSystem& system_of(Scheme scheme) {
 /// Two right-hand sides of very different size.
 Eigen::MatrixXcd right_hand_sides(const ScatteringSystem& system) {
   std::srand(1);
-  Eigen::MatrixXcd b = Eigen::MatrixXcd::Random(system.unknowns(), 2);
+  Eigen::MatrixXcd b = Eigen::MatrixXcd::Random(system.faces(), 2);
   b.col(1) *= 1e-6;
   return b;
 }
@@ -69,7 +69,7 @@ INSTANTIATE_TEST_SUITE_P(ScatteringSolver, EverySolver,
 
 TEST_P(EverySolver, AgreesWithLuInDouble) {
   options_.tolerance = 1e-10;  // in single precision only by refinement
-  options_.max_steps = 1500;   // chief's multipliers take more steps than the schemes without
+  options_.max_steps = 1500;
   options_.restart = 400;
   const auto solver = make_solver(system_, options_);
   const DenseLu lu(system_.dense());
@@ -153,10 +153,10 @@ TEST(ScatteringSolver, ReportsEveryStep) {
 
 TEST(ScatteringSolver, NoRightHandSideIsSolvedByNothing) {
   const ScatteringSystem& system = system_of(Scheme::kChief);
-  const Solved solved = make_solver(system, {})->solve(Eigen::MatrixXcd(system.unknowns(), 0));
+  const Solved solved = make_solver(system, {})->solve(Eigen::MatrixXcd(system.faces(), 0));
   EXPECT_TRUE(solved.report.converged);
   EXPECT_EQ(solved.x.cols(), 0);
-  EXPECT_EQ(solved.x.rows(), system.unknowns());
+  EXPECT_EQ(solved.x.rows(), system.faces());
 }
 
 TEST(ScatteringSolver, AValueThatIsNotFiniteNamesTheSystem) {

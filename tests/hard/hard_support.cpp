@@ -23,9 +23,6 @@ SolverOptions usual_solver(Scheme scheme) {
   if (scheme != Scheme::kBurtonMiller && scheme != Scheme::kBurtonMillerPolished) {
     options.kind = SolverKind::kLu;
   }
-  if (scheme == Scheme::kChief) {
-    options.precision = Precision::kDouble;
-  }
   return options;
 }
 

@@ -110,11 +110,12 @@ void expect_hand(const std::string& pose) {
   // Many modes at once: plain schemes say nothing of the shadow.
   EXPECT_GT(found.in_all.at(Scheme::kPaper), 0.15);
   EXPECT_GT(found.in_shadow.at(Scheme::kPaper), 0.5);
-  // One to three faces are CHIEF's points here: its matrix is beyond single precision.
+  // There are about as many points inside as faces.
   SolverOptions options = usual_solver(Scheme::kChief);
   options.precision = Precision::kSingle;
   const Answer single = answer(mesh, wave, omni_at(below), Scheme::kChief, options);
-  EXPECT_FALSE(single.report.converged);
+  EXPECT_TRUE(single.report.converged);
+  EXPECT_LT(found.in_all.at(Scheme::kChief), 0.2);
   fmt::print("chief in single: condition {:.1e}, residual {:.2g}\n", 1 / single.rcond, single.report.residual);
   const double off = error(mesh.areas(), single.pressure, found.reference);
   print_row("hard_few_edges", {what, mesh_cells(mesh, wave), Cells{{"where", "all, in single precision"}},

@@ -83,9 +83,20 @@ class Darts {
   Cell cells_;
 };
 
+/// How far a point has to be from each face.
+struct DartClearance {
+  Eigen::VectorXd of_face;  // [m]
+  double most;
+
+  bool has(const FaceTree& tree, const Vector3& x) const {
+    const SkinPoint skin = tree.nearest(x, most);
+    return skin.face < 0 || skin.distance >= of_face(skin.face);
+  }
+};
+
 /// Marks the darts, among those of `side`^3 cells from `first` on, that are inside with the clearance. Cells far from
 /// the skin are one question, the others are asked in eight parts.
-void mark_inside(const FaceTree& tree, const Darts& darts, double clearance, const Cell& first, Index side,
+void mark_inside(const FaceTree& tree, const Darts& darts, const DartClearance& clearance, const Cell& first, Index side,
                  std::vector<char>& hit) {
   const CellBox cells{first, (first + side).min(darts.cells())};
   if ((cells.last <= cells.first).any()) {
@@ -94,12 +105,12 @@ void mark_inside(const FaceTree& tree, const Darts& darts, double clearance, con
   if (side == 1) {
     const Index n = darts.number(first);
     const Vector3 x = darts(n);
-    hit[static_cast<std::size_t>(n)] = tree.nearest(x, clearance).face < 0 && tree.winding_number(x) > 0.5;
+    hit[static_cast<std::size_t>(n)] = clearance.has(tree, x) && tree.winding_number(x) > 0.5;
     return;
   }
   const Vector3 centre = 0.5 * (darts.corner(cells.first) + darts.corner(cells.last));
   const double radius = (darts.corner(cells.last) - centre).norm();
-  if (tree.nearest(centre, radius + clearance).face < 0) {
+  if (tree.nearest(centre, radius + clearance.most).face < 0) {
     const bool inside = tree.winding_number(centre) > 0.5;
     for_each_cell(cells, [&](const Cell& cell) { hit[static_cast<std::size_t>(darts.number(cell))] = inside; });
     return;
@@ -109,7 +120,7 @@ void mark_inside(const FaceTree& tree, const Darts& darts, double clearance, con
 }
 
 /// The darts that are inside with the clearance, in random order.
-std::vector<Index> darts_inside(const FaceTree& tree, const Darts& darts, double clearance) {
+std::vector<Index> darts_inside(const FaceTree& tree, const Darts& darts, const DartClearance& clearance) {
   constexpr Index kBlock = 8;  // cells a side, a power of two
   const Cell blocks = (darts.cells() + (kBlock - 1)) / kBlock;
   std::vector<char> hit(static_cast<std::size_t>(darts.count()), 0);
@@ -277,9 +288,10 @@ void require_positive(const char* name, double value) {
 
 }  // namespace
 
-Points spaced_interior_points(const TriangleMesh& mesh, double spacing, double clearance) {
+Points spaced_interior_points(const TriangleMesh& mesh, double spacing, double clearance, double edges) {
   require_positive("interior_points.spacing", spacing);
   require(clearance >= 0 && std::isfinite(clearance), "interior_points.clearance = {} must be >= 0", clearance);
+  require(edges >= 0 && std::isfinite(edges), "interior_points.edges = {} must be >= 0", edges);
   constexpr double kSeparation = 0.8;  // spacings; the darts that find room then number one a spacing^3
   constexpr Index kReach = 2;  // cells of half a spacing: two apart may be nearer than the separation, three not
   const Vector3 lower = mesh.vertices().rowwise().minCoeff().array() + clearance;
@@ -287,13 +299,16 @@ Points spaced_interior_points(const TriangleMesh& mesh, double spacing, double c
   if ((upper - lower).minCoeff() <= 0) {
     return Points(3, 0);
   }
+  const Eigen::VectorXd sides = (4.0 / std::sqrt(3.0) * mesh.areas()).cwiseSqrt();
+  DartClearance needed{(edges * sides).cwiseMax(clearance), 0.0};
+  needed.most = needed.of_face.maxCoeff();
   const FaceTree tree(mesh);
   const Darts darts(lower, upper, spacing);
   const double least = kSeparation * kSeparation * spacing * spacing;
   std::vector<char> kept(static_cast<std::size_t>(darts.count()), 0);
   Points points(3, darts.count());
   Index count = 0;
-  for (const Index n : darts_inside(tree, darts, clearance)) {
+  for (const Index n : darts_inside(tree, darts, needed)) {
     const Vector3 x = darts(n);
     const Cell cell = darts.cell(n);
     bool free = true;

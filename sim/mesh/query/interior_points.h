@@ -14,11 +14,12 @@ namespace touchfield {
 /// mesh        closed, outward normals; any genus and number of pieces
 /// spacing     [m], > 0
 /// clearance   least distance to the skin [m], >= 0
+/// edges       the same in edges of the nearest face, each the side of the equilateral triangle of its area, >= 0
 /// returns     3 x N [m]. In the bulk one point a spacing^3 within 10 %, a few more where the part that has the
 ///             clearance is thin. Wherever a ball of radius 0.87 spacings has the clearance, a point is nearer than
 ///             1.67 spacings to its centre. 3 x 0 if no dart has the clearance
 /// throws      InputError on a value out of range, or more than 20 million darts
-Points spaced_interior_points(const TriangleMesh& mesh, double spacing, double clearance);
+Points spaced_interior_points(const TriangleMesh& mesh, double spacing, double clearance, double edges = 0.0);
 
 /// Places for point sources inside a closed surface. The fields of such sources are known outside and show how accurate
 /// a solution is.

@@ -80,6 +80,15 @@ TEST(SpacedInteriorPoints, KeepClearanceInTheBox) {
   EXPECT_GE(least_distance(points), kSeparation * 3e-3);
 }
 
+TEST(SpacedInteriorPoints, KeepAShareOfTheNearestEdge) {
+  const TriangleMesh mesh = sphere(0.03, 6e-3).mesh;
+  const Points points = spaced_interior_points(mesh, 5e-3, 1e-3, 0.75);
+  const double smallest = std::sqrt(4.0 / std::sqrt(3.0) * mesh.areas().minCoeff());
+  ASSERT_GT(points.cols(), 0);
+  EXPECT_GE(depths(mesh, points).minCoeff(), 0.75 * smallest);
+  EXPECT_GT(spaced_interior_points(mesh, 5e-3, 1e-3).cols(), points.cols());
+}
+
 TEST(SpacedInteriorPoints, FillAFingerAlongItsLength) {
   const double length = 0.06;
   const Points points = spaced_interior_points(capsule(8e-3, length, 2.5e-3).mesh, 3.5e-3, 2.5e-3);
