@@ -46,8 +46,8 @@ array:
 # The body whose skin scatters the sound. Others: mesh (a file), capsule, sphere, box.
 body:
   hand: {{pose: index_up, forearm_mm: 250}}
-  place: {{landmark: index_pad, at_mm: [0, 0, 150]}}
-  edge_mm: {{near_target: 2, far: 8, within_mm: 8}}  # shorter edges: less error, more time
+  place: {{landmark: index_pad, at_mm: [0, -60, 150]}}
+  edge_mm: {{near_target: 1.8, far: 6, within_mm: 12}}  # shorter edges: less error, more time
   keep_within_mm: 30               # of the target: scattering is solved there; leave it out for the whole body
 
 # The target: the skin in a disc, and the pressure that is wanted there.
@@ -60,7 +60,7 @@ solve:
   methods: [surface, focus]
 
 # The mesh on which all methods are compared: the whole hand and the arm.
-evaluation: {{edge_mm: {{near_target: 1.6, far: 5, within_mm: 8}}}}
+evaluation: {{edge_mm: {{near_target: 1.4, far: 5, within_mm: 8}}}}
 )";
 
 struct InitCommand {
