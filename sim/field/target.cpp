@@ -27,9 +27,6 @@ namespace touchfield {
 
 namespace {
 
-/// A point in the box's own frame, from its centre.
-Vector3 in_box_frame(const TargetBox& box, const Vector3& x) { return box.rotation.transpose() * (x - box.centre); }
-
 double distance_to(const TargetBox& box, const Vector3& x) {
   const Vector3 own = in_box_frame(box, x).cwiseAbs();
   if (box.shape == TargetShape::kCylinder) {
@@ -173,17 +170,6 @@ double mitre(const Vector3& before, const Vector3& after, double width) {
 }
 
 }  // namespace
-
-double level_at(const TargetBox& box, const Vector3& x) {
-  const Vector3 own = in_box_frame(box, x);
-  if (box.shape == TargetShape::kMask) {
-    return box.mask ? box.level * box.mask->level(own) : 0.0;
-  }
-  const bool beside = box.shape == TargetShape::kCylinder
-                          ? own.head<2>().norm() <= 0.5 * box.size.x()
-                          : (own.head<2>().cwiseAbs().array() <= 0.5 * box.size.head<2>().array()).all();
-  return beside && std::abs(own.z()) <= 0.5 * box.size.z() ? box.level : 0.0;
-}
 
 bool hold_faces(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes) {
   const std::vector<FacePart> parts = face_parts(mesh, boxes);

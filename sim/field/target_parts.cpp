@@ -44,7 +44,7 @@ class ConvexBox {
   }
 
   const std::vector<HalfSpace>& sides() const { return sides_; }
-  Vector3 own(const Vector3& x) const { return box_.rotation.transpose() * (x - box_.centre); }
+  Vector3 own(const Vector3& x) const { return in_box_frame(box_, x); }
   Vector3 world(const Vector3& x) const { return box_.centre + box_.rotation * x; }
 
   /// How far a point of the own frame is outside, at least; negative inside, by the distance to the nearest side.

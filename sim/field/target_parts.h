@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "sim/field/target.h"
+#include "sim/field/target_box.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {

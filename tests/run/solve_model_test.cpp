@@ -107,8 +107,10 @@ TEST(SolveModel, TheBoundIsBelowWhatAnyMethodReaches) {
 std::pair<std::string, int> ended(const std::vector<std::string>& changes) {
   Progress silent;
   int shown = 0;
-  const std::string message = message_of<NumericalError>(
-      [&] { solve_model(small_model(changes), {}, [&](const touchfield::Run&) { ++shown; }, silent); });
+  const std::string message = message_of<NumericalError>([&] {
+    solve_model(
+        small_model(changes), {}, [&](const touchfield::Run&) { ++shown; }, silent);
+  });
   return {message, shown};
 }
 
@@ -127,11 +129,11 @@ TEST(SolveModel, ASystemThatIsNotSolvedEndsTheRunBeforePhases) {
 
 // Two skins 0.1 um apart see each other by entries of 1e5.
 TEST(SolveModel, AConditionThatLeavesFewerThanThreeDigitsEndsTheRunBeforePhases) {
-  const auto [message, shown] = ended(
-      {"body=null", "solve.solver=lu", "solve.precision=single", "solve.scheme=paper", "evaluation=none",
-       "target.box={at: one.bottom, size_mm: [6, 12, 5]}",
-       "bodies=[{name: one, box: {size_mm: [8, 8, 8]}, edge_mm: 2, place: {at_mm: [0, 0, 60]}}, "
-       "{name: other, box: {size_mm: [8, 8, 8]}, edge_mm: 2, place: {at_mm: [0, 8.0001, 60]}}]"});
+  const auto [message, shown] =
+      ended({"body=null", "solve.solver=lu", "solve.precision=single", "solve.scheme=paper", "evaluation=none",
+             "target.box={at: one.bottom, size_mm: [6, 12, 5]}",
+             "bodies=[{name: one, box: {size_mm: [8, 8, 8]}, edge_mm: 2, place: {at_mm: [0, 0, 60]}}, "
+             "{name: other, box: {size_mm: [8, 8, 8]}, edge_mm: 2, place: {at_mm: [0, 8.0001, 60]}}]"});
   EXPECT_THAT(message, AllOf(HasSubstr("scheme paper on "), HasSubstr("fewer than 3 of the 7 digits"),
                              HasSubstr("burton_miller_polished")));
   EXPECT_EQ(shown, 0);
