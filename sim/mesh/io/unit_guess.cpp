@@ -13,10 +13,9 @@ namespace touchfield {
 
 namespace {
 
-// Longest extents [m]. A fist is some 0.12 m with its wrist; the longest hands are 0.22 m, their scans end behind the
-// wrist.
+// Longest extents [m]. A fist is some 0.12 m with its wrist; the longest hands are 0.22 m, with a forearm 0.56 m.
 constexpr double kShortestHand = 0.12;
-constexpr double kLongestHand = 0.26;
+constexpr double kLongestHand = 0.56;
 constexpr double kFingertip = 0.01;
 constexpr double kArm = 1.0;
 constexpr double kLeastMeshed = 1e-3;  // below, no mesh at ultrasound's wavelengths is of use

@@ -4,6 +4,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "sim/hand/hand.h"
 #include "tests/support/surface_support.h"
@@ -14,7 +15,7 @@ namespace touchfield::unit_guess_test {
 std::string unit_of(double size) { return guess_unit(size).unit.name; }
 
 TEST(UnitGuess, AHandIsSureInMillimetresAndMetres) {
-  for (const double metres : {0.125, 0.19, 0.255}) {
+  for (const double metres : {0.125, 0.19, 0.44, 0.55}) {
     EXPECT_EQ(unit_of(metres * 1e3), "mm") << metres;
     EXPECT_EQ(guess_unit(metres * 1e3).certainty, UnitCertainty::kSure) << metres;
     EXPECT_EQ(unit_of(metres), "m") << metres;
@@ -30,10 +31,10 @@ TEST(UnitGuess, AHandInCentimetresIsLikelyOnly) {
 
 TEST(UnitGuess, OtherBodiesAreUnclear) {
   EXPECT_EQ(unit_of(70), "mm");  // a finger; in cm it would be farther from a hand
-  EXPECT_EQ(unit_of(450), "mm");
+  EXPECT_EQ(unit_of(700), "mm");
   EXPECT_EQ(unit_of(0.07), "m");
   EXPECT_EQ(unit_of(5), "cm");  // 5 mm is no body
-  for (const double size : {70.0, 450.0, 0.07, 5.0}) {
+  for (const double size : {70.0, 700.0, 0.07, 5.0}) {
     EXPECT_EQ(guess_unit(size).certainty, UnitCertainty::kUnclear) << size;
   }
 }
@@ -48,7 +49,7 @@ TEST(UnitGuess, NoUnitMakesABodyOfAMicronOrAHouse) {
 
 TEST(UnitGuess, SaysTheSizesAndWhy) {
   EXPECT_EQ(guess_unit(0.193).reason,
-            "0.193 units across: 0.193 mm if in mm, 1.93 mm if in cm, 193 mm if in m; a hand is 120 to 260 mm");
+            "0.193 units across: 0.193 mm if in mm, 1.93 mm if in cm, 193 mm if in m; a hand is 120 to 560 mm");
 }
 
 TEST(UnitGuess, NeedsASize) {
@@ -74,10 +75,12 @@ TEST(SurfaceSize, IsThatOfTheNamedPoints) {
 
 // The longest and the shortest of the shipped poses are what `hand` must mean.
 TEST(SurfaceSize, AHandIsSurelyAHandInAnyPose) {
-  for (const std::string pose : {"flat", "fist"}) {
+  for (const auto& [pose, forearm] :
+       {std::pair("flat", 0.0), std::pair("fist", 0.0), std::pair("flat", kMostForearm)}) {
     HandOptions options;
     options.pose = pose;
     options.edge = 6e-3;
+    options.forearm = forearm;
     const TriangleMesh mesh = hand(options).mesh;
     for (const double unit : {1e-3, 1.0}) {
       const UnitGuess guess = guess_unit(surface_size(file_of(mesh, unit)));
