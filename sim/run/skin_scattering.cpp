@@ -164,7 +164,8 @@ void SkinScattering::record(const std::string& stage, Eigen::Index right_hand_si
 
 const ScatteringSolver& SkinScattering::prepare_solver() {
   const ScatteringSolver& solver = model_->solver();
-  const bool single = decision().options.precision == Precision::kSingle;
+  // Refined solutions have the residual of double precision: require_solved judges them.
+  const bool single = decision().options.precision == Precision::kSingle && !decision().options.refine;
   const double rounding = single ? 0.5 * std::numeric_limits<float>::epsilon() : 0.5 * kDoubleEpsilon;
   const double condition = 1.0 / reciprocal_condition();
   if (!allow_broken_ && condition * rounding > kLeastAccurate) {

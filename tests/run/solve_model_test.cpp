@@ -130,8 +130,8 @@ TEST(SolveModel, ASystemThatIsNotSolvedEndsTheRunBeforePhases) {
 // Two skins 0.1 um apart see each other by entries of 1e5.
 TEST(SolveModel, AConditionThatLeavesFewerThanThreeDigitsEndsTheRunBeforePhases) {
   const auto [message, shown] =
-      ended({"body=null", "solve.solver=lu", "solve.precision=single", "solve.scheme=paper", "evaluation=none",
-             "target.box={at: one.bottom, size_mm: [6, 12, 5]}",
+      ended({"body=null", "solve.solver=lu", "solve.precision=single", "solve.refine=false", "solve.scheme=paper",
+             "evaluation=none", "target.box={at: one.bottom, size_mm: [6, 12, 5]}",
              "bodies=[{name: one, box: {size_mm: [8, 8, 8]}, edge_mm: 2, place: {at_mm: [0, 0, 60]}}, "
              "{name: other, box: {size_mm: [8, 8, 8]}, edge_mm: 2, place: {at_mm: [0, 8.0001, 60]}}]"});
   EXPECT_THAT(message, AllOf(HasSubstr("scheme paper on "), HasSubstr("fewer than 3 of the 7 digits"),
