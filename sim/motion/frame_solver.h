@@ -48,8 +48,9 @@ Eigen::VectorXd steered(const Eigen::VectorXd& phases, const TransducerArray& ar
 ///
 /// Some frames make no transfer matrix: those of `surface` that start from the one before on a processor, by LU in
 /// single precision. They minimise the same cost by PhaseDescent on FactoredTransfer, with two steps for each of
-/// motion.iterations. The residual of the equations is checked in the first frame alone, which is not one of them. Methods with free amplitudes keep the transfer matrix, as
-/// do scenes with solve.outside_weight 0. So do meshes of fewer than 1000 faces with all of the skin solved.
+/// motion.iterations. The residual of the equations is checked in the first frame alone, which is not one of them.
+/// Methods with free amplitudes keep the transfer matrix, as do scenes with solve.outside_weight 0. So do meshes of
+/// fewer than 1000 faces with all of the skin solved.
 class FrameSolver {
  public:
   /// moving   what is solved
