@@ -1,5 +1,10 @@
 #include "sim/model/model.h"
 
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "tests/support/scene_support.h"
 #include "tests/support/solve_support.h"
 #include "tests/support/testing.h"
 
