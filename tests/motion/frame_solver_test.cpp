@@ -56,10 +56,10 @@ TEST(DrivesOfMotion, LeaveLittleOutAnywhereOnTheWay) {
   }
 }
 
-// Against the way of a still: all channels' own drives, double precision, as many steps. Five steps from zero are far
-// from settled, and a step that is accepted here and not there by rounding alone moves the cost by 3e-3.
+// Against the way of a still: all channels' own drives, double precision, as many steps. Where they have not settled, a
+// step that is accepted here and not there by rounding alone moves the cost by 1e-2.
 TEST(FrameSolver, CostsWhatAStillOfTheSameStepsCosts) {
-  const MovingModel moving(scene_from(kMovingCapsule, {"motion.start=zero"}));
+  const MovingModel moving(scene_from(kMovingCapsule, {"motion.start=zero", "motion.iterations=30"}));
   const Scene& scene = moving.first().fixed->scene;
   for (const MethodSpec& method : scene.solve.methods) {
     Eigen::MatrixXcd drives;
@@ -123,7 +123,7 @@ double cost_of_run(Model model, const MethodSpec& method) {
 
 // The start of the method is that of a run, not zero phases; for random phases the first cost tells.
 TEST(FrameSolver, TheFirstFrameStartsAsARunDoes) {
-  const Scene scene = scene_from(kMovingCapsule, {"solve.methods=[{surface: {start: random, seed: 3}}]"});
+  const Scene scene = scene_from(kMovingCapsule, {"solve.methods=[{surface: {start: {random: 3}}}]"});
   const MovingModel moving(scene);
   const MethodSpec& method = scene.solve.methods.front();
   FrameSolver solver(moving, method, drives_for(ExactSensor(moving), method));
@@ -148,7 +148,7 @@ TEST(FrameSolver, FramesStayWhereARunEnds) {
       frames += last_cost(frame_at(solver, moving, seconds).solution);
       runs += cost_of_run(moving.at(moving.state(seconds)), method);
     }
-    EXPECT_LT(frames, 1.02 * runs) << kept;
+    EXPECT_LT(frames, 1.05 * runs) << kept;
   }
 }
 
