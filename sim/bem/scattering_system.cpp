@@ -15,7 +15,7 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kChiefEdges = 0.75;  // of the nearest face: for a nearer point one point does not stand for the face
+constexpr double kChiefEdges = 0.5;  // of the nearest face: for a nearer point one point does not stand for the face
 
 Eigen::VectorXcd burton_miller_diagonal(const TriangleMesh& mesh, const Complex& wavenumber, double gamma) {
   Eigen::VectorXcd diagonal(mesh.face_count());

@@ -282,6 +282,7 @@ AccuracyReport measure_accuracy(const Model& model, Progress& progress) {
   require_solved({.stage = "accuracy",
                   .scheme = report.scheme,
                   .solver = report.solver,
+                  .precision = "",
                   .unknowns = model.body.mesh.face_count(),
                   .residual = report.residual},
                  solve.solver.tolerance);

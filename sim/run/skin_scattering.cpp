@@ -25,6 +25,7 @@ SystemOptions system_options(const SolverSpec& spec, SolverKind kind) {
 
 constexpr double kDoubleEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kBroken = 100.0;        // tolerances
+constexpr double kNoSolution = 0.5;      // a residual that no tolerance excuses
 constexpr double kLeastAccurate = 1e-3;  // three digits
 constexpr double kUnrefined = 1e-5;      // the finest tolerance of single precision that is not refined
 
@@ -164,17 +165,17 @@ void SkinScattering::record(const std::string& stage, Eigen::Index right_hand_si
 
 const ScatteringSolver& SkinScattering::prepare_solver() {
   const ScatteringSolver& solver = model_->solver();
-  // Refined solutions have the residual of double precision: require_solved judges them.
-  const bool single = decision().options.precision == Precision::kSingle && !decision().options.refine;
-  const double rounding = single ? 0.5 * std::numeric_limits<float>::epsilon() : 0.5 * kDoubleEpsilon;
+  const SolverOptions& options = decision().options;
+  const bool single = options.precision == Precision::kSingle;
+  const double rounding = 0.5 * (single ? std::numeric_limits<float>::epsilon() : kDoubleEpsilon);
   const double condition = 1.0 / reciprocal_condition();
-  if (!allow_broken_ && condition * rounding > kLeastAccurate) {
-    const bool helps = single && condition * 0.5 * kDoubleEpsilon <= kLeastAccurate;
+  // Refinement makes up for all digits but the last.
+  if (!allow_broken_ && condition * rounding > (single && options.refine ? 1.0 : kLeastAccurate)) {
     throw NumericalError(fmt::format(
-        "scheme {} on {} faces: its matrix has a condition number of about {:.1e}, which leaves fewer than 3 of the {} "
+        "scheme {} on {} faces: its matrix has a condition number of about {:.1e}, which leaves too few of the {} "
         "digits of {} precision: {}{}",
-        to_string(system().scheme()), system().faces(), condition, single ? 7 : 16, single ? "single" : "double",
-        helps ? "set solve.precision: double, or " : "", broken_remedy(system().scheme())));
+        to_string(system().scheme()), system().faces(), condition, single ? 7 : 16, precision_name(options),
+        single ? "set solve.precision: double, or " : "", broken_remedy(system().scheme())));
   }
   return solver;
 }
@@ -313,14 +314,15 @@ std::string describe_decision(const SkinScattering& scattering) {
 }
 
 void require_solved(const SolveRecord& solve, double tolerance) {
-  if (solve.residual <= kBroken * tolerance) {
+  const double most = std::min(kBroken * tolerance, kNoSolution);
+  if (solve.residual <= most) {
     return;
   }
   const auto named = [&](Scheme scheme) { return to_string(scheme) == solve.scheme; };
   throw NumericalError(fmt::format(
-      "{}: scheme {} by {} on {} faces left a residual of {:.1e} after {} steps, above {:.1e}, 100 times its tolerance: "
-      "{}",
-      solve.stage, solve.scheme, solve.solver, solve.unknowns, solve.residual, solve.steps, kBroken * tolerance,
+      "{}: scheme {} by {} on {} faces left a residual of {:.1e} after {} steps; at most {:.1e} is accepted, for a tolerance of "
+      "{:.1e}: {}",
+      solve.stage, solve.scheme, solve.solver, solve.unknowns, solve.residual, solve.steps, most, tolerance,
       broken_remedy(*std::ranges::find_if(all_schemes(), named))));
 }
 

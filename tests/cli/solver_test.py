@@ -1,5 +1,6 @@
 """How B p = b is solved, through the command line: every solver and precision comes to the same pressure."""
 
+import json
 import math
 import unittest
 
@@ -53,6 +54,19 @@ class Solver(CommandTest):
         self.assertEqual(warning_names(self.last.stderr), ["not_converged"])
         with open_run(self.folder / "out") as run:
             self.assertEqual(run.attrs["complete"], 1)
+
+    def test_a_system_that_is_not_solved_ends_a_run_before_phases(self):
+        scene = self.write("scene.yaml", FINGER)
+        one_step = ["--set", "solve.solver=gmres", "--set", "solve.max_steps=1", "--set", "solve.scheme=paper"]
+        says = ["trial: scheme paper by GMRES, stored on", "after 1 steps", "use the scheme burton_miller_polished"]
+        self.is_refused("run", scene, "-o", "out", *one_step, code=1, says=says)
+        self.assertFalse((self.folder / "out/run.h5").exists())
+        self.assertNotIn("solve paper", (self.folder / "out/run.log").read_text().replace("set up scheme paper", ""))
+        # `check` tells, `study` measures it.
+        said = json.loads(self.run_ok("check", scene, "--accuracy", "--json", *one_step).stdout)["warnings"]
+        self.assertTrue(any(warning.startswith("broken_system: accuracy: scheme paper ") for warning in said), said)
+        self.run_ok("study", scene, "-o", "study", "--edges-mm", "3.6", "--schemes", "paper", "--solvers", "gmres", *one_step)
+        self.assertIn("not converged in 1 steps", (self.folder / "study/study.csv").read_text())
 
     def test_resonance_check(self):
         _, _, solves = self.solve(resonance_check="never")

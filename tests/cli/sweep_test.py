@@ -272,6 +272,15 @@ class SweepTest(CommandTest):
         written(scene=tiny + "# a remark changes nothing\n")
         self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet")
 
+    def test_a_system_that_is_not_solved_fails_its_case_alone(self):
+        self.sweep("s.yaml", "set: {solve.solver: gmres}\ngrid: {solve.max_steps: [1, 400]}\n")
+        done = self.touchfield("sweep", "s.yaml", "-o", "out")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertRegex(done.stderr, r"case 1 .*scheme paper_corrected by GMRES, stored .* use the scheme burton_miller_polished")
+        rows = table(self.folder / "out")
+        self.assertEqual([row["status"] for row in rows][0], "failed")
+        self.assertEqual({row["status"] for row in rows[1:]}, {"ok"})
+
     def test_a_failed_case_is_recorded_and_the_rest_go_on(self):
         # At 5 mm the sphere reaches through the array: found only when the scene is built.
         self.sweep("s.yaml", "grid: {'body.place.at_mm[2]': [60, 5, 70]}\n")
