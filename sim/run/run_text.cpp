@@ -267,8 +267,8 @@ std::string methods_table(const Run& run) {
     width_wanted = std::isnan(metrics.width_wanted_mm) ? width_wanted : metrics.width_wanted_mm;
     rows.push_back({result.name, percent_text(metrics.relative_error), percent_text(metrics.relative_error_radiation),
                     table_number(metrics.mean_inside_pa, "{:.0f} Pa"),
-                    table_number(1e2 * metrics.reached_share, "{:.0f} %"), table_number(metrics.width_mm, "{:.2f} mm"),
-                    table_number(metrics.width_radiation_mm, "{:.2f}"), percent_text(metrics.leakage),
+                    table_number(1e2 * metrics.reached_share, "{:.0f} %"), table_number(metrics.width_mm, "{:.1f} mm"),
+                    table_number(metrics.width_radiation_mm, "{:.1f}"), percent_text(metrics.leakage),
                     table_number(1e3 * metrics.force_target_n, "{:.3g} mN"),
                     table_number(metrics.seconds_total, "{:.1f}")});
     if (with_gap) {

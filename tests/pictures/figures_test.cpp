@@ -181,7 +181,7 @@ TEST(Figures, EveryPictureSaysWhichRunItShows) {
   RunData run = full_run();
   run.name = "width_5mm";
   const std::vector<std::string> files = draw_png(directory.path(), run);
-  ASSERT_EQ(files.size(), 3U + 2U + 2U);  // overview, setup, target, two methods on the skin and in the plane
+  ASSERT_EQ(files.size(), 3U + 3U + 2U);  // overview, setup, target, two methods on the skin, P of one, and the plane
   for (const std::string& file : files) {
     SCOPED_TRACE(file);
     const Picture picture(file);
@@ -237,7 +237,7 @@ TEST(Figures, ComeAsPdfAndSvgToo) {
   const RunData run = full_run();
   const std::vector<std::string> pdf = draw_figures(directory.path(), run, PictureFormat::kPdf);
   const std::vector<std::string> svg = draw_figures(directory.path(), run, PictureFormat::kSvg);
-  ASSERT_EQ(pdf.size(), 3U + 2U + 2U);
+  ASSERT_EQ(pdf.size(), 3U + 3U + 2U);
   ASSERT_EQ(svg.size(), pdf.size());
   for (std::size_t i = 0; i < pdf.size(); ++i) {
     SCOPED_TRACE(pdf[i]);

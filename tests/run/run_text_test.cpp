@@ -14,7 +14,7 @@ TEST(Describe, SaysWhatThereIs) {
   const std::string text = describe_run(full_run());
   for (const char* part :
        {"complete          yes", "faces 48, vertices 35, area 24 cm2", "6 transducers", "t4010a1",
-        "target faces      3\n", "2000 Pa", "surface", "paper-2", "35.0 %", "5.25 mm", "stalled", "direct",
+        "target faces      3\n", "2000 Pa", "surface", "paper-2", "35.0 %", "5.2 mm", "stalled", "direct",
         "side 5 x 1 x 4", "0123456789ab", "coarse mesh", "evaluation        edge\n",
         "evaluation scheme burton_miller_polished\n", "faces 80, vertices", "resonance check   1.25 %\n"}) {
     EXPECT_THAT(text, HasSubstr(part));
