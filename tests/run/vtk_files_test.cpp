@@ -123,7 +123,7 @@ TEST(SurfaceVtp, HoldsMeshTargetAndPressures) {
   }
   vtkCellData* data = surface->GetCellData();
   expect_values(data, "target_pa", faces, [](Eigen::Index f) {
-    return f == 3 ? 1000.0 : f == 4 ? 2000.0 : f == 10 ? 1e-3 : 0.0;
+    return f == 3 ? 1000.0 : f == 4 ? 0.25 * 2000.0 : f == 10 ? 0.5 * 1e-3 : 0.0;
   });
   for (const MethodResult& result : run.methods) {
     expect_pressure(data, result.name, result.pressure);
@@ -156,7 +156,7 @@ TEST(EvaluationVtp, HoldsTheEvaluationMeshItsTargetAndPressures) {
   ASSERT_EQ(surface->GetNumberOfCells(), 80);
   vtkCellData* data = surface->GetCellData();
   expect_values(data, "target_pa", 80, [](Eigen::Index f) {
-    return f == 5 ? 1e-3 : f == 6 ? 7.0 : f == 17 ? 1000.0 : f == 18 ? 2000.0 : 0.0;
+    return f == 5 ? 1e-3 : f == 6 ? 0.75 * 7.0 : f == 17 ? 1000.0 : f == 18 ? 0.5 * 2000.0 : 0.0;
   });
   for (const std::size_t method : {0U, 1U}) {
     expect_pressure(data, run.methods[method].name, run.methods[method].evaluation_pressure);
