@@ -31,7 +31,7 @@ def check_same(found, expected):
 
 def check(run):
     assert run.attrs["format"] == "touchfield-run"
-    assert run.attrs["format_version"] == 6
+    assert run.attrs["format_version"] == 7
     assert run.attrs["solved_skin"] == "part"
     assert run.attrs["name"] == "width \u00fc 5mm"
     assert run.attrs["complete"] == 1
@@ -83,7 +83,7 @@ def check(run):
 
     transfer = run["transfer/burton_miller"]
     assert transfer["face"] == run["target/face"] and transfer["wanted"] == run["target/amplitude"]
-    np.testing.assert_allclose(transfer["weight"][:], area[run["target/face"][:]])
+    np.testing.assert_allclose(transfer["weight"][:], run["target/share"][:] * area[run["target/face"][:]])
     for name, (rows, seed, unit) in {"target": (3, 0.5, "Pa"), "outside": (2, 1.5, "Pa m"), "incident": (3, 2.5, "Pa")}.items():
         check_same(transfer[name][:], made_up(rows * 6, seed).reshape(6, rows).T)
         assert transfer[name].attrs["unit"] == unit
@@ -146,7 +146,7 @@ def check_same_evaluation(run):
 
 
 def check_motion(motion):
-    assert motion.attrs["format"] == "touchfield-motion" and motion.attrs["format_version"] == 5
+    assert motion.attrs["format"] == "touchfield-motion" and motion.attrs["format_version"] == 6
     assert motion.attrs["solved_skin"] == "whole"
     assert motion.attrs["complete"] == 1 and motion.attrs["seconds"] == 0.2
 
