@@ -31,7 +31,7 @@ constexpr double kUnrefined = 1e-5;      // the finest tolerance of single preci
 
 std::string broken_remedy(Scheme scheme) {
   return traits(scheme).burton_miller
-             ? "`touchfield check` names faults of the mesh, and solve.solver: lu takes no steps"
+             ? "raise solve.max_steps or set solve.solver: lu; `touchfield check` names faults of the mesh"
              : "use the scheme " + to_string(kDefaultScheme) + ", whose equations can be solved on any closed body";
 }
 
@@ -320,8 +320,8 @@ void require_solved(const SolveRecord& solve, double tolerance) {
   }
   const auto named = [&](Scheme scheme) { return to_string(scheme) == solve.scheme; };
   throw NumericalError(fmt::format(
-      "{}: scheme {} by {} on {} faces left a residual of {:.1e} after {} steps; at most {:.1e} is accepted, for a tolerance of "
-      "{:.1e}: {}",
+      "{}: scheme {} by {} on {} faces left a residual of {:.1e} after {} steps; at most {:.1e} is accepted, for a "
+      "tolerance of {:.1e}: {}",
       solve.stage, solve.scheme, solve.solver, solve.unknowns, solve.residual, solve.steps, most, tolerance,
       broken_remedy(*std::ranges::find_if(all_schemes(), named))));
 }

@@ -48,8 +48,8 @@ class Solver(CommandTest):
         self.assertEqual(refined["converged"][0], 1)
 
     def test_too_few_steps_are_a_warning(self):
-        _, _, solves = self.solve(max_steps=2)
-        self.assertEqual((solves["steps"][0], solves["converged"][0]), (2, 0))
+        _, _, solves = self.solve(max_steps=5)
+        self.assertEqual((solves["steps"][0], solves["converged"][0]), (5, 0))
         self.assertGreater(solves["residual"][0], 1e-4)
         self.assertEqual(warning_names(self.last.stderr), ["not_converged"])
         with open_run(self.folder / "out") as run:
@@ -59,9 +59,9 @@ class Solver(CommandTest):
         scene = self.write("scene.yaml", FINGER)
         one_step = ["--set", "solve.solver=gmres", "--set", "solve.max_steps=1", "--set", "solve.scheme=paper"]
         says = ["trial: scheme paper by GMRES, stored on", "after 1 steps", "use the scheme burton_miller_polished"]
-        self.is_refused("run", scene, "-o", "out", *one_step, code=1, says=says)
+        done = self.is_refused("run", scene, "-o", "out", *one_step, code=1, says=says)
         self.assertFalse((self.folder / "out/run.h5").exists())
-        self.assertNotIn("solve paper", (self.folder / "out/run.log").read_text().replace("set up scheme paper", ""))
+        self.assertNotIn("  solve paper", done.stdout + done.stderr)
         # `check` tells, `study` measures it.
         said = json.loads(self.run_ok("check", scene, "--accuracy", "--json", *one_step).stdout)["warnings"]
         self.assertTrue(any(warning.startswith("broken_system: accuracy: scheme paper ") for warning in said), said)
