@@ -156,7 +156,7 @@ Remarks result_remarks(const Run& run, double most) {
 
 double resonance_check_seconds(bool plain, double product) { return (plain ? 15.0 : kMaxSteps) * product; }
 
-bool has_cure(Scheme scheme) { return traits(scheme).burton_miller || traits(scheme).interior_points; }
+bool has_cure(Scheme scheme) { return traits(scheme).burton_miller; }
 
 bool wants_resonance_check(ResonanceCheck choice, double seconds, double spent) {
   return choice == ResonanceCheck::kAlways ||

@@ -160,9 +160,10 @@ TEST(ResultRemarks, EverySchemeWithoutACureIsCompared) {
                    "{fixed: {phases_rad: 0, scheme: paper}}, {unscattered: {scheme: chief}}]",
                    "solve.resonance_check=always"}));
   EXPECT_FALSE(std::isnan(run.resonance_check));  // of the first method's, burton_miller_polished
-  ASSERT_EQ(run.resonance_checks.size(), 2U);
+  ASSERT_EQ(run.resonance_checks.size(), 3U);
   EXPECT_EQ(run.resonance_checks[0].first, "paper");
   EXPECT_EQ(run.resonance_checks[1].first, "paper_corrected");
+  EXPECT_EQ(run.resonance_checks[2].first, "chief");
   // What they are compared with is the run's own burton_miller_polished.
   std::vector<std::string> references;
   for (const SolveRecord& solve : run.solves) {
@@ -170,7 +171,8 @@ TEST(ResultRemarks, EverySchemeWithoutACureIsCompared) {
       references.push_back(solve.scheme);
     }
   }
-  EXPECT_THAT(references, ElementsAre("paper_corrected", "burton_miller_polished", "burton_miller_polished"));
+  EXPECT_THAT(references, ElementsAre("paper_corrected", "burton_miller_polished", "burton_miller_polished",
+                                      "burton_miller_polished"));
   for (std::size_t i = 0; i < 2; ++i) {
     const MethodResult& method = run.methods[i + 1];
     EXPECT_GT(run.resonance_checks[i].second, 1e-4) << method.name;
