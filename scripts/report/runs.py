@@ -27,7 +27,7 @@ STYLES = {"surface": {"color": "#0072B2", "marker": "o", "linestyle": "-"},
 METRICS = ["relative_error", "relative_error_raw", "scale", "correlation", "leakage", "mean_inside_pa", "cv_inside",
            "width_mm", "width_wanted_mm", "peak_pa", "relative_error_radiation", "leakage_radiation", "width_radiation_mm",
            "force_target_n", "force_elsewhere_n", "cost", "cost_skin", "cost_bound", "optimality_gap", "iterations",
-           "seconds_solve", "evaluation_difference"]
+           "seconds_solve", "evaluation_difference", "evaluation_difference_target"]
 
 
 @dataclasses.dataclass
@@ -63,7 +63,7 @@ def skin(folder):
         evaluation = run["evaluation"]
         triangles = evaluation["mesh/triangles"][:]
         wanted = numpy.zeros(len(triangles))
-        wanted[evaluation["target/face"][:]] = evaluation["target/amplitude"][:]
+        wanted[evaluation["target/face"][:]] = evaluation["target/share"][:] * evaluation["target/amplitude"][:]
         return Skin(evaluation["mesh/vertices"][:][triangles], triangles, evaluation["mesh/area"][:], wanted,
                     {name: numpy.abs(method["pressure"][:]) for name, method in evaluation["methods"].items()})
 

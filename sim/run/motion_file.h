@@ -8,7 +8,7 @@
 namespace touchfield {
 
 /// Version of the layout of motion.h5; docs/motion-file.md describes it.
-inline constexpr int kMotionFormatVersion = 6;
+inline constexpr int kMotionFormatVersion = 5;
 
 inline constexpr ArchiveFormat kMotionArchive = {"motion", kMotionFormatVersion};
 

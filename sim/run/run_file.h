@@ -8,7 +8,7 @@
 namespace touchfield {
 
 /// Version of the layout of run.h5; docs/run-file.md describes it.
-inline constexpr int kRunFormatVersion = 7;
+inline constexpr int kRunFormatVersion = 6;
 
 /// Writes a run as HDF5. The file appears under `path` whole or not at all (temporary name, flush, rename); an older
 /// one is replaced. Groups that were not computed are absent.

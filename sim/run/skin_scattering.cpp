@@ -32,7 +32,7 @@ constexpr double kUnrefined = 1e-5;      // the finest tolerance of single preci
 std::string broken_remedy(Scheme scheme) {
   return traits(scheme).burton_miller
              ? "raise solve.max_steps or set solve.solver: lu; `touchfield check` names faults of the mesh"
-             : "use the scheme " + to_string(kDefaultScheme) + ", whose equations can be solved on any closed body";
+             : "use the scheme " + to_string(kDefaultScheme) + ": its equations can be solved on any closed body";
 }
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -83,8 +83,7 @@ bool SkinModel::follow(const TriangleMesh& mesh) {
 void SkinModel::leave_card() {
   card_.reset();
   device_ = {std::nullopt, "the graphics card has too little memory"};
-  decision_ =
-      choose_solver(spec_, system_.scheme(), system_.faces(), available_memory(), right_hand_sides_, by_grid_);
+  decision_ = choose_solver(spec_, system_.scheme(), system_.faces(), available_memory(), right_hand_sides_, by_grid_);
   system_ =
       ScatteringSystem(system_.mesh(), system_.wave(), system_.scheme(), system_options(spec_, decision_.options.kind));
 }

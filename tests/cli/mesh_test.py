@@ -68,7 +68,7 @@ class Inspection(Mesh):
         # 173 across.
         self.assertNotIn("warning", self.run_ok("mesh", self.cube()).stderr)
         for scale, unit, certainty in [(1, "mm", "sure"), (0.1, "cm", "likely"), (1e-3, "m", "sure"),
-                                       (0.4, "mm", "unclear"), (1e3, "mm", "none")]:
+                                       (0.4, "cm", "unclear"), (1e3, "mm", "none")]:
             report = self.report(self.cube(vertices=CORNERS * scale))
             self.assertEqual((report["unit"], report["unit_guess"]["certainty"]), (unit, certainty), scale)
             self.assertEqual(len(report["warnings"]), 0 if scale == 1 else 1, scale)
@@ -159,7 +159,7 @@ class Work(Mesh):
         path = self.obj(vertices * 1e-3, triangles, "foreign.obj")
         report = self.report(path)
         self.assertEqual((report["unit"], report["unit_guess"]["certainty"]), ("m", "sure"))
-        self.assertRegex(report["warnings"][0], "^unit: assumed to be m, surely: .* 0.19. mm if in mm")
+        self.assertRegex(report["warnings"][0], "^unit: assumed to be m, surely: .* 0.438 mm if in mm")
         report = self.report(path, "--remesh", "3", "-o", "remeshed.ply")
         result = report["result"]
         self.assertEqual(result["faults"], [])
@@ -202,7 +202,7 @@ write: [h5]
             centre = run["target/boxes/centre"][0] * 1e3
             error = {name: method.attrs["relative_error"] for name, method in run["methods"].items()}
         self.assertGreater(len(hit), 50)
-        self.assertTrue((numpy.abs(hit - centre) < [4, 20, 3]).all())
+        self.assertTrue((numpy.abs(hit - centre) < [4.7, 20.7, 3.7]).all())  # of faces on the border too
         # The box is about the pad on the skin that is solved, which is meshed anew.
         self.assertLess(numpy.linalg.norm(centre - [0, 0, 200]), 1.0)
         self.assertGreater(numpy.ptp(hit[:, 0]), 6)

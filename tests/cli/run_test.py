@@ -59,7 +59,7 @@ class RunTest(CommandTest):
             peak = {name: numpy.abs(method["pressure"][:]) for name, method in run["methods"].items()}
             corners = run["mesh/vertices"][:][run["mesh/triangles"][:]].mean(axis=1)
             face = run["target/face"][:]
-            area = run["mesh/area"][:][face]
+            area = run["mesh/area"][:][face] * run["target/share"][:]
             centre = numpy.sum(corners[face] * area[:, None], axis=0) / area.sum()
             central = face[numpy.argmin(numpy.linalg.norm(corners[face] - centre, axis=1))]
         # No phases give a larger pressure there than the conjugate ones.
@@ -145,7 +145,7 @@ class RunTest(CommandTest):
                     for name in one["methods"]:
                         a, b = one[f"methods/{name}"], other[f"methods/{name}"]
                         # Polishing rounds to single precision, where the last bit of a sum in double can tip a value.
-                        numpy.testing.assert_allclose(numpy.abs(b["pressure"][:]), numpy.abs(a["pressure"][:]), rtol=1e-6)
+                        numpy.testing.assert_allclose(numpy.abs(b["pressure"][:]), numpy.abs(a["pressure"][:]), rtol=3e-6)
                         for metric in ["relative_error", "leakage", "width_mm", "force_target_n", "cost"]:
                             numpy.testing.assert_allclose(b.attrs[metric], a.attrs[metric], rtol=1e-7)
 

@@ -19,7 +19,7 @@ class Matrix:
 
     def __init__(self, run):
         group, = run["transfer"].values()
-        for name in ("face", "wanted", "weight", "target", "outside", "incident"):
+        for name in ("face", "wanted", "share", "weight", "target", "outside", "incident"):
             setattr(self, name, group[name][:])
         self.attributes = dict(group.attrs)
 
@@ -41,7 +41,7 @@ class Transfer(CommandTest):
             matrix = Matrix(run)
             self.assertEqual(matrix.target.shape, (run["target/face"].size, 256))
             self.assertEqual(matrix.outside.shape[1], 256)
-            numpy.testing.assert_array_equal(matrix.weight, run["mesh/area"][:][matrix.face])
+            numpy.testing.assert_array_equal(matrix.weight, matrix.share * run["mesh/area"][:][matrix.face])
             for name, method in run["methods"].items():
                 q = drives(method)
                 solved = method["pressure"][:][matrix.face]

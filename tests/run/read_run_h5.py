@@ -31,7 +31,7 @@ def check_same(found, expected):
 
 def check(run):
     assert run.attrs["format"] == "touchfield-run"
-    assert run.attrs["format_version"] == 7
+    assert run.attrs["format_version"] == 6
     assert run.attrs["solved_skin"] == "part"
     assert run.attrs["name"] == "width \u00fc 5mm"
     assert run.attrs["complete"] == 1
@@ -146,7 +146,7 @@ def check_same_evaluation(run):
 
 
 def check_motion(motion):
-    assert motion.attrs["format"] == "touchfield-motion" and motion.attrs["format_version"] == 6
+    assert motion.attrs["format"] == "touchfield-motion" and motion.attrs["format_version"] == 5
     assert motion.attrs["solved_skin"] == "whole"
     assert motion.attrs["complete"] == 1 and motion.attrs["seconds"] == 0.2
 
