@@ -352,7 +352,8 @@ list of dict
 
 Examples
 --------
->>> ways = tf.study("scenes/capsule.yaml", edges=[4e-3], schemes=["burton_miller"], solvers=["lu"], precisions=["double"])
+>>> ways = tf.study("scenes/capsule.yaml", edges=[4e-3], schemes=["burton_miller"], solvers=["lu"],
+...                 precisions=["double"])
 >>> ways[0]["status"]
 'ok'
 )");

@@ -70,10 +70,10 @@ struct SkinReduction {
 
 /// With H = P V^H, the pressures P of S drives V that span all that the channels can do (or V = 1 and P = H):
 ///
-///   H_T = P_T V^H,   R = sqrt(w_Z) diag(s) U^H V^H,   P^H diag((1 - s) A) P = U diag(s^2) U^H,
+///   H_T = P_T V^H,   R = sqrt(w_Z) diag(s) U^H V^H,   P^H diag(o) P = U diag(s^2) U^H,
 ///
-/// so that |R q|^2 = w_Z sum (1 - s_j) A_j |p_j|^2, s = 0 off the target: orthogonal rows, the strongest first. Eigenvalues s^2 below tolerance^2 of
-/// the largest are dropped.
+/// so that |R q|^2 = w_Z sum_j o_j |p_j|^2 with o_j the area of a face that is outside the target: orthogonal rows, the
+/// strongest first. Eigenvalues s^2 below tolerance^2 of the largest are dropped.
 ///
 /// pressures      P, M x S [Pa]
 /// drives         V, N x S, orthonormal columns

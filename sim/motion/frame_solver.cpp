@@ -349,9 +349,8 @@ MotionFrame FrameSolver::solve(const Model& model) {
       timed(silent_, frame.seconds, "transfer", "", [&] { methods_->skin_problem(amplitudes, silent_); });
     }
     const Eigen::VectorXcd drives = before ? drive(*before) : Eigen::VectorXcd();
-    frame.solution = timed(silent_, frame.seconds, "phases", "", [&] {
-      return methods_->solve(method, amplitudes, silent_, before ? &drives : nullptr);
-    });
+    frame.solution = timed(silent_, frame.seconds, "phases", "",
+                           [&] { return methods_->solve(method, amplitudes, silent_, before ? &drives : nullptr); });
   }
   found_ = frame.solution;
   patch_ = patch;

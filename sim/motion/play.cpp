@@ -230,9 +230,8 @@ class Player {
         own = timed(progress, motion_.timings, "drives_" + name, "reduced basis of the motion by " + name,
                     [&] { return drives_for(*sensed.sensor, method, &progress); });
       }
-      timed(progress, motion_.timings, "start_" + method.name, "first phases of " + method.name, [&] {
-        loops_.push_back(std::make_unique<MethodLoop>(sensed, samples_, method, own));
-      });
+      timed(progress, motion_.timings, "start_" + method.name, "first phases of " + method.name,
+            [&] { loops_.push_back(std::make_unique<MethodLoop>(sensed, samples_, method, own)); });
       pending_.emplace_back();
       motion_.methods.push_back({method.name, std::string(method.kind->name), scheme_of(method)});
     }

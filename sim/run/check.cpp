@@ -183,9 +183,9 @@ CheckReport check_model(const Model& model, int sharing) {
   }
   if (drives > 0) {  // products with the field of every channel, LU's solves, steps of surface
     const double tried = static_cast<double>(surface_iterations(scene));
-    report.seconds += (4.0 * kGramFlops * m * n * drives + kGramFlops * m * m * drives +
-                       std::pow(k + 2.0 * drives, 2) * n * tried) /
-                      flops();
+    report.seconds +=
+        (4.0 * kGramFlops * m * n * drives + kGramFlops * m * m * drives + std::pow(k + 2.0 * drives, 2) * n * tried) /
+        flops();
   }
   if (evaluated > 0) {
     body.faces = evaluated;

@@ -197,8 +197,7 @@ double resonance_difference(const SkinScattering& scattering, SkinScattering* cu
     solved.allow_broken();
     return solved.pressure(drive, "resonance_check");
   };
-  const Eigen::VectorXcd p =
-      ready != nullptr ? ready->pressure(drive, "resonance_check") : compared();
+  const Eigen::VectorXcd p = ready != nullptr ? ready->pressure(drive, "resonance_check") : compared();
   const Eigen::VectorXcd& reference = plain ? p : own;
   const double resonance_check = relative_difference(mesh.areas(), plain ? own : p, reference);
   const bool settled = records.back().residual <= 2.0 * kTolerance;

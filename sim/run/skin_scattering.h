@@ -140,7 +140,8 @@ class SkinScattering {
 /// One line: scheme, solver, precision, unknowns, near pairs, and why this solver.
 std::string describe_decision(const SkinScattering& scattering);
 
-/// throws   NumericalError that names the scheme to use, if the residual is not finite, above 100 tolerances or above 1/2
+/// throws   NumericalError that names the scheme to use, if the residual is not finite, above 100 tolerances or above
+///          1/2
 void require_solved(const SolveRecord& solve, double tolerance);
 
 /// throws   NumericalError that names `what`

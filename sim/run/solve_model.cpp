@@ -211,16 +211,15 @@ bool begins_unsolved(const SolveSpec& solve, Scheme scheme) {
 /// Before any phases: a matrix is factorised and its condition estimated; without a factorisation a focus is solved.
 void require_sound_system(const Model& model, Scheme scheme, SkinScattering& scattering, Run& run, Progress& progress) {
   const std::string name = to_string(scheme);
-  const double reciprocal =
-      timed(progress, run.seconds, "condition_" + name, "examine the equations of " + name, [&] {
-        scattering.prepare();
-        const bool factorised = scattering.decision().options.kind == SolverKind::kLu && scattering.gpu() == nullptr;
-        if (!factorised && begins_unsolved(model.fixed->scene.solve, scheme)) {
-          scattering.pressure(free_focus(model), "trial");
-          note_solve(run, progress);
-        }
-        return scattering.reciprocal_condition();
-      });
+  const double reciprocal = timed(progress, run.seconds, "condition_" + name, "examine the equations of " + name, [&] {
+    scattering.prepare();
+    const bool factorised = scattering.decision().options.kind == SolverKind::kLu && scattering.gpu() == nullptr;
+    if (!factorised && begins_unsolved(model.fixed->scene.solve, scheme)) {
+      scattering.pressure(free_focus(model), "trial");
+      note_solve(run, progress);
+    }
+    return scattering.reciprocal_condition();
+  });
   if (reciprocal < kSmallestReciprocalCondition) {
     say({{fmt::format("ill_conditioned: the matrix of {} has a condition number of about {:.1e}; the pressure may have "
                       "fewer than eight correct digits",

@@ -139,8 +139,7 @@ TEST(ScatteringSystem, ChiefAddsTheRowsOfItsPoints) {
   }
   const Eigen::VectorXd scale = c.rowwise().norm().cwiseInverse();
   c = scale.asDiagonal() * c;
-  const Eigen::MatrixXcd expected =
-      ScatteringSystem(m, wave(), Scheme::kPaperCorrected).dense() + c.adjoint() * c;
+  const Eigen::MatrixXcd expected = ScatteringSystem(m, wave(), Scheme::kPaperCorrected).dense() + c.adjoint() * c;
   EXPECT_LT((system.dense() - expected).norm(), 1e-13 * expected.norm());
   // To the right-hand side the incident pressure at the points is added likewise.
   const IncidentField unit = system.incident(four_channels());

@@ -31,8 +31,8 @@ def sets(*changes):
 SHORT = sets("solve.iterations=2", "solve.methods=[surface, focus]", "evaluation=same", "write=[h5]")
 # For less pressure a board's transducers would be turned down, which it cannot.
 COARSE = [*SHORT, *sets("body.edge_mm=12", "solve.allow_coarse_mesh=true", "target.pressure_pa=1e6")]
-SMALL = sets("body.edge_mm=3", "array.grid.count=[8, 8]")
-SWEPT = ("scenes/sweeps/tolerances.yaml", "scenes/sweeps/tolerances_grasp.yaml")  # minutes: they are checked only
+SMALL = sets("body.edge_mm={near_target: 3, far: 12, within_mm: 8}", "array.grid.count=[8, 8]")
+SWEPT = tuple(f"scenes/sweeps/{name}.yaml" for name in ("tolerances", "tolerances_grasp", "widths"))  # minutes: they are checked only
 SDK = SOURCE / "build/autd3_sdk/0.12"
 
 

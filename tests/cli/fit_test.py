@@ -13,7 +13,7 @@ SEEN = """\
 name: seen
 array: {grid: {count: [12, 10], pitch_mm: 10.16}}
 body:
-  hand: {pose: index_up, length_mm: 184, breadth_mm: 82}
+  hand: {pose: index_up, forearm_mm: 0, length_mm: 184, breadth_mm: 82}
   place: {landmark: index_pad, at_mm: [0, 0, 200]}
   edge_mm: 6
 target: {box: {at: index_pad, size_mm: [8, 8, 6]}, pressure_pa: 1000}

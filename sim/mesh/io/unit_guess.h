@@ -55,7 +55,8 @@ struct UnitGuess {
 };
 
 /// The unit in which a body of this size is nearest to a hand. A hand measures 0.12 to 0.56 m from the end of the wrist
-/// or the forearm to the longest fingertip, in any pose. Bodies of 0.01 m (a fingertip) to 1 m (an arm) pass for bodies at all.
+/// or the forearm to the longest fingertip, in any pose. Bodies of 0.01 m (a fingertip) to 1 m (an arm) pass for bodies
+/// at all.
 ///
 /// size     surface_size() [file units], > 0
 /// throws   InputError if it is not > 0 and finite

@@ -96,8 +96,8 @@ struct DartClearance {
 
 /// Marks the darts, among those of `side`^3 cells from `first` on, that are inside with the clearance. Cells far from
 /// the skin are one question, the others are asked in eight parts.
-void mark_inside(const FaceTree& tree, const Darts& darts, const DartClearance& clearance, const Cell& first, Index side,
-                 std::vector<char>& hit) {
+void mark_inside(const FaceTree& tree, const Darts& darts, const DartClearance& clearance, const Cell& first,
+                 Index side, std::vector<char>& hit) {
   const CellBox cells{first, (first + side).min(darts.cells())};
   if ((cells.last <= cells.first).any()) {
     return;
