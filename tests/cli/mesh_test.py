@@ -68,7 +68,7 @@ class Inspection(Mesh):
         # 173 across.
         self.assertNotIn("warning", self.run_ok("mesh", self.cube()).stderr)
         for scale, unit, certainty in [(1, "mm", "sure"), (0.1, "cm", "likely"), (1e-3, "m", "sure"),
-                                       (0.4, "cm", "unclear"), (1e3, "mm", "none")]:
+                                       (0.4, "mm", "unclear"), (1e3, "mm", "none")]:
             report = self.report(self.cube(vertices=CORNERS * scale))
             self.assertEqual((report["unit"], report["unit_guess"]["certainty"]), (unit, certainty), scale)
             self.assertEqual(len(report["warnings"]), 0 if scale == 1 else 1, scale)

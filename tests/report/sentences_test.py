@@ -23,7 +23,8 @@ def metric_rows():
               "focus": 0.6}
     return [{"scene": name, "method": method, "relative_error": str(error), "width_mm": str(5 + error), "width_radiation_mm": str(4 + 2 * error),
              "leakage": str(error / 3),
-             "optimality_gap": "0.0123", "evaluation_difference": "0.006", "evaluation_difference_target": "0.003"} for name in NAMES for method, error in errors.items()]
+             "optimality_gap": "0.0123", "evaluation_difference": "0.006",
+             "evaluation_difference_target": "0.003"} for name in NAMES for method, error in errors.items()]
 
 
 def convergence_rows(values):

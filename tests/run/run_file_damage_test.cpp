@@ -113,6 +113,7 @@ RunData read_forged(const std::string& path, const std::function<void(const hdf5
   {
     const hdf5::Group root = file.root();
     forge_beginning(root, "touchfield-run", kRunFormatVersion);
+    root.set_attribute("radiation_per_square", 1e-6);
     fill(root);
   }
   const std::string bytes = file.bytes();

@@ -24,9 +24,11 @@ constexpr double kInch = 25.4e-3;
 bool is_hand(double metres) { return metres >= kShortestHand && metres <= kLongestHand; }
 bool is_body(double metres) { return metres >= kFingertip && metres <= kArm; }
 
-/// By what factor a size is too small or too large for a hand, as a logarithm.
+/// By what factor a size is too small or too large for a hand, as a logarithm. Parts of hands are more common than more
+/// than a forearm: what is longer counts from a hand without one.
 double misfit(double metres) {
-  return std::max({0.0, std::log(kShortestHand / metres), std::log(metres / kLongestHand)});
+  constexpr double kAlone = 0.26;
+  return is_hand(metres) ? 0.0 : std::max(std::log(kShortestHand / metres), std::log(metres / kAlone));
 }
 
 std::string sizes_text(double size) {
