@@ -29,7 +29,7 @@ def test_a_file_in_metres_is_not_read_as_one_in_millimetres(tmp_path):
             warnings.simplefilter("error")
             assert np.ptp(tf.read_mesh(tmp_path / "hand.obj", unit).vertices[:, 1]) == pytest.approx(np.ptp(hand.vertices[:, 1]), rel=1e-4)
     hand.save(tmp_path / "hand.obj", 1.0)
-    with pytest.raises(tf.InputError, match="hand.obj: unit mm makes the body 0.19. mm across; it looks like m"):
+    with pytest.raises(tf.InputError, match="hand.obj: unit mm makes the body 0.438 mm across; it looks like m"):
         tf.read_mesh(tmp_path / "hand.obj", 1e-3)
     tiny = tf.sphere(2e-3, 1e-3)
     tiny.save(tmp_path / "tiny.obj", 1e-3)
@@ -39,7 +39,7 @@ def test_a_file_in_metres_is_not_read_as_one_in_millimetres(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert len(tf.read_mesh(tmp_path / "hand.stl")) == len(hand)
-    with pytest.raises(tf.InputError, match="unit m makes the body 193 m across"):
+    with pytest.raises(tf.InputError, match="unit m makes the body 438 m across"):
         tf.read_mesh(tmp_path / "hand.stl", 1.0)
     for unit in (0, -1, float("nan"), float("inf")):
         with pytest.raises(tf.InputError, match="unit"):
@@ -54,7 +54,7 @@ def test_sizes_of_no_body_are_refused(ball):
         tf.sphere(8, 2)
     with pytest.warns(tf.TouchfieldWarning, match="mesh_unit: Mesh: vertices in m: unit m makes the body 1.6. m across"):
         tf.Mesh(ball.vertices * 1e2, ball.triangles)
-    with pytest.raises(tf.InputError, match="Mesh: vertices in m: unit m makes the body 193 m across; it looks like mm"):
+    with pytest.raises(tf.InputError, match="Mesh: vertices in m: unit m makes the body 438 m across; it looks like mm"):
         hand = tf.hand(edge=8e-3)
         tf.Mesh(hand.vertices * 1e3, hand.triangles)
 

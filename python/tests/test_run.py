@@ -73,7 +73,7 @@ def test_saved_and_read_again(run, tmp_path):
 def test_radiation_is_the_force_over_the_area(run):
     skin = run.evaluation_mesh
     force = tf.force(skin, run.evaluation_pressures["surface"], run._wave)
-    assert np.allclose(np.linalg.norm(force, axis=1), np.abs(run.radiation["surface"]) * skin.areas, rtol=1e-9)
+    assert np.allclose(force, run.radiation["surface"] * skin.areas, rtol=1e-9, atol=1e-15)
     total = run.metrics["surface"]["force_target_n"] + run.metrics["surface"]["force_elsewhere_n"]
     assert np.isclose(run.radiation["surface"] @ skin.areas, total, rtol=1e-9)
 
@@ -105,7 +105,7 @@ def test_own_method_beside_the_built_in_ones(model, run):
         level = run.amplitudes["surface"].max()  # `surface` may turn the array down, given phases are at full drive
         if level == 1 or metric in ("relative_error", "leakage", "cost_skin", "optimality_gap", "evaluation_difference"):
             assert with_own.metrics["mine"][metric] == pytest.approx(with_own.metrics["surface"][metric], rel=1e-3), metric
-    assert tf.evaluate(model, run.phases["surface"])["relative_error"] == pytest.approx(with_own.metrics["mine"]["relative_error"], rel=1e-6)
+    assert tf.evaluate(model, run.phases["surface"])["relative_error"] == pytest.approx(with_own.metrics["mine"]["relative_error"], rel=1e-5)
 
 
 def test_fields(run):
