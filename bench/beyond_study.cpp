@@ -68,9 +68,9 @@ void study(const std::string& path, const std::vector<std::string>& changes, con
     Model model = build_model(read_scene(path, all), &kept);
     if (setting.points > 0) {
       const PlacedBodies bodies = build_bodies(model.fixed->scene, model.plan, {}, Extent::kSolved, &kept);
-      model.beyond = beyond_skin(model.fixed->scene, bodies, model.fixed->array, model.fixed->wave.wavelength(),
-                                 kPatchesOfStills, setting.points)
-                         .patches;
+      model.beyond =
+          beyond_skin(model.fixed->scene, bodies, model.fixed->array, model.fixed->wave.wavelength(), setting.points)
+              .patches;
     }
     const auto begin = Clock::now();
     std::vector<SolveRecord> records;

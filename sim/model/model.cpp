@@ -166,8 +166,9 @@ void require_fine_mesh(const Model& model, const Target& target) {
   }
 }
 
-constexpr double kPiece = 0.25;  // longest edge of what patches are chosen from [wavelengths]
-constexpr double kApart = 0.9;   // of patches [wavelengths]
+constexpr double kPiece = 0.25;    // longest edge of what patches are chosen from [wavelengths]
+constexpr double kApart = 0.9;     // of patches [wavelengths]
+constexpr double kPerDrive = 2.0;  // patches; 1.2 cost 1.4 points of error on a hand with its arm
 
 /// The faces of a body that are solved as its skin; none if it lies beyond as a whole.
 Triangles solved_skin(const PlacedBodies& bodies, int body) {
@@ -253,7 +254,7 @@ double shadowed_share(const Scene& scene, const PlacedBodies& bodies, const Tran
 }  // namespace
 
 BeyondSkin beyond_skin(const Scene& scene, const PlacedBodies& bodies, const TransducerArray& array, double wavelength,
-                       double per_drive, std::optional<Eigen::Index> count) {
+                       std::optional<Eigen::Index> count) {
   SkinPatches pieces;
   for (const auto& [body, mesh] : bodies.whole) {
     append(uncovered(pieces_of(mesh, kPiece * wavelength, body), bodies, body), pieces);
@@ -264,7 +265,7 @@ BeyondSkin beyond_skin(const Scene& scene, const PlacedBodies& bodies, const Tra
   const double drives = expected_drives(pieces.centres(), pieces.normals(), pieces.areas, array, wavelength);
   BeyondSkin beyond{
       count ? spread(pieces, std::numeric_limits<double>::infinity(), *count)
-            : spread(pieces, kApart * wavelength, static_cast<Eigen::Index>(std::ceil(per_drive * drives)))};
+            : spread(pieces, kApart * wavelength, static_cast<Eigen::Index>(std::ceil(kPerDrive * drives)))};
   beyond.shadowed = shadowed_share(scene, bodies, array, beyond.patches);
   return beyond;
 }
@@ -364,10 +365,10 @@ OutsideSkin outside_skin(const Model& model) {
   return outside;
 }
 
-Model build_model(const Scene& scene, KeptBodies* kept, double per_drive) {
+Model build_model(const Scene& scene, KeptBodies* kept) {
   if (kept == nullptr) {
     KeptBodies own;  // a file that is resurfaced is needed several times
-    return build_model(scene, &own, per_drive);
+    return build_model(scene, &own);
   }
   if (scene.solve.solver.device.kind == ComputeDevice::Kind::kCuda) {
     require_card(scene.solve.solver.device);
@@ -379,7 +380,7 @@ Model build_model(const Scene& scene, KeptBodies* kept, double per_drive) {
   BodyPlan plan = plan_bodies(scene, near_array, kept);
   require_clear_places(scene, plan, array, kept);
   PlacedBodies bodies = build_bodies(scene, plan, {}, Extent::kSolved, kept);
-  BeyondSkin beyond = beyond_skin(scene, bodies, array, wave.wavelength(), per_drive);
+  BeyondSkin beyond = beyond_skin(scene, bodies, array, wave.wavelength());
   require_closed_surface(bodies.body.mesh, "body");
   require_clear_array(scene.array, array, scene, bodies.body.mesh, bodies.owner);
   bodies.body.landmarks.push_back(nearest_landmark(bodies.body.mesh, kNearestToArray, near_array(bodies.body.mesh)));

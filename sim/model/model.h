@@ -54,11 +54,6 @@ struct Model {
   std::optional<TriangleMesh> truth{};  // with sensing: the same triangles where the skin really is
 };
 
-/// Patches per drive. A frame's time goes with them: fewer cost half a point of error on a hand, and a third of the
-/// time.
-inline constexpr double kPatchesOfStills = 2.0;
-inline constexpr double kPatchesOfFrames = 1.2;
-
 /// The skin that keep_within leaves to its incident pressure.
 struct BeyondSkin {
   SkinPatches patches;
@@ -66,14 +61,13 @@ struct BeyondSkin {
 };
 
 /// The skin of bodies beyond keep_within: what no face of the solving mesh with skin = 1 covers. Patches are at most
-/// 0.9 wavelengths apart. There are also at least `per_drive` patches for each drive that is needed to span what all
+/// 0.9 wavelengths apart. There are also at least two patches for each drive that is needed to span what all
 /// channels do to that skin (expected_drives). With fewer than one, the phases send sound between the patches.
 ///
 /// bodies      of Extent::kSolved
-/// per_drive   kPatchesOfStills or kPatchesOfFrames
 /// count       of patches; none: as said
 BeyondSkin beyond_skin(const Scene& scene, const PlacedBodies& bodies, const TransducerArray& array, double wavelength,
-                       double per_drive, std::optional<Eigen::Index> count = std::nullopt);
+                       std::optional<Eigen::Index> count = std::nullopt);
 
 /// Builds the mesh, the array, the target's boxes and the grids of a scene and checks that they go together.
 ///
@@ -82,9 +76,8 @@ BeyondSkin beyond_skin(const Scene& scene, const PlacedBodies& bodies, const Tra
 ///          holds no face, every face or a cap of keep_within, fewer than kFewestSolved edges per wavelength near the
 ///          target unless the scene allows it
 ///
-/// kept        meshes of scenes before this one
-/// per_drive   patches of the skin beyond keep_within (beyond_skin)
-Model build_model(const Scene& scene, KeptBodies* kept = nullptr, double per_drive = kPatchesOfStills);
+/// kept   meshes of scenes before this one
+Model build_model(const Scene& scene, KeptBodies* kept = nullptr);
 
 /// Edges per wavelength near the target, by the mean face, below which no pressure there means anything.
 inline constexpr double kFewestSolved = 1.5;

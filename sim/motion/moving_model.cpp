@@ -213,7 +213,7 @@ TriangleMesh MovingSkin::at(const Posture& posture, const BodyPlan& plan, const 
 }
 
 MovingModel::MovingModel(const Scene& scene, KeptBodies* kept, Progress* progress)
-    : first_(build_model(scene, kept, kPatchesOfFrames)),
+    : first_(build_model(scene, kept)),
       trajectory_(scene),
       sequence_(sequence_of(scene)),
       solving_(scene, first_.plan, first_.body.mesh, first_.fixed->owner) {
