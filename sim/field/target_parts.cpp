@@ -103,14 +103,12 @@ FacePart made_part(Eigen::Index face, int box, Polygon corners) {
 /// Cuts the faces one after another.
 class FaceCutter {
  public:
-  FaceCutter(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, bool outside)
-      : mesh_(mesh), boxes_(boxes), outside_(outside) {
+  FaceCutter(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes) : mesh_(mesh), boxes_(boxes) {
     std::ranges::transform(boxes, std::back_inserter(convex_), [](const TargetBox& box) { return ConvexBox(box); });
   }
 
   void cut(Eigen::Index face) {
     left_.clear();
-    const std::size_t before = parts_.size();
     for (std::size_t b = 0; b < boxes_.size(); ++b) {
       const Reach reach = reach_of(b, face);
       if (reach == Reach::kNone) {
@@ -134,11 +132,6 @@ class FaceCutter {
       }
     }
     begun_ = false;
-    if (outside_ && parts_.size() > before) {
-      for (const Polygon& piece : left_) {
-        add(face, FacePart::kOutside, piece);
-      }
-    }
   }
 
   std::vector<FacePart> parts() { return std::move(parts_); }
@@ -205,7 +198,6 @@ class FaceCutter {
 
   const TriangleMesh& mesh_;
   const std::vector<TargetBox>& boxes_;
-  bool outside_;
   std::vector<ConvexBox> convex_;
   std::vector<Polygon> left_;  // of the face, in no box so far
   bool begun_ = false;
@@ -214,8 +206,8 @@ class FaceCutter {
 
 }  // namespace
 
-std::vector<FacePart> face_parts(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, bool outside) {
-  FaceCutter cutter(mesh, boxes, outside);
+std::vector<FacePart> face_parts(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes) {
+  FaceCutter cutter(mesh, boxes);
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
     cutter.cut(f);
   }
