@@ -5,6 +5,7 @@
 #include <iterator>
 #include <numbers>
 #include <utility>
+#include <utility>
 
 namespace touchfield {
 
