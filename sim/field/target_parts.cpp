@@ -5,7 +5,6 @@
 #include <iterator>
 #include <numbers>
 #include <utility>
-#include <utility>
 
 namespace touchfield {
 
