@@ -93,15 +93,20 @@ def metric_rows(work, names, folder):
 
 def short_table(rows):
     """Header and rows of the most important metrics."""
-    header = ["scene", "method", "scheme", "error", "optimality gap", "error of P", "width, wanted / obtained / of P [mm]", "leakage",
-              "mean pressure on the target / peak [kPa]", "force on the target / outside [mN]", "difference between the meshes, all skin / near the target"]
+    header = ["scene", "method", "scheme", "error", "optimality gap", "error of P", "width, wanted / obtained / of P [mm]",
+              "length, wanted / of P [mm]", "leakage", "mean pressure on the target / peak [kPa]",
+              "force on the target / outside / sum of abs(P) A outside [mN]", "loudest P outside / mean on the target",
+              "difference between the meshes, all skin / near the target"]
     shown = []
     for row in rows:
         shown.append([row["scene"], f"`{row['method']}`", row["scheme"], percent(row["relative_error"]),
                       percent(row["optimality_gap"], 2), percent(row["relative_error_radiation"]),
                       " / ".join(number(row[width], 2) for width in ("width_wanted_mm", "width_mm", "width_radiation_mm")),
+                      " / ".join(number(row[length], 2) for length in ("length_wanted_mm", "length_radiation_mm")),
                       percent(row["leakage"]), f"{float(row['mean_inside_pa']) / 1e3:.1f} / {float(row['peak_pa']) / 1e3:.1f}",
-                      f"{1e3 * float(row['force_target_n']):.2f} / {1e3 * float(row['force_elsewhere_n']):.2f}",
+                      " / ".join(f"{1e3 * float(row[force]):.2f}" for force in ("force_target_n", "force_elsewhere_n",
+                                                                               "abs_force_elsewhere_n")),
+                      number(row["loudest_elsewhere"], 2),
                       f"{percent(row['evaluation_difference'])} / {percent(row['evaluation_difference_target'])}"])
     return header, shown
 

@@ -25,9 +25,10 @@ STYLES = {"surface": {"color": "#0072B2", "marker": "o", "linestyle": "-"},
           "unscattered_original": {"color": "#56B4E9", "marker": "v", "linestyle": (0, (3, 1, 1, 1))},
           "focus": {"color": "#888888", "marker": "x", "linestyle": (0, (1, 3))}}
 METRICS = ["relative_error", "relative_error_raw", "scale", "correlation", "leakage", "mean_inside_pa", "cv_inside",
-           "width_mm", "width_wanted_mm", "peak_pa", "relative_error_radiation", "leakage_radiation", "width_radiation_mm",
-           "force_target_n", "force_elsewhere_n", "cost", "cost_skin", "cost_bound", "optimality_gap", "iterations",
-           "seconds_solve", "evaluation_difference", "evaluation_difference_target"]
+           "width_mm", "width_wanted_mm", "length_wanted_mm", "peak_pa", "relative_error_radiation", "width_radiation_mm",
+           "length_radiation_mm", "force_target_n", "force_elsewhere_n", "abs_force_elsewhere_n", "loudest_elsewhere", "cost",
+           "cost_skin", "cost_bound", "optimality_gap", "iterations", "seconds_solve", "evaluation_difference",
+           "evaluation_difference_target"]
 
 
 @dataclasses.dataclass

@@ -15,7 +15,7 @@ namespace {
 constexpr double kBin = 0.25 * kMillimetre;
 constexpr double kHalfStrip = 2.0 * kMillimetre;
 
-/// A pressure and area gathered along the width axis of a box.
+/// A pressure and area gathered along an axis of a box.
 class WidthProfile {
  public:
   WidthProfile(double from, double to) : from_(from), area_(bins(from, to), 0.0), sum_(bins(from, to), 0.0) {}
@@ -61,6 +61,13 @@ double crossing(const WidthProfile& profile, int peak, int step, double level) {
   return kNotComputed;
 }
 
+/// The largest pressure on a face of which no part is in the target; NaN if there is none.
+double largest_outside(const Target& target, const Eigen::VectorXd& values) {
+  Eigen::VectorXd outside = values;
+  outside(target.faces).setConstant(kNotComputed);
+  return outside.maxCoeff<Eigen::PropagateNumbers>();
+}
+
 /// A limit in some bands, numbered by 10 log10 of their middle in Hz: 43 is 20 kHz, 46 is 40 kHz, 50 is 100 kHz.
 struct LimitRow {
   ExposureLimit limit;
@@ -96,12 +103,15 @@ const std::vector<MetricField>& metric_fields() {
       {"cv_inside", "1", &Metrics::cv_inside, true},
       {"width_mm", "mm", &Metrics::width_mm},
       {"width_wanted_mm", "mm", &Metrics::width_wanted_mm},
+      {"length_wanted_mm", "mm", &Metrics::length_wanted_mm},
       {"peak_pa", "Pa", &Metrics::peak_pa},
       {"relative_error_radiation", "1", &Metrics::relative_error_radiation, true},
-      {"leakage_radiation", "1", &Metrics::leakage_radiation, true},
       {"width_radiation_mm", "mm", &Metrics::width_radiation_mm},
+      {"length_radiation_mm", "mm", &Metrics::length_radiation_mm},
       {"force_target_n", "N", &Metrics::force_target_n},
       {"force_elsewhere_n", "N", &Metrics::force_elsewhere_n},
+      {"abs_force_elsewhere_n", "N", &Metrics::abs_force_elsewhere_n},
+      {"loudest_elsewhere", "1", &Metrics::loudest_elsewhere},
       {"cost", "Pa2", &Metrics::cost},
       {"cost_skin", "Pa2 m2", &Metrics::cost_skin},
       {"cost_bound", "Pa2 m2", &Metrics::cost_bound},
@@ -129,11 +139,11 @@ double radiation_per_square(const Medium& medium) {
   return 1.0 / (4.0 * medium.density * medium.sound_speed * medium.sound_speed);
 }
 
-double wanted_width(const TriangleMesh& mesh, const TargetBox& box, const Target& target) {
+double wanted_width(const TriangleMesh& mesh, const TargetBox& box, const Target& target, int axis) {
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
   const auto reach = [&](const Vector3& corner) {
-    const double x = box.rotation.col(0).dot(corner - box.centre);
+    const double x = box.rotation.col(axis).dot(corner - box.centre);
     low = std::min(low, x);
     high = std::max(high, x);
   };
@@ -152,7 +162,7 @@ double wanted_width(const TriangleMesh& mesh, const TargetBox& box, const Target
 }
 
 double half_maximum_width(const TriangleMesh& mesh, const TargetBox& box, const Target& target,
-                          const Eigen::VectorXd& values) {
+                          const Eigen::VectorXd& values, int axis) {
   Vector3 facing = Vector3::Zero();
   const Eigen::VectorXd areas = target.areas(mesh.areas());
   for (std::size_t i = 0; i < target.faces.size(); ++i) {
@@ -160,12 +170,13 @@ double half_maximum_width(const TriangleMesh& mesh, const TargetBox& box, const 
       facing += areas(static_cast<Eigen::Index>(i)) * mesh.normals().col(target.faces[i]);
     }
   }
-  const auto width_axis = box.rotation.col(0);
-  const Eigen::VectorXd along = width_axis.transpose() * (mesh.vertices().colwise() - box.centre);
+  const auto own = box.rotation.col(axis);
+  const auto other = box.rotation.col(1 - axis);
+  const Eigen::VectorXd along = own.transpose() * (mesh.vertices().colwise() - box.centre);
   // The first bin edge is a multiple of the bin's width from the box's middle.
   WidthProfile profile(std::floor(along.minCoeff() / kBin) * kBin, along.maxCoeff());
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    const double across = box.rotation.col(1).dot(mesh.centroids().col(f) - box.centre);
+    const double across = other.dot(mesh.centroids().col(f) - box.centre);
     const double reach =
         (mesh.corner(f, 0) - mesh.centroids().col(f)).norm() + (mesh.corner(f, 1) - mesh.corner(f, 2)).norm();
     if (facing.dot(mesh.normals().col(f)) <= 0 || std::abs(across) > kHalfStrip + reach) {
@@ -179,8 +190,8 @@ double half_maximum_width(const TriangleMesh& mesh, const TargetBox& box, const 
     const double piece_area = mesh.areas()(f) / (static_cast<double>(pieces) * pieces);
     const auto add_piece = [&](double u, double v) {
       const Vector3 x = mesh.corner(f, 0) + u / pieces * ab + v / pieces * ac - box.centre;
-      if (std::abs(box.rotation.col(1).dot(x)) <= kHalfStrip) {
-        profile.add(width_axis.dot(x), piece_area, values(f));
+      if (std::abs(other.dot(x)) <= kHalfStrip) {
+        profile.add(own.dot(x), piece_area, values(f));
       }
     };
     for (int i = 0; i < pieces; ++i) {
@@ -194,7 +205,7 @@ double half_maximum_width(const TriangleMesh& mesh, const TargetBox& box, const 
   }
   int peak = -1;
   for (int bin = 0; bin < profile.size(); ++bin) {
-    if (std::abs(profile.centre(bin)) <= 0.5 * box.size.x() && !std::isnan(profile.mean(bin)) &&
+    if (std::abs(profile.centre(bin)) <= 0.5 * box.size[axis] && !std::isnan(profile.mean(bin)) &&
         (peak < 0 || profile.mean(bin) > profile.mean(peak))) {
       peak = bin;
     }
@@ -238,6 +249,7 @@ Metrics pattern_metrics(const TriangleMesh& mesh, const std::vector<TargetBox>& 
   metrics.cv_inside = std::sqrt(std::max(variance, 0.0)) / metrics.mean_inside_pa;
   metrics.width_mm = half_maximum_width(mesh, boxes.front(), target, pressure.cwiseAbs2()) / kMillimetre;
   metrics.width_wanted_mm = wanted_width(mesh, boxes.front(), target) / kMillimetre;
+  metrics.length_wanted_mm = wanted_width(mesh, boxes.front(), target, 1) / kMillimetre;
   return metrics;
 }
 
@@ -252,10 +264,14 @@ Metrics metrics_of(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes
   const double on_target = areas.dot((scale * inside - wanted).cwiseAbs2());
   const double off_target = scale * scale * std::max(squares - areas.dot(inside.cwiseAbs2()), 0.0);
   metrics.relative_error_radiation = std::sqrt((on_target + off_target) / areas.dot(wanted.cwiseAbs2()));
-  metrics.leakage_radiation = 1.0 - areas.dot(inside.cwiseAbs()) / mesh.areas().dot(radiation.cwiseAbs());
   metrics.width_radiation_mm = half_maximum_width(mesh, boxes.front(), target, radiation) / kMillimetre;
+  metrics.length_radiation_mm = half_maximum_width(mesh, boxes.front(), target, radiation, 1) / kMillimetre;
   metrics.force_target_n = areas.dot(inside);
   metrics.force_elsewhere_n = mesh.areas().dot(radiation) - metrics.force_target_n;
+  metrics.abs_force_elsewhere_n = mesh.areas().dot(radiation.cwiseAbs()) - areas.dot(inside.cwiseAbs());
+  if (metrics.force_target_n > 0) {
+    metrics.loudest_elsewhere = largest_outside(target, radiation) * areas.sum() / metrics.force_target_n;
+  }
   return metrics;
 }
 
@@ -268,6 +284,7 @@ Metrics metrics_of(const TriangleMesh& mesh, const Eigen::VectorXcd& pressure, c
   Metrics metrics;
   metrics.peak_pa = pressure.cwiseAbs().maxCoeff();
   metrics.force_elsewhere_n = mesh.areas().dot(radiation);
+  metrics.abs_force_elsewhere_n = mesh.areas().dot(radiation.cwiseAbs());
   return metrics;
 }
 

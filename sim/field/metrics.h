@@ -24,15 +24,18 @@ struct Metrics {
   double cv_inside = kNotComputed;      // standard deviation over mean of |p| inside
   double width_mm = kNotComputed;
   double width_wanted_mm = kNotComputed;
+  double length_wanted_mm = kNotComputed;
   double peak_pa = kNotComputed;
-  double relative_error_radiation = kNotComputed;  // of the radiation pressure, after the best scale
-  double leakage_radiation = kNotComputed;         // share of sum A |P| outside the target
+  double relative_error_radiation = kNotComputed;  // of the radiation pressure P, after the best scale
   double width_radiation_mm = kNotComputed;
+  double length_radiation_mm = kNotComputed;
   double force_target_n = kNotComputed;
-  double force_elsewhere_n = kNotComputed;
-  double cost = kNotComputed;        // the method's own, at its end
-  double cost_skin = kNotComputed;   // surface's, at the method's best common level up to 1
-  double cost_bound = kNotComputed;  // the least that surface's can be at full level
+  double force_elsewhere_n = kNotComputed;      // sum A P outside the target
+  double abs_force_elsewhere_n = kNotComputed;  // sum A |P| there
+  double loudest_elsewhere = kNotComputed;      // largest P outside the target over the mean on it
+  double cost = kNotComputed;                   // the method's own, at its end
+  double cost_skin = kNotComputed;              // surface's, at the method's best common level up to 1
+  double cost_bound = kNotComputed;             // the least that surface's can be at full level
   double optimality_gap = kNotComputed;
   double error_bound = kNotComputed;  // sqrt(cost_bound / cost of silence)
   double power_share = kNotComputed;  // mean of the squares of the drives' amplitudes
@@ -66,19 +69,20 @@ Eigen::VectorXd radiation_pressure(const SurfaceGradient& gradient, const Wave& 
 double radiation_per_square(const Medium& medium);
 
 /// Full width at half maximum of a pressure across a box [m], such as |p|^2 or P. It is averaged by area in bins of
-/// 0.25 mm along the width axis. It counts the skin that faces the target's side, within 2 mm of the box's middle plane
-/// across its second axis. The maximum is that inside the box. The width reaches from the peak outwards to the first
+/// 0.25 mm along an axis. It counts the skin that faces the target's side, within 2 mm of the box's middle plane
+/// across the other axis. The maximum is that inside the box. The width reaches from the peak outwards to the first
 /// crossings of its half, linear between bins. Skin faces the target's side where its normal has a positive product
 /// with the target's mean normal.
 ///
 /// values    M, of any sign
+/// axis      of the box: 0, along which its width is, or 1, its length
 /// returns   NaN if the box holds no bin, the maximum is not above 0, or the profile falls to half on no side or only
 ///           one
 double half_maximum_width(const TriangleMesh& mesh, const TargetBox& box, const Target& target,
-                          const Eigen::VectorXd& values);
+                          const Eigen::VectorXd& values, int axis = 0);
 
-/// Extent of the skin in a box along its width axis [m]; of a mask, that of the target's faces in it.
-double wanted_width(const TriangleMesh& mesh, const TargetBox& box, const Target& target);
+/// Extent of the skin in a box along one of these axes [m]; of a mask, that of the target's faces in it.
+double wanted_width(const TriangleMesh& mesh, const TargetBox& box, const Target& target, int axis = 0);
 
 /// Area-weighted mean of the wanted amplitudes over the target [Pa].
 double wanted_mean(const TriangleMesh& mesh, const Target& target);
@@ -93,8 +97,9 @@ double wanted_mean(const TriangleMesh& mesh, const Target& target);
 ///   reached_share        mean_inside_pa over wanted_mean
 ///   peak_pa              largest |p| on any face
 ///   width_mm, width_wanted_mm   half_maximum_width of |p|^2, wanted_width
+///   length_wanted_mm     wanted_width along the second axis
 ///
-/// boxes      the target's; width is measured across the first
+/// boxes      the target's; width and length are measured across the first
 /// pressure   M [Pa]
 Metrics pattern_metrics(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, const Target& target,
                         const Eigen::VectorXcd& pressure);
@@ -102,9 +107,12 @@ Metrics pattern_metrics(const TriangleMesh& mesh, const std::vector<TargetBox>& 
 /// Those and the metrics of the radiation pressure P. The wanted one is P' = p'^2 / (4 rho c^2), along the normal.
 ///
 ///   relative_error_radiation   min over a >= 0 of sqrt(sum s A (a P - P')^2 + (1 - s) A (a P)^2) / sqrt(sum s A P'^2)
-///   leakage_radiation          sum of (1 - s) A |P| over that of A |P|: suction moves skin as a push does
-///   width_radiation_mm         half_maximum_width of P
+///   width_radiation_mm, length_radiation_mm   half_maximum_width of P along both axes
 ///   force_target_n, force_elsewhere_n   sum of s A P and of (1 - s) A P
+///   abs_force_elsewhere_n      sum of (1 - s) A |P|: suction moves skin as a push does
+///   loudest_elsewhere          largest P on a face with s = 0 over the mean of P on the target by s A. A face that the
+///                              border cuts has one P for both of its parts, so it does not count here. NaN if the mean
+///                              is not above 0 or no face has s = 0
 ///
 /// radiation   M, of the pressure [Pa]
 Metrics metrics_of(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, const Target& target,
@@ -113,7 +121,7 @@ Metrics metrics_of(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes
 Metrics metrics_of(const TriangleMesh& mesh, const Wave& wave, const std::vector<TargetBox>& boxes,
                    const Target& target, const Eigen::VectorXcd& pressure);
 
-/// The metrics that need no target: peak_pa, and force_elsewhere_n over the whole body.
+/// The metrics that need no target: peak_pa, and both forces elsewhere over the whole body.
 Metrics metrics_of(const TriangleMesh& mesh, const Eigen::VectorXcd& pressure, const Eigen::VectorXd& radiation);
 
 /// Sound pressure level of a sine, by its root mean square:

@@ -207,8 +207,8 @@ std::string radiation_text(const Metrics& m) {
   return words_of(
       {{m.relative_error_radiation, fmt::format("relative error {:.1f} %", 100.0 * m.relative_error_radiation)},
        {m.width_radiation_mm, width_words(m.width_radiation_mm, m.width_wanted_mm)},
-       {m.leakage_radiation, fmt::format("leakage {:.0f} %", 100.0 * m.leakage_radiation)},
-       {m.force_target_n, fmt::format("force on the target {:.3g} mN", 1e3 * m.force_target_n)}});
+       {m.force_target_n, fmt::format("force on the target {:.3g} mN", 1e3 * m.force_target_n)},
+       {m.abs_force_elsewhere_n, fmt::format("outside {:.3g} mN", 1e3 * m.abs_force_elsewhere_n)}});
 }
 
 /// A file's name without its ending, and what draws it.

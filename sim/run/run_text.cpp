@@ -145,19 +145,22 @@ std::string cell(const std::string& text, const char* tag = "td") {
 
 std::string figures_of(const Run& run) {
   std::string text = "<table><tr>";
-  for (const char* head : {"method", "error [%]", "error of P [%]", "mean in target [Pa]", "width [mm]",
-                           "width of P [mm]", "leakage [%]", "force [mN]"}) {
+  for (const char* head : {"method", "error [%]", "mean in target [Pa]", "width [mm]", "leakage [%]", "error of P [%]",
+                           "width of P [mm]", "length of P [mm]", "force [mN]", "outside [mN]", "loudest outside"}) {
     text += cell(head, "th");
   }
   text += "</tr>\n";
   for (const MethodResult& result : run.methods) {
     const Metrics& metrics = result.metrics;
     text += "<tr>" + cell(result.name) + cell(table_number(1e2 * metrics.relative_error, "{:.1f}")) +
-            cell(table_number(1e2 * metrics.relative_error_radiation, "{:.1f}")) +
             cell(table_number(metrics.mean_inside_pa, "{:.0f}")) + cell(table_number(metrics.width_mm, "{:.2f}")) +
-            cell(table_number(metrics.width_radiation_mm, "{:.2f}")) +
             cell(table_number(1e2 * metrics.leakage, "{:.0f}")) +
-            cell(table_number(1e3 * metrics.force_target_n, "{:.3g}")) + "</tr>\n";
+            cell(table_number(1e2 * metrics.relative_error_radiation, "{:.1f}")) +
+            cell(table_number(metrics.width_radiation_mm, "{:.2f}")) +
+            cell(table_number(metrics.length_radiation_mm, "{:.2f}")) +
+            cell(table_number(1e3 * metrics.force_target_n, "{:.3g}")) +
+            cell(table_number(1e3 * metrics.abs_force_elsewhere_n, "{:.3g}")) +
+            cell(table_number(metrics.loudest_elsewhere, "{:.2f}")) + "</tr>\n";
   }
   return text + "</table>\n";
 }
@@ -257,20 +260,22 @@ std::string methods_table(const Run& run) {
   const auto bounded = [](const MethodResult& result) { return !std::isnan(result.metrics.optimality_gap); };
   const bool with_gap = std::ranges::any_of(run.methods, bounded);
   std::vector<std::vector<std::string>> rows = {
-      {"method", "error", "of P", "mean", "reached", "width", "of P", "leakage", "force", "seconds"}};
+      {"method", "error", "of P", "reached", "width", "length", "force", "outside", "loudest", "seconds"}};
   if (with_gap) {
     rows.front().emplace_back("gap");
   }
-  double width_wanted = kNotComputed;
+  std::string extent;
   for (const MethodResult& result : run.methods) {
     const Metrics& metrics = result.metrics;
-    width_wanted = std::isnan(metrics.width_wanted_mm) ? width_wanted : metrics.width_wanted_mm;
-    rows.push_back({result.name, percent_text(metrics.relative_error), percent_text(metrics.relative_error_radiation),
-                    table_number(metrics.mean_inside_pa, "{:.0f} Pa"),
-                    table_number(1e2 * metrics.reached_share, "{:.0f} %"), table_number(metrics.width_mm, "{:.1f} mm"),
-                    table_number(metrics.width_radiation_mm, "{:.1f}"), percent_text(metrics.leakage),
-                    table_number(1e3 * metrics.force_target_n, "{:.3g} mN"),
-                    table_number(metrics.seconds_total, "{:.1f}")});
+    if (!std::isnan(metrics.width_wanted_mm)) {
+      extent = fmt::format(", {:.2f} x {:.2f} mm", metrics.width_wanted_mm, metrics.length_wanted_mm);
+    }
+    rows.push_back(
+        {result.name, percent_text(metrics.relative_error), percent_text(metrics.relative_error_radiation),
+         table_number(1e2 * metrics.reached_share, "{:.0f} %"), table_number(metrics.width_radiation_mm, "{:.1f}"),
+         table_number(metrics.length_radiation_mm, "{:.1f}"), table_number(1e3 * metrics.force_target_n, "{:.3g} mN"),
+         table_number(1e3 * metrics.abs_force_elsewhere_n, "{:.3g} mN"),
+         table_number(metrics.loudest_elsewhere, "{:.2f}"), table_number(metrics.seconds_total, "{:.1f}")});
     if (with_gap) {
       rows.back().push_back(percent_text(metrics.optimality_gap));
     }
@@ -278,9 +283,10 @@ std::string methods_table(const Run& run) {
   std::string wanted;
   if (run.target) {
     const bool best = std::ranges::any_of(run.seconds, [](const auto& stage) { return stage.first == kScaleStage; });
-    wanted = fmt::format("wanted: {:.4g} Pa{}{}\n", run.target->amplitudes.maxCoeff(),
-                         std::isnan(width_wanted) ? "" : fmt::format(", {:.2f} mm wide", width_wanted),
-                         best ? fmt::format("; {} fits it best", run.methods.front().name) : "");
+    const double largest = run.target->amplitudes.maxCoeff();
+    wanted = "of P, the radiation pressure: error, width and length [mm], force, sum and loudest outside\n" +
+             fmt::format("wanted: {:.4g} Pa, P {:.3g} Pa{}{}\n", largest, run.radiation_per_square * largest * largest,
+                         extent, best ? fmt::format("; {} fits it best", run.methods.front().name) : "");
   }
   return aligned_table(rows) + wanted;
 }

@@ -54,6 +54,7 @@ TEST(PressureMetrics, AScaledCopyOfTheTargetHasNoErrorLeft) {
   EXPECT_NEAR(m.cv_inside, 0.0, 1e-6);  // the root of a difference of equal squares
   EXPECT_DOUBLE_EQ(m.peak_pa, 50.0);
   EXPECT_NEAR(m.width_wanted_mm, 8.0, 1e-9);
+  EXPECT_NEAR(m.length_wanted_mm, 4.0, 1e-9);
 }
 
 TEST(PressureMetrics, ErrorAndCorrelationAreOneTriangle) {
@@ -157,6 +158,7 @@ TEST(RadiationPressure, OfUniformPressureIsTheWorkedValue) {
   EXPECT_NEAR(m.force_elsewhere_n, radiation * 368e-6, 1e-12);
   const Metrics without = metrics_of(mesh, p, Eigen::VectorXd::Constant(p.size(), radiation));
   EXPECT_NEAR(without.force_elsewhere_n, radiation * 400e-6, 1e-12);
+  EXPECT_NEAR(without.abs_force_elsewhere_n, radiation * 400e-6, 1e-12);
   EXPECT_TRUE(std::isnan(without.relative_error));
 }
 
@@ -174,12 +176,22 @@ bool is_in_box(const Vector3& x) { return std::abs(x.x()) < 4e-3 && std::abs(x.y
 TEST(RadiationMetrics, AScaledCopyOfTheWantedRadiationHasNoErrorLeft) {
   const Metrics m = metrics_of_radiation(strip(), [](const Vector3& x) { return is_in_box(x) ? 3.0 : 0.0; });
   EXPECT_NEAR(m.relative_error_radiation, 0.0, 1e-12);
-  EXPECT_NEAR(m.leakage_radiation, 0.0, 1e-12);
-  EXPECT_NEAR(m.width_radiation_mm, 8.0, 0.25);
+  EXPECT_NEAR(m.abs_force_elsewhere_n, 0.0, 1e-15);
+  EXPECT_EQ(m.loudest_elsewhere, 0.0);
+}
+
+TEST(RadiationMetrics, WidthAndLengthOfAPlateauAreItsSides) {
+  const auto plateau = [](const Vector3& x) { return std::abs(x.x()) < 3e-3 && std::abs(x.y()) < 1.5e-3 ? 2.0 : 0.0; };
+  const Metrics m = metrics_of_radiation(strip(), plateau);
+  EXPECT_NEAR(m.width_radiation_mm, 6.0, 0.01);
+  EXPECT_NEAR(m.length_radiation_mm, 3.0, 0.01);
+  const Metrics endless = metrics_of_radiation(strip(), [](const Vector3& x) { return std::abs(x.x()) < 3e-3; });
+  EXPECT_NEAR(endless.width_radiation_mm, 6.0, 0.01);
+  EXPECT_TRUE(std::isnan(endless.length_radiation_mm));
 }
 
 TEST(RadiationMetrics, OfAPressureWithoutSlopeAreThoseOfItsSquare) {
-  // P is proportional to |p|^2: the width is one figure, and the leakage too.
+  // P is proportional to |p|^2: the width is one figure, and the leakage that of |P| A.
   const TriangleMesh mesh = strip();
   const auto square = [](const Vector3& x) { return std::exp(-std::pow(x.x() / 4e-3, 2)); };
   Eigen::VectorXcd p(mesh.face_count());
@@ -189,7 +201,7 @@ TEST(RadiationMetrics, OfAPressureWithoutSlopeAreThoseOfItsSquare) {
   const Eigen::VectorXd radiation = 0.1 * p.cwiseAbs2();
   const Metrics m = metrics_of(mesh, {box_of_8mm()}, target_on(mesh), p, radiation);
   EXPECT_NEAR(m.width_radiation_mm, m.width_mm, 1e-12);
-  EXPECT_NEAR(m.leakage_radiation, m.leakage, 1e-12);
+  EXPECT_NEAR(m.abs_force_elsewhere_n / (m.abs_force_elsewhere_n + m.force_target_n), m.leakage, 1e-12);
 }
 
 TEST(RadiationMetrics, SuctionCountsAsLoadButNotAsTheWantedOne) {
@@ -199,14 +211,36 @@ TEST(RadiationMetrics, SuctionCountsAsLoadButNotAsTheWantedOne) {
     return is_in_box(x) ? 1.0 : beside(x) && std::abs(x.y()) < 2e-3 ? -1.0 : 0.0;
   };
   const Metrics m = metrics_of_radiation(strip(), at);
-  EXPECT_NEAR(m.leakage_radiation, 2.0 / 3.0, 1e-12);
+  EXPECT_NEAR(m.abs_force_elsewhere_n, 64e-6, 1e-15);
   EXPECT_NEAR(m.relative_error_radiation, std::sqrt(2.0 / 3.0), 1e-12);
   EXPECT_NEAR(m.force_elsewhere_n, -64e-6, 1e-15);
 
   // What sucks on the target is no copy of a push at any level, and has no width.
   const Metrics sucked = metrics_of_radiation(strip(), [](const Vector3& x) { return is_in_box(x) ? -1.0 : 0.0; });
   EXPECT_EQ(sucked.relative_error_radiation, 1.0);
-  EXPECT_TRUE(std::isnan(sucked.width_radiation_mm));
+  EXPECT_TRUE(std::isnan(sucked.width_radiation_mm) && std::isnan(sucked.loudest_elsewhere));
+}
+
+TEST(RadiationMetrics, LoudestElsewhereIsOfFacesWithoutAPartInTheTarget) {
+  // The box ends at x = 4.1 mm, inside squares that are louder than all others.
+  const TriangleMesh mesh = strip();
+  TargetBox box = box_of_8mm();
+  box.size.x() = 8.2e-3;
+  const Target target = make_target(mesh, {box}, TargetProfile::kUniform, 100.0);
+  const auto radiation_at = [](const Vector3& x) {
+    if (std::abs(x.x()) > 4.5e-3) {
+      return x.x() > 0 ? 0.5 : -3.0;
+    }
+    return is_in_box(x) ? 2.0 : std::abs(x.y()) < 2e-3 ? 9.0 : 0.0;
+  };
+  Eigen::VectorXd radiation(mesh.face_count());
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    radiation(f) = radiation_at(mesh.centroids().col(f));
+  }
+  const Metrics m = metrics_of(mesh, {box}, target, Eigen::VectorXcd::Ones(mesh.face_count()), radiation);
+  const double inside = (2.0 * 32.0 + 9.0 * 0.8) / 32.8;
+  EXPECT_NEAR(m.loudest_elsewhere, 0.5 / inside, 1e-9);
+  EXPECT_NEAR(m.abs_force_elsewhere_n, (9.0 * 3.2 + 0.5 * 155.0 + 3.0 * 155.0) * 1e-6, 1e-12);
 }
 
 }  // namespace touchfield::pressure_metrics_test

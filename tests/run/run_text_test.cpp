@@ -14,9 +14,9 @@ TEST(Describe, SaysWhatThereIs) {
   const std::string text = describe_run(full_run());
   for (const char* part :
        {"complete          yes", "faces 48, vertices 35, area 24 cm2", "6 transducers", "t4010a1",
-        "target faces      3\n", "2000 Pa", "surface", "paper-2", "35.0 %", "5.2 mm", "stalled", "direct",
-        "side 5 x 1 x 4", "0123456789ab", "coarse mesh", "evaluation        edge\n",
-        "evaluation scheme burton_miller_polished\n", "faces 80, vertices", "resonance check   1.25 %\n"}) {
+        "target faces      3\n", "2000 Pa", "surface", "paper-2", "35.0 %", "stalled", "direct", "side 5 x 1 x 4",
+        "0123456789ab", "coarse mesh", "evaluation        edge\n", "evaluation scheme burton_miller_polished\n",
+        "faces 80, vertices", "resonance check   1.25 %\n"}) {
     EXPECT_THAT(text, HasSubstr(part));
   }
   EXPECT_THAT(text,
@@ -39,19 +39,19 @@ TEST(Describe, AnEvaluationThatIsTheSolvingModel) {
 
 TEST(Describe, ATableOfMethodsFitsAScreenOf100Columns) {
   RunData run = full_run();
-  run.methods.front().name = "unscattered";
-  run.methods.front().metrics.mean_inside_pa = 12345;
-  run.methods.front().metrics.width_mm = 12.34;
-  run.methods.front().metrics.width_radiation_mm = 12.34;
-  run.methods.front().metrics.width_wanted_mm = 12.34;
-  run.methods.front().metrics.seconds_total = 12345.6;
-  run.methods.front().metrics.optimality_gap = 0.5;
-  for (double Metrics::*share :
-       {&Metrics::relative_error, &Metrics::relative_error_radiation, &Metrics::reached_share, &Metrics::leakage}) {
-    run.methods.front().metrics.*share = 0.999;
+  for (MethodResult& method : run.methods) {
+    for (const MetricField& field : metric_fields()) {
+      method.metrics.*field.value = field.share ? 0.999 : 12.34;
+    }
+    method.metrics.seconds_total = 12345.6;
+    method.metrics.force_target_n = 0.0176;
+    method.metrics.abs_force_elsewhere_n = 0.00176;
   }
-  run.methods.front().metrics.force_target_n = 0.0176;
-  EXPECT_THAT(methods_table(run), HasSubstr("wanted: 2000 Pa, 12.34 mm wide\n"));
+  run.methods.front().name = "unscattered";
+  EXPECT_THAT(
+      methods_table(run),
+      ContainsRegex("\n  unscattered  99.9 %  99.9 % +100 % +12.3 +12.3  17.6 mN  1.76 mN +12.34  12345.6  99.9 %\n"));
+  EXPECT_THAT(methods_table(run), HasSubstr("wanted: 2000 Pa, P 7 Pa, 12.34 x 12.34 mm\n"));
   std::istringstream table(methods_table(run));
   for (std::string line; std::getline(table, line);) {
     EXPECT_LE(line.size(), 100U) << line;
