@@ -46,7 +46,7 @@ struct MappedCost {
     point.phases = std::move(phases);
     point.drives =
         point.phases.unaryExpr([](double phase) { return std::polar(1.0, phase); }).cast<std::complex<float>>();
-    point.pressure = skin.pressure(point.drives);
+    point.pressure = skin.map.pressure(point.drives);
     point.magnitudes = point.pressure.cast<std::complex<double>>().cwiseAbs();
     point.level = free_level ? best_level(point) : 1.0;
     point.cost = skin.weights.dot((point.level * point.magnitudes - skin.amplitudes).cwiseAbs2()) + skin.constant;
@@ -63,7 +63,13 @@ struct MappedCost {
       const double misfit = point.level * magnitude - skin.amplitudes(j);
       v(j) = std::complex<float>(point.level * skin.weights(j) * misfit * direction);
     }
-    return 2.0 * (point.drives.conjugate().cwiseProduct(skin.sent_back(v))).imag().cast<double>();
+    return 2.0 * (point.drives.conjugate().cwiseProduct(skin.map.sent_back(v))).imag().cast<double>();
+  }
+
+  PhaseSolution solution(const MappedPoint& point, PhaseSolution solution) const {
+    solution = full_drive(point.phases, std::move(solution));
+    solution.amplitudes.setConstant(point.level);
+    return solution;
   }
 
   /// The common amplitude of all drives, up to 1, at which the cost is least.
@@ -102,12 +108,12 @@ class SequenceSkin {
 
   MappedSkin frame(Eigen::Index frame) const {
     MappedSkin skin;
-    skin.pressure = [this](const Eigen::VectorXcf& q) {
+    skin.map.pressure = [this](const Eigen::VectorXcf& q) {
       Eigen::VectorXcf p(all_.rows());
       multiply(Op::kPlain, all_, q, 0.0F, p);
       return p;
     };
-    skin.sent_back = [this](const Eigen::VectorXcf& v) {
+    skin.map.sent_back = [this](const Eigen::VectorXcf& v) {
       Eigen::VectorXcf x(all_.cols());
       multiply(Op::kAdjoint, all_, v, 0.0F, x);
       return x;
@@ -194,22 +200,7 @@ void PhaseDescent::remember(VectorXd step, VectorXd change) {
 
 PhaseSolution PhaseDescent::descend(const MappedSkin& skin, const VectorXd& start, int iterations, bool free_level,
                                     const PhaseBounds& bounds) {
-  const MappedCost problem{skin, free_level};
-  MappedPoint point = problem.at(start);
-  if (!std::isfinite(point.cost)) {
-    throw std::domain_error("phase descent: the pressure is not finite");
-  }
-  VectorXd gradient = problem.gradient(point);
-  PhaseSolution solution;
-  solution.status = PhaseStatus::kIterationLimit;
-  solution.cost_history.push_back(point.cost);
-  iterate(solution, iterations, {}, [&](PhaseStatus& status) {
-    status = step(problem, point, gradient, bounds) == Step::kNone ? PhaseStatus::kStalled : status;
-    return point.cost;
-  });
-  solution = full_drive(point.phases, std::move(solution));
-  solution.amplitudes.setConstant(point.level);
-  return solution;
+  return descend(MappedCost{skin, free_level}, start, iterations, bounds);
 }
 
 SkinProblem problem_of(const PhaseSequence& sequence, Eigen::Index frame) {

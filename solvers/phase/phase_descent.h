@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cmath>
 #include <deque>
 #include <functional>
 #include <limits>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -10,6 +12,12 @@
 #include "solvers/phase/skin_problem.h"
 
 namespace touchfield {
+
+/// A matrix H of M rows that is known by its products, in single precision.
+struct SkinMap {
+  std::function<Eigen::VectorXcf(const Eigen::VectorXcf& q)> pressure;   // H q, M
+  std::function<Eigen::VectorXcf(const Eigen::VectorXcf& v)> sent_back;  // H^H v, N
+};
 
 /// The misfit of amplitudes on all faces, p = H q, known by products with H alone:
 ///
@@ -20,11 +28,10 @@ namespace touchfield {
 ///
 ///   s A (|p| - p')^2 + w_Z (1 - s) A |p|^2 = w_j (|p| - p'_j)^2 + s A p'^2 - w_j p'_j^2
 struct MappedSkin {
-  std::function<Eigen::VectorXcf(const Eigen::VectorXcf& q)> pressure;   // H q, M
-  std::function<Eigen::VectorXcf(const Eigen::VectorXcf& v)> sent_back;  // H^H v, N
-  Eigen::VectorXd amplitudes;                                            // p', M [Pa], >= 0
-  Eigen::VectorXd weights;                                               // w, M, >= 0
-  double constant = 0.0;                                                 // c
+  SkinMap map;
+  Eigen::VectorXd amplitudes;  // p', M [Pa], >= 0
+  Eigen::VectorXd weights;     // w, M, >= 0
+  double constant = 0.0;       // c
 };
 
 /// Bounds of phases [rad], N each; empty: there are none.
@@ -53,6 +60,35 @@ class PhaseDescent {
   /// throws       std::domain_error if the cost at the start is not finite
   PhaseSolution descend(const MappedSkin& skin, const Eigen::VectorXd& start, int iterations, bool free_level,
                         const PhaseBounds& bounds = {});
+
+  /// The same on any problem with points and gradients as `step` takes them; problem.solution(point, solution) fills in
+  /// phases and amplitudes.
+  ///
+  /// standstill   converged if six steps together lower the cost by less than this share of it
+  template <class Problem>
+  PhaseSolution descend(const Problem& problem, const Eigen::VectorXd& start, int iterations,
+                        const PhaseBounds& bounds = {}, double standstill = 0.0,
+                        const IterationCallback& callback = {}) {
+    constexpr std::size_t kSteps = 6;
+    auto point = problem.at(start);
+    if (!std::isfinite(point.cost)) {
+      throw std::domain_error("phase descent: the pressure is not finite");
+    }
+    Eigen::VectorXd gradient = problem.gradient(point);
+    PhaseSolution solution;
+    solution.status = PhaseStatus::kIterationLimit;
+    solution.cost_history.push_back(point.cost);
+    iterate(solution, iterations, callback, [&](PhaseStatus& status) {
+      const std::vector<double>& costs = solution.cost_history;
+      if (step(problem, point, gradient, bounds) == Step::kNone) {
+        status = PhaseStatus::kStalled;
+      } else if (costs.size() >= kSteps && costs[costs.size() - kSteps] - point.cost < standstill * point.cost) {
+        status = PhaseStatus::kConverged;
+      }
+      return point.cost;
+    });
+    return problem.solution(point, std::move(solution));
+  }
 
   enum class Step { kTaken, kForgot, kNone };  // kForgot: none along what the memory said, which is empty now
 

@@ -1,0 +1,282 @@
+#include "solvers/phase/radiation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "solvers/linear/blas_product.h"
+#include "solvers/phase/skin_problem.h"
+
+namespace touchfield {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXcd;
+using Eigen::VectorXcf;
+using Eigen::VectorXd;
+using Eigen::VectorXf;
+
+constexpr double kFaintestFocus = 0.01;  // of the largest P': what the loudest face presses at least
+constexpr double kFirstTilt = 0.3;       // [rad]: amplitudes begin at its cosine, as at 1 the cost has no slope
+constexpr int kRandomStarts = 2;
+
+void require_sizes(const RadiationProblem& problem, const std::string& who) {
+  const RadiationSkin& skin = problem.skin;
+  const Index rows = problem.rows.rows() + problem.outside.rows();
+  if (problem.rows.cols() == 0 || skin.face_count() == 0) {
+    throw std::invalid_argument(who + ": the problem needs at least one face and one channel");
+  }
+  if (!skin.slopes || skin.weights.size() != skin.face_count() || skin.slopes->rows() != 2 * skin.face_count() ||
+      skin.slopes->cols() != rows || skin.energies.size() != rows || problem.rows.rows() < skin.face_count() ||
+      (problem.outside.rows() > 0 && problem.outside.cols() != problem.rows.cols()) ||
+      (skin.deviations.size() > 0 && skin.deviations.size() != skin.face_count())) {
+    throw std::invalid_argument(who + ": sizes do not fit each other");
+  }
+}
+
+/// P from pressures of either precision and their slopes, without deviations.
+template <class Pressure>
+VectorXd pressed(const RadiationSkin& skin, const Pressure& pressure, const Pressure& slopes) {
+  VectorXd radiation(skin.face_count());
+  for (Index j = 0; j < radiation.size(); ++j) {
+    radiation(j) = skin.press * std::norm(std::complex<double>(pressure(j))) -
+                   skin.flow * (std::norm(std::complex<double>(slopes(2 * j))) +
+                                std::norm(std::complex<double>(slopes(2 * j + 1))));
+  }
+  return radiation;
+}
+
+/// The matrix of both parts in single precision, or the device that has it.
+class RadiationRows {
+ public:
+  explicit RadiationRows(const RadiationProblem& problem)
+      : device_(problem.device.get()), rows_(problem.rows.rows() + problem.outside.rows()), cols_(problem.rows.cols()) {
+    if (device_ != nullptr) {
+      device_->scale_single(VectorXd::Ones(rows_).eval().data());
+      return;
+    }
+    all_.resize(rows_, cols_);
+    all_ << problem.rows.cast<std::complex<float>>(), problem.outside.cast<std::complex<float>>();
+  }
+
+  SkinMap map() const {
+    return {[this](const VectorXcf& q) {
+              VectorXcf p(rows_);
+              if (device_ != nullptr) {
+                device_->send_single(1, q.data(), p.data());
+              } else {
+                multiply(Op::kPlain, all_, q, 0.0F, p);
+              }
+              return p;
+            },
+            [this](const VectorXcf& v) {
+              VectorXcf x(cols_);
+              if (device_ != nullptr) {
+                device_->send_back_single(1, v.data(), x.data());
+              } else {
+                multiply(Op::kAdjoint, all_, v, 0.0F, x);
+              }
+              return x;
+            }};
+  }
+
+ private:
+  SkinDevice* device_;
+  Index rows_;
+  Index cols_;
+  Eigen::MatrixXcf all_;  // empty where a device has it
+};
+
+double cost_of(const RadiationSkin& skin, const VectorXd& radiation, double energy) {
+  return skin.weights.dot((radiation - skin.wanted).cwiseAbs2()) + energy + skin.constant;
+}
+
+void require_options(const RadiationProblem& problem, const Eigen::MatrixXcd& starts, const RadiationOptions& options) {
+  if (starts.cols() == 0 || starts.rows() != problem.channel_count() || !starts.allFinite()) {
+    throw std::invalid_argument("solve_radiation: a start must hold one finite drive for each channel");
+  }
+  if (options.iterations < 1 || options.trial < 1 || !(options.standstill >= 0)) {
+    throw std::invalid_argument("solve_radiation: an option is out of range");
+  }
+}
+
+}  // namespace
+
+void require_valid(const RadiationProblem& problem, const char* who) {
+  require_sizes(problem, who);
+  const RadiationSkin& skin = problem.skin;
+  if (!problem.rows.allFinite() || !problem.outside.allFinite() || !skin.wanted.allFinite() ||
+      !skin.weights.allFinite() || !skin.energies.allFinite() || !std::isfinite(skin.constant)) {
+    throw std::invalid_argument(std::string(who) + ": the problem holds a value that is not finite");
+  }
+  if ((skin.weights.array() < 0).any() || (skin.energies.array() < 0).any()) {
+    throw std::invalid_argument(std::string(who) + ": weights and energies must be >= 0");
+  }
+}
+
+void move_to(PhaseDevice& device, RadiationProblem& problem) {
+  problem.device = device.skin(problem.rows.data(), static_cast<int>(problem.rows.rows()), problem.outside.data(),
+                               static_cast<int>(problem.outside.rows()), static_cast<int>(problem.channel_count()));
+}
+
+VectorXd radiation_of(const RadiationSkin& skin, const VectorXcd& pressure) {
+  return pressed<VectorXcd>(skin, pressure, skin.slopes->cast<double>() * pressure);
+}
+
+double radiation_cost(const RadiationProblem& problem, const VectorXcd& q) {
+  const RadiationSkin& skin = problem.skin;
+  VectorXcd pressure(problem.rows.rows() + problem.outside.rows());
+  pressure << problem.rows * q, problem.outside * q;
+  const double level = q.size() > 0 ? q.cwiseAbs2().maxCoeff() : 0.0;
+  VectorXd radiation = radiation_of(skin, pressure);
+  if (skin.deviations.size() > 0) {
+    radiation += level * skin.deviations;
+  }
+  return cost_of(skin, radiation, skin.energies.dot(pressure.cwiseAbs2()) + level * skin.deviation_energy);
+}
+
+double silent_cost(const RadiationSkin& skin) {
+  return skin.weights.dot(skin.wanted.cwiseAbs2()) + skin.constant;
+}
+
+RadiationProblem with_tolerances(RadiationProblem problem, const ChannelTolerances& tolerances) {
+  require_sizes(problem, "with_tolerances");
+  const ChannelMoments moments = channel_moments(tolerances);
+  RadiationSkin& skin = problem.skin;
+  VectorXd strengths(problem.rows.rows() + problem.outside.rows());
+  strengths << problem.rows.rowwise().squaredNorm(), problem.outside.rowwise().squaredNorm();
+  const Eigen::SparseMatrix<double, Eigen::RowMajor> slopes = skin.slopes->leftCols(problem.rows.rows()).cast<double>();
+  const VectorXd slope_strengths = (slopes * problem.rows).rowwise().squaredNorm();
+  skin.deviations.resize(skin.face_count());
+  for (Index j = 0; j < skin.face_count(); ++j) {
+    skin.deviations(j) = moments.variance * (skin.press * strengths(j) -
+                                             skin.flow * (slope_strengths(2 * j) + slope_strengths(2 * j + 1)));
+  }
+  skin.deviation_energy = moments.variance * skin.energies.dot(strengths);
+  problem.rows *= moments.mean;
+  problem.outside *= moments.mean;
+  problem.device.reset();
+  return problem;
+}
+
+RadiationMisfit::Point RadiationMisfit::at(VectorXd phases) const {
+  Point point;
+  point.phases = std::move(phases);
+  const Index channels = free_amplitudes_ ? point.phases.size() / 2 : point.phases.size();
+  point.drives.resize(channels);
+  for (Index n = 0; n < channels; ++n) {
+    const double amplitude = free_amplitudes_ ? std::cos(point.phases(channels + n)) : 1.0;
+    point.drives(n) = std::complex<float>(amplitude * std::polar(1.0, point.phases(n)));
+  }
+  point.pressure = map_.pressure(point.drives);
+  point.slopes = *skin_.slopes * point.pressure;
+  point.radiation = pressed(skin_, point.pressure, point.slopes);
+  if (skin_.deviations.size() > 0) {
+    point.radiation += skin_.deviations;
+  }
+  const double energy =
+      skin_.energies.dot(point.pressure.cwiseAbs2().cast<double>()) + skin_.deviation_energy;
+  if (free_level_) {
+    const VectorXd weighted = skin_.weights.cwiseProduct(point.radiation);
+    const double curvature = weighted.dot(point.radiation);
+    const double loudest = point.radiation.maxCoeff();
+    const double least = loudest > 0 ? kFaintestFocus * skin_.wanted.maxCoeff() / loudest : 1.0;
+    const double best = curvature > 0 ? (weighted.dot(skin_.wanted) - 0.5 * energy) / curvature : 1.0;
+    point.level = std::min(1.0, std::max(best, least));
+  }
+  point.cost = cost_of(skin_, point.level * point.radiation, point.level * energy);
+  return point;
+}
+
+VectorXd RadiationMisfit::gradient(const Point& point) const {
+  const Index faces = skin_.face_count();
+  const VectorXd force =
+      2.0 * point.level * skin_.weights.cwiseProduct(point.level * point.radiation - skin_.wanted);  // dcost / dP
+  VectorXcf v = (point.level * skin_.energies).cast<float>().cwiseProduct(point.pressure);
+  VectorXcf flows(2 * faces);
+  for (Index j = 0; j < faces; ++j) {
+    v(j) += static_cast<float>(skin_.press * force(j)) * point.pressure(j);
+    flows(2 * j) = static_cast<float>(-skin_.flow * force(j)) * point.slopes(2 * j);
+    flows(2 * j + 1) = static_cast<float>(-skin_.flow * force(j)) * point.slopes(2 * j + 1);
+  }
+  v += skin_.slopes->transpose() * flows;
+  const VectorXcd back = map_.sent_back(v).cast<std::complex<double>>();
+  const Index channels = point.drives.size();
+  VectorXd gradient(point.phases.size());
+  for (Index n = 0; n < channels; ++n) {
+    const std::complex<double> turned = std::conj(std::complex<double>(point.drives(n))) * back(n);
+    gradient(n) = 2.0 * turned.imag();
+    if (free_amplitudes_) {
+      const std::complex<double> phasor = std::polar(1.0, point.phases(n));
+      gradient(channels + n) = -2.0 * std::sin(point.phases(channels + n)) * (std::conj(phasor) * back(n)).real();
+    }
+  }
+  return gradient;
+}
+
+PhaseSolution RadiationMisfit::solution(const Point& point, PhaseSolution solution) const {
+  const Index channels = point.drives.size();
+  solution.phases = point.phases.head(channels);
+  solution.amplitudes = VectorXd::Ones(channels);
+  if (free_amplitudes_) {
+    const VectorXd cosines = point.phases.tail(channels).array().cos();
+    for (Index n = 0; n < channels; ++n) {
+      solution.phases(n) += cosines(n) < 0 ? M_PI : 0.0;
+    }
+    solution.amplitudes = cosines.cwiseAbs();
+  }
+  solution.phases = wrapped(solution.phases);
+  solution.amplitudes *= std::sqrt(point.level);
+  return solution;
+}
+
+PhaseSolution solve_radiation(const RadiationProblem& problem, const Eigen::MatrixXcd& starts,
+                              const RadiationOptions& options, const IterationCallback& callback) {
+  require_valid(problem, "solve_radiation");
+  require_options(problem, starts, options);
+  const RadiationRows rows(problem);
+  const SkinMap map = rows.map();
+  const RadiationMisfit misfit(map, problem.skin, options.free_level);
+  std::optional<PhaseSolution> best;
+  for (const auto& start : starts.colwise()) {
+    PhaseSolution path;
+    path.phases = start.cwiseArg();
+    if (starts.cols() > 1) {
+      PhaseDescent descent;
+      path = descent.descend(misfit, path.phases, std::min(options.trial, options.iterations));
+    }
+    if (!best || path.cost_history.back() < best->cost_history.back()) {
+      best = std::move(path);
+    }
+  }
+  PhaseDescent descent;
+  PhaseSolution solution =
+      descent.descend(misfit, best->phases, options.iterations, {}, options.standstill, callback);
+  if (!options.free_amplitudes) {
+    return solution;
+  }
+  const RadiationMisfit freed(map, problem.skin, options.free_level, true);
+  VectorXd angles(2 * problem.channel_count());
+  angles << solution.phases, VectorXd::Constant(problem.channel_count(), kFirstTilt);
+  PhaseDescent wider;
+  PhaseSolution with_amplitudes = wider.descend(freed, angles, options.iterations, {}, options.standstill, callback);
+  return with_amplitudes.cost_history.back() < solution.cost_history.back() ? with_amplitudes : solution;
+}
+
+Eigen::MatrixXcd radiation_starts(const RadiationProblem& problem) {
+  require_valid(problem, "radiation_starts");
+  Eigen::MatrixXcd starts(problem.channel_count(), 1 + kRandomStarts);
+  const VectorXd amplitudes = problem.skin.weights.array() * problem.skin.wanted.array().max(0.0).sqrt();
+  starts.col(0) = phasors_of(problem.rows.topRows(amplitudes.size()).adjoint() * amplitudes);
+  for (int i = 0; i < kRandomStarts; ++i) {
+    starts.col(1 + i) = random_start(problem.channel_count(), static_cast<unsigned>(i) + 1U);
+  }
+  return starts;
+}
+
+}  // namespace touchfield
