@@ -31,7 +31,7 @@ std::uint8_t intensity_step(double amplitude, int levels, const std::string& dev
   if (levels == 2 && std::abs(exact - std::round(exact)) > kStepSlack) {
     throw InputError(
         fmt::format("{}: it drives a transducer fully or not at all, an amplitude of {:.3g} is not possible. Equal "
-                    "amplitudes become 1 with array.level: 1 and a higher target.pressure_pa",
+                    "amplitudes become 1 with array.level: 1 and a higher wanted pressure",
                     device, amplitude));
   }
   return static_cast<std::uint8_t>(std::floor(exact + kStepSlack));

@@ -136,18 +136,18 @@ class Penetration {
 };
 
 /// Adds the parts of one face to a target.
-void add_face(const TriangleMesh& mesh, std::span<const FacePart> parts, std::span<const double> pressures,
+void add_face(const TriangleMesh& mesh, std::span<const FacePart> parts, std::span<const double> wanted,
               Target& target) {
   double area = 0.0;
-  double excess = 0.0;  // over the first part's pressure, which all have in a uniform target
+  double excess = 0.0;  // over what the first part wants, which all have in a uniform target
   for (std::size_t i = 0; i < parts.size(); ++i) {
     area += parts[i].area;
-    excess += parts[i].area * (pressures[i] - pressures.front());
+    excess += parts[i].area * (wanted[i] - wanted.front());
   }
   const auto k = static_cast<Eigen::Index>(target.faces.size());
   target.faces.push_back(parts.front().face);
   target.box.push_back(std::ranges::max_element(parts, {}, &FacePart::area)->box);
-  target.amplitudes(k) = pressures.front() + excess / area;
+  target.amplitudes(k) = wanted.front() + excess / area;
   const double share = area / mesh.areas()(parts.front().face);
   target.shares(k) = share < 1.0 - kLeastPart ? share : 1.0;
 }
@@ -179,7 +179,7 @@ bool hold_faces(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes) {
 }
 
 Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, TargetProfile profile,
-                   double pressure) {
+                   double pressure, TargetQuantity levels_of) {
   require(pressure > 0 && std::isfinite(pressure), "target: pressure = {} Pa must be > 0", pressure);
   const std::vector<FacePart> parts = face_parts(mesh, boxes);
   std::size_t begin = 0;
@@ -192,11 +192,13 @@ Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes
   const bool penetrates = profile == TargetProfile::kPenetration;
   const Penetration penetration(mesh, boxes, parts);
   const double deepest = penetrates ? penetration.deepest(parts) : 1.0;
-  std::vector<double> pressures;
+  const bool of_radiation = levels_of == TargetQuantity::kRadiation;
+  const double largest = of_radiation ? pressure * pressure : pressure;  // P' over its factor
+  std::vector<double> wanted;
   for (const FacePart& part : parts) {
     const TargetBox& box = boxes[static_cast<std::size_t>(part.box)];
     const double level = box.mask ? level_at(box, part.centroid) : box.level;
-    pressures.push_back(pressure * level * (penetrates ? penetration.depth(part, part.centroid) / deepest : 1.0));
+    wanted.push_back(largest * level * (penetrates ? penetration.depth(part, part.centroid) / deepest : 1.0));
   }
   Target target;
   target.boxes = boxes;
@@ -207,10 +209,13 @@ Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes
     while (next < parts.size() && parts[next].face == parts[i].face) {
       ++next;
     }
-    add_face(mesh, std::span(parts).subspan(i, next - i), std::span(pressures).subspan(i, next - i), target);
+    add_face(mesh, std::span(parts).subspan(i, next - i), std::span(wanted).subspan(i, next - i), target);
     i = next;
   }
   target.amplitudes.conservativeResize(target.size());
+  if (of_radiation) {
+    target.amplitudes = target.amplitudes.cwiseSqrt().eval();
+  }
   target.shares.conservativeResize(target.size());
   if (target.size() == mesh.face_count() && (target.shares.array() == 1.0).all()) {
     refuse_whole_body(mesh, boxes);

@@ -14,6 +14,12 @@ enum class TargetProfile {
   kPenetration,  // proportional to the depth below the face through which the skin enters
 };
 
+/// What the levels of boxes and the depths of a profile are shares of.
+enum class TargetQuantity {
+  kPressure,   // of the amplitude p'
+  kRadiation,  // of P' = p'^2 / (4 rho c^2), the radiation pressure of a sound that does not flow along the skin
+};
+
 /// How the faces count in the paper's misfit.
 enum class FaceWeights {
   kEqual,  // alike, as published: a fine patch counts as often as it has faces
@@ -36,18 +42,18 @@ struct Target {
 };
 
 /// The faces of which boxes hold a part (face_parts), with their shares. A part in several boxes belongs to the first.
-/// p' of a face is the mean over its parts of
+/// p' of a face, or P' if the levels are of it, is the mean over its parts of the largest one times
 ///
-///   uniform:      level pressure
-///   penetration:  level pressure depth / max depth; depth is measured along the box's depth axis from its face
-///                 through which the skin enters, the one opposite to the mean outward normal of the skin in that box
+///   uniform:      level
+///   penetration:  level depth / max depth; depth is measured along the box's depth axis from its face through which
+///                 the skin enters, the one opposite to the mean outward normal of the skin in that box
 ///
-/// pressure   [Pa], > 0
+/// pressure   the largest p' [Pa], > 0
 /// accuracy   the shares are those of the flat faces; the area is that of the skin in the boxes within 1 %
 /// throws     InputError if a part of the target holds less than half a face (with the distance to the nearest), or the
 ///            boxes hold all of the skin
 Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, TargetProfile profile,
-                   double pressure);
+                   double pressure, TargetQuantity levels_of = TargetQuantity::kPressure);
 
 /// Whether every part of the target holds as much skin as make_target asks for.
 bool hold_faces(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes);

@@ -119,6 +119,7 @@ std::string sharing_key(const Scene& scene) {
   }
   if (shared.target) {
     shared.target->pressure.reset();
+    shared.target->quantity = TargetQuantity::kPressure;
     shared.target->profile = TargetProfile::kUniform;
     const EdgeSpec* edge = shared.bodies.front().edge ? &*shared.bodies.front().edge : nullptr;
     const bool shapes_mesh =

@@ -16,6 +16,7 @@
 #include "sim/core/rigid_motion.h"
 #include "sim/core/text.h"
 #include "sim/core/units.h"
+#include "sim/field/metrics.h"
 #include "sim/field/target.h"
 #include "sim/gpu/gpu_library.h"
 #include "sim/mesh/query/clearance.h"
@@ -348,7 +349,15 @@ Target build_target(const Model& model) {
 
 Target build_target(const Model& model, const TriangleMesh& mesh) {
   const TargetSpec& target = *model.posture.target;
-  return make_target(mesh, model.boxes, target.profile, target.pressure.value_or(1.0));
+  return make_target(mesh, model.boxes, target.profile, wanted_pressure(model), target.quantity);
+}
+
+double wanted_pressure(const Model& model) {
+  const TargetSpec& target = *model.posture.target;
+  const double pressure = target.pressure.value_or(1.0);
+  return target.quantity == TargetQuantity::kRadiation
+             ? std::sqrt(pressure / radiation_per_square(model.fixed->wave.medium()))
+             : pressure;
 }
 
 OutsideSkin outside_skin(const Model& model) {

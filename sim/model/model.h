@@ -112,4 +112,8 @@ Target build_target(const Model& model);
 /// The same on another mesh of the same body.
 Target build_target(const Model& model, const TriangleMesh& mesh);
 
+/// The largest amplitude p' that the target of a scene wants [Pa]: of a radiation pressure that without flow along the
+/// skin. 1 if the scene leaves it open.
+double wanted_pressure(const Model& model);
+
 }  // namespace touchfield

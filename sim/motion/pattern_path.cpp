@@ -203,7 +203,7 @@ PatternSpots pattern_spots(const PatternSpec& spec, const PatternClock& clock, c
     const FaceTree skin(mesh);
     const SkinStrokes strokes(mesh);
     const PathInSpace path(spec, model, skin);
-    const double pressure = spec.pressure ? *spec.pressure : model.posture.target->pressure.value();
+    const double pressure = spec.pressure ? *spec.pressure : wanted_pressure(model);
     for (Eigen::Index k = 0; k < clock.frames; ++k) {
       const SkinPoint at = skin.nearest(path.at(period_share(spec, clock, k)));
       Target spot = disc(spec, model, strokes, at.at, pressure);

@@ -362,7 +362,7 @@ class Player {
       const Statistics& share = statistics_of(over, &Metrics::reached_share);
       if (sensed_.scene.solve.methods[m].kind->model != MethodModel::kGiven && share.median < kLeastReached) {
         say({{fmt::format("below_wanted: {} reaches {:.2g} % of the pressure wanted on the target, the median over the "
-                          "motion: lower target.pressure_pa, or use a larger or nearer array",
+                          "motion: lower the wanted pressure, or use a larger or nearer array",
                           motion_.methods[m].name, 100.0 * share.median)},
              {}});
       }

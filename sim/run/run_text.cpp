@@ -191,8 +191,10 @@ std::string methods_paragraph(const Run& run) {
                                  run.mesh.face_count(), 1e4 * run.mesh.total_area(), 1e3 * run.mesh.mean_edge());
   text += array_sentence(run.array) + scattering_sentence(run);
   if (run.target) {
-    text += fmt::format("The target was a pressure of up to {:.4g} Pa on {} faces. ", run.target->amplitudes.maxCoeff(),
-                        run.target->size());
+    const double largest = run.target->amplitudes.maxCoeff();
+    text +=
+        fmt::format("The target was a pressure of up to {:.4g} Pa (a radiation pressure of {:.3g} Pa) on {} faces. ",
+                    largest, run.radiation_per_square * largest * largest, run.target->size());
   }
   for (const MethodResult& result : run.methods) {
     text += fmt::format("Method {} ({}): {} ", result.name, result.scheme, help_of(result.method));

@@ -108,26 +108,26 @@ struct TargetPlace {
 struct TargetBoxSpec : TargetPlace {
   Vector3 size = Vector3::Zero();    // [m]
   Vector3 angles = Vector3::Zero();  // [rad]
-  double level = 1.0;                // of the target's pressure
+  double level = 1.0;                // of what the target wants
 };
 
 /// A disc on the skin nearest to a place.
 struct TargetPointSpec : TargetPlace {
   double diameter = 0;  // [m]
-  double level = 1.0;   // of the target's pressure
+  double level = 1.0;   // of what the target wants
 };
 
 /// A strip on the skin, through the skin nearest to some places.
 struct TargetLineSpec {
   std::vector<TargetPlace> points;  // 2 or more
   double width = 0;                 // [m]
-  double level = 1.0;               // of the target's pressure
+  double level = 1.0;               // of what the target wants
 };
 
 /// Levels of the faces of a body's mesh file.
 struct TargetMaskSpec {
   std::string file;            // absolute
-  std::vector<double> levels;  // of the target's pressure, one per face of the mesh file, 0 to 1, one of them > 0
+  std::vector<double> levels;  // of what the target wants, one per face of the mesh file, 0 to 1, one of them > 0
 };
 
 struct TargetSpec {
@@ -136,7 +136,8 @@ struct TargetSpec {
   std::vector<TargetLineSpec> lines;
   std::optional<TargetMaskSpec> mask;  // on the scene's only body
   TargetProfile profile = TargetProfile::kUniform;
-  std::optional<double> pressure;  // [Pa]; absent: best
+  std::optional<double> pressure;  // the largest one, of `quantity` [Pa]; absent: best, of the amplitude
+  TargetQuantity quantity = TargetQuantity::kPressure;
 };
 
 }  // namespace touchfield

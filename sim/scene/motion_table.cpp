@@ -244,7 +244,7 @@ Codec<PatternSpec> pattern_codec() {
       .key("iterations", &PatternSpec::iterations, integer(between(1, 100'000)),
            "Iterations of each frame after the first.")
       .maybe("pressure_pa", &PatternSpec::pressure, number(kPlain, above(0)), "3000",
-             "Wanted pressure amplitude [Pa]; default: target.pressure_pa.")
+             "Wanted pressure amplitude [Pa]; default: that of the target.")
       .key("watch", &PatternSpec::watch, list_of<std::string>(text(1), 0, kMostItems),
            "Landmarks at which the pressure over time is written, beside points of the pattern itself.")
       .shown_as("[index_tip]")

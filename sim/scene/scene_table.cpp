@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -127,7 +128,7 @@ template <class Part>
 Codec<Part> with_level(Map<Part>& map) {
   return map
       .key("level", &Part::level, number(kPlain, above_to(0, 1)),
-           "Pressure wanted here, as a share of target.pressure_pa.")
+           "Pressure wanted here, as a share of target.pressure_pa or target.radiation_pa.")
       .codec();
 }
 
@@ -175,35 +176,75 @@ bool check_target(const Input& in, const TargetSpec& target, bool good) {
     return in.key("profile").problem(
         "penetration is of boxes alone; leave points, lines and mask_file out, or write uniform");
   }
+  const Entry* amplitude = in.node().find("pressure_pa");
+  const Entry* radiation = in.node().find("radiation_pa");
+  if (amplitude != nullptr && radiation != nullptr) {
+    const bool amplitude_first = amplitude->place.source <= radiation->place.source;
+    const auto& [first, second] = amplitude_first ? std::pair(amplitude, radiation) : std::pair(radiation, amplitude);
+    in.reading().add(second->place,
+                     fmt::format("{0}: cannot be given with {1}; take that away, in changes of a scene by "
+                                 "target.{1}: null or --set target.{1}=null",
+                                 in.path_of(second->key), first->key));
+    return false;
+  }
   return good;
+}
+
+/// The wanted radiation pressure, kept in the member of the amplitude.
+Map<TargetSpec>& add_radiation(Map<TargetSpec>& map) {
+  const Codec<double> codec = number(kPlain, above(0));
+  return map.add(
+      {.name = "radiation_pa",
+       .type = codec.type,
+       .help =
+           "Wanted radiation pressure P [Pa], the largest one of a profile, instead of pressure_pa. Levels and depths "
+           "are then shares of P. Methods get the amplitude p with P = p^2 / (4 rho c^2), in the air of the scene.",
+       .example = "30"},
+      [codec](const Input& in, TargetSpec& target) {
+        target.quantity = TargetQuantity::kRadiation;
+        return codec.read(in, target.pressure.emplace());
+      },
+      [codec](const TargetSpec& target) {
+        return target.quantity == TargetQuantity::kRadiation ? std::optional<Node>(codec.write(*target.pressure))
+                                                             : std::nullopt;
+      });
 }
 
 Codec<TargetSpec> target_codec() {
   const auto box = target_box_codec();
-  return Map<TargetSpec>()
-      .maybe("box", &TargetSpec::boxes, box, "", "The target: the faces of the skin with their centroid in this box.")
-      .maybe("boxes", &TargetSpec::boxes, list_of(box, 1, kMostItems), "", "Several boxes, instead of one.")
-      .written_if([](const TargetSpec& target) { return !target.boxes.empty(); })
-      .maybe("points", &TargetSpec::points, list_of(target_point_codec(), 1, kMostItems), "",
-             "Round discs on the skin, each about the point of the skin that is nearest to a place. Boxes, points, "
-             "lines and a mask may be given together; a face in several of them belongs to the first, in this order.")
-      .written_if([](const TargetSpec& target) { return !target.points.empty(); })
-      .maybe("lines", &TargetSpec::lines, list_of(target_line_codec(), 1, kMostItems), "",
-             "Lines and paths on the skin. Their metrics have the width across the first piece, if nothing is given "
-             "before it.")
-      .written_if([](const TargetSpec& target) { return !target.lines.empty(); })
-      .maybe(
-          "mask_file", &TargetSpec::mask, target_mask_codec(), "mask.txt",
-          "A text file of one number per face of the body's mesh file, in the order of its faces: the pressure wanted "
-          "there as a share of target.pressure_pa, 0 to 1. The numbers are separated by commas or white space; # "
-          "starts a comment. A relative name starts from the scene's folder.")
-      .key("profile", &TargetSpec::profile,
-           choice<TargetProfile>({{"uniform", TargetProfile::kUniform}, {"penetration", TargetProfile::kPenetration}}),
-           "Wanted pressure on the faces: the same on each, or proportional to the depth below the side of the box "
-           "through which the skin enters.")
-      .key("pressure_pa", &TargetSpec::pressure, number_or("best", number(kPlain, above(0))),
-           "Wanted pressure amplitude [Pa], the largest one of a profile. best: the strongest that the array reaches "
-           "with the smallest error.")
+  Map<TargetSpec> map =
+      Map<TargetSpec>()
+          .maybe("box", &TargetSpec::boxes, box, "",
+                 "The target: the faces of the skin with their centroid in this box.")
+          .maybe("boxes", &TargetSpec::boxes, list_of(box, 1, kMostItems), "", "Several boxes, instead of one.")
+          .written_if([](const TargetSpec& target) { return !target.boxes.empty(); })
+          .maybe(
+              "points", &TargetSpec::points, list_of(target_point_codec(), 1, kMostItems), "",
+              "Round discs on the skin, each about the point of the skin that is nearest to a place. Boxes, points, "
+              "lines and a mask may be given together; a face in several of them belongs to the first, in this order.")
+          .written_if([](const TargetSpec& target) { return !target.points.empty(); })
+          .maybe(
+              "lines", &TargetSpec::lines, list_of(target_line_codec(), 1, kMostItems), "",
+              "Lines and paths on the skin. Their metrics have the width across the first piece, if nothing is given "
+              "before it.")
+          .written_if([](const TargetSpec& target) { return !target.lines.empty(); })
+          .maybe("mask_file", &TargetSpec::mask, target_mask_codec(), "mask.txt",
+                 "A text file of one number per face of the body's mesh file, in the order of its faces: the pressure "
+                 "wanted "
+                 "there as a share of target.pressure_pa or target.radiation_pa, 0 to 1. The numbers are separated by "
+                 "commas or white space; # "
+                 "starts a comment. A relative name starts from the scene's folder.")
+          .key("profile", &TargetSpec::profile,
+               choice<TargetProfile>(
+                   {{"uniform", TargetProfile::kUniform}, {"penetration", TargetProfile::kPenetration}}),
+               "Wanted pressure on the faces: the same on each, or proportional to the depth below the side of the box "
+               "through which the skin enters.")
+          .key("pressure_pa", &TargetSpec::pressure, number_or("best", number(kPlain, above(0))),
+               "Wanted pressure amplitude [Pa], the largest one of a profile. best: the strongest that the array "
+               "reaches "
+               "with the smallest error.")
+          .written_if([](const TargetSpec& target) { return target.quantity == TargetQuantity::kPressure; });
+  return add_radiation(map)
       .at_most_one({"box", "boxes"})
       .check([](const Input& in, TargetSpec& target, bool good) { return check_target(in, target, good); })
       .codec();

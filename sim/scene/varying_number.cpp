@@ -126,7 +126,12 @@ double& joint_angle(Posture& scene, const Item& item, Eigen::Index joint) {
   return angle ? *angle : angle.emplace(joint_angles(hand_pose(hand->pose, hand->joints))(joint));
 }
 
-double& pressure(Posture& scene) {
+double& pressure(Posture& scene, TargetQuantity quantity) {
+  const bool of_radiation = quantity == TargetQuantity::kRadiation;
+  if (scene.target && scene.target->quantity != quantity) {
+    throw InputError(
+        fmt::format("is not in this scene: its target has {}", of_radiation ? "pressure_pa" : "radiation_pa"));
+  }
   require(scene.target && scene.target->pressure, "must be a number in this scene");
   return *scene.target->pressure;
 }
@@ -212,7 +217,8 @@ std::vector<double> MotionCurve::turns(double seconds) const {
 
 std::string varying_paths() {
   return "body.place.at_mm.0 to .2, body.place.rotate_deg.0 to .2, body.hand.joints.FINGER.JOINT_deg, "
-         "target.box.offset_mm.0 to .2, target.box.centre_mm.0 to .2, target.pressure_pa (of several bodies.0, "
+         "target.box.offset_mm.0 to .2, target.box.centre_mm.0 to .2, target.pressure_pa, target.radiation_pa (of "
+         "several bodies.0, "
          "target.boxes.0 and so on)";
 }
 
@@ -233,9 +239,10 @@ VaryingNumber varying_number(const std::string& path) {
     number.in = [=](Posture& scene) -> double& { return coordinate(scene, item, key, *axis); };
     return number;
   }
-  if (key == "target" && last == "pressure_pa") {
+  if (key == "target" && (last == "pressure_pa" || last == "radiation_pa")) {
+    const TargetQuantity quantity = last == "radiation_pa" ? TargetQuantity::kRadiation : TargetQuantity::kPressure;
     number.range = schema::at_least(0);  // a motion may begin and end in silence
-    number.in = pressure;
+    number.in = [=](Posture& scene) -> double& { return pressure(scene, quantity); };
     return number;
   }
   const auto joint = std::ranges::find_if(hand_joints(), [&](const NamedJoint& of_hand) {

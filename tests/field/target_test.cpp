@@ -156,6 +156,13 @@ TEST(Target, EveryBoxHasItsShareOfThePressure) {
       EXPECT_NEAR(pressure, target.box[i] == 0 ? 400.0 : 100.0, 10.0);
     }
   }
+  // With levels of P, p' is the largest one times the root of the level, also of a mean over parts of a face.
+  for (const TargetProfile profile : {TargetProfile::kUniform, TargetProfile::kPenetration}) {
+    const Target of_pressure = make_target(mesh, {low, beside}, profile, 400.0);
+    const Target of_radiation = make_target(mesh, {low, beside}, profile, 400.0, TargetQuantity::kRadiation);
+    EXPECT_TRUE(of_radiation.amplitudes.cwiseAbs2().isApprox(400.0 * of_pressure.amplitudes, 1e-12));
+    EXPECT_EQ(of_radiation.shares, of_pressure.shares);
+  }
   TargetBox deep = low;
   deep.level = 0.5;
   const auto whole = make_target(mesh, {low}, TargetProfile::kPenetration, 400.0);

@@ -41,6 +41,15 @@ TEST(Model, WhatDoesNotGoTogetherIsRefused) {
   EXPECT_THAT(refusal({"target.box.size_mm=[100, 100, 100]"}), HasSubstr("target"));
 }
 
+TEST(Model, AWantedRadiationPressureIsThatOfTheAmplitudeInItsAir) {
+  for (const char* air : {"medium={temperature_c: 20}", "medium={sound_speed_m_s: 300, density_kg_m3: 1.5}"}) {
+    const Model model = small_model({air, "target.pressure_pa=null", "target.radiation_pa=30"});
+    const Medium& medium = model.fixed->wave.medium();
+    const double c = medium.sound_speed;
+    EXPECT_NEAR(std::pow(build_target(model).amplitudes.maxCoeff(), 2) / (4.0 * medium.density * c * c), 30.0, 1e-10);
+  }
+}
+
 TEST(Model, PointsAndLinesAreDrawnOnTheSkin) {
   const Model model = small_model(
       {"target.box=null", "target.points=[{at: bottom, diameter_mm: 5}, {at: x_plus, diameter_mm: 4, level: 0.5}]",

@@ -86,6 +86,13 @@ TEST(PatternSpots, GoRoundTheCircleOnTheSkin) {
   }
 }
 
+TEST(PatternSpots, WantTheAmplitudeOfTheTargetsRadiationPressure) {
+  const Model model = circling({"target.pressure_pa=null", "target.radiation_pa=30"});
+  const PatternSpots spots = pattern_spots(spec_of(model), pattern_clock(spec_of(model)), {}, model);
+  EXPECT_DOUBLE_EQ(spots.amplitudes.maxCoeff(), build_target(model).amplitudes.maxCoeff());
+  EXPECT_NEAR(spots.amplitudes.maxCoeff(), 4126, 1);  // in air of 20 C
+}
+
 TEST(PatternSpots, StayAsLongAtEachPointAndRunToAndFroOnALine) {
   const Model model =
       small_model({"target.pressure_pa=500", "body.edge_mm=1.6",

@@ -163,6 +163,17 @@ TEST(Trajectory, AppliesItsStateInSiUnits) {
   EXPECT_NEAR(*now.target->pressure, 1500, 1e-9);
 }
 
+const std::vector<std::string> kOfRadiation = {"target.pressure_pa=null", "target.radiation_pa=30"};
+
+TEST(Trajectory, AppliesARadiationPressure) {
+  const Scene scene = moving({{"target.radiation_pa", KeysLaw{{{0, 0}, {2, 40}}}}}, kOfRadiation);
+  Scene now = scene;
+  const Trajectory trajectory(scene);
+  trajectory.apply(trajectory.state(1), now);
+  EXPECT_NEAR(*now.target->pressure, 20, 1e-12);
+  EXPECT_EQ(now.target->quantity, TargetQuantity::kRadiation);
+}
+
 // A key of 200 mm is the same double as the scene's own 200 mm.
 TEST(Trajectory, KeysAreTheNumbersThatAScenesTextGives) {
   for (const double z : {10.16, 200.0, 200.3, 199.99}) {
@@ -230,6 +241,8 @@ TEST(Trajectory, RefusesWhatCannotVary) {
   EXPECT_THAT(refused({{"target.boxes[0].offset_mm[0]", rate}}), HasSubstr("must begin with target.box"));
   EXPECT_THAT(refused({{"target.box.centre_mm[0]", rate}}), HasSubstr("its box has a landmark"));
   EXPECT_THAT(refused({{"target.pressure_pa", rate}}, {"target.pressure_pa=best"}), HasSubstr("must be a number"));
+  EXPECT_THAT(refused({{"target.radiation_pa", rate}}), HasSubstr("is not in this scene: its target has pressure_pa"));
+  EXPECT_THAT(refused({{"target.pressure_pa", rate}}, kOfRadiation), HasSubstr("its target has radiation_pa"));
   EXPECT_THAT(refused({{"body.place.at_mm[0]", rate}, {"body.place.at_mm.0", rate}}), HasSubstr("changed twice"));
   EXPECT_THAT(refused({{"body.hand.joints.index.mcp_deg", rate}},
                       {"body={sphere: {radius_mm: 8}, edge_mm: 2}", "target.box.at=top"}),

@@ -84,6 +84,26 @@ TEST(SceneOverrides, ATargetTakenAwayIsMissedByTheMethodsThatNeedIt) {
               ElementsAre(HasSubstr("solve.methods[0]: focus needs a target")));
 }
 
+TEST(SceneOverrides, TheOtherQuantityOfATargetIsTakenAwayFirst) {
+  const std::string target = "target={box: {at: top, size_mm: [4, 4, 4]}, ";
+  const auto refused = [&](const std::string& of_scene, const std::string& change) {
+    return problems_with({target + of_scene + "}", change});
+  };
+  EXPECT_THAT(refused("pressure_pa: 300", "target.radiation_pa=30"),
+              ElementsAre("--set target.radiation_pa=30: target.radiation_pa: cannot be given with "
+                          "pressure_pa; take that away, in changes of a scene by target.pressure_pa: null or "
+                          "--set target.pressure_pa=null"));
+  EXPECT_THAT(refused("radiation_pa: 30", "target.pressure_pa=best"),
+              ElementsAre(StartsWith("--set target.pressure_pa=best: target.pressure_pa: cannot be given with "
+                                     "radiation_pa; take that away")));
+  EXPECT_THAT(refused("radiation_pa: 30", "target.radiation_pa=best"),
+              ElementsAre(EndsWith("target.radiation_pa = best must be a number")));
+  const Scene scene =
+      scene_from(kSmallScene, {target + "pressure_pa: 300}", "target.pressure_pa=null", "target.radiation_pa=30"});
+  EXPECT_EQ(scene.target->quantity, TargetQuantity::kRadiation);
+  EXPECT_EQ(scene.target->pressure, 30.0);
+}
+
 TEST(SceneOverrides, ProblemsNameTheOverride) {
   EXPECT_THAT(problems_with({"array.level=2", "medium={temperature_c: 20, humidty_percent: 3}", "body.edge_mm=[1]",
                              "array.at_mm=[0, .nan, 0]"}),

@@ -149,6 +149,7 @@ void expect_same(const Scene& a, const Scene& b) {
     EXPECT_TRUE(a.target->mask == b.target->mask);
     EXPECT_EQ(a.target->profile, b.target->profile);
     EXPECT_EQ(a.target->pressure, b.target->pressure);
+    EXPECT_EQ(a.target->quantity, b.target->quantity);
   }
   EXPECT_TRUE(a.solve.methods == b.solve.methods);
   EXPECT_EQ(a.solve.scheme, b.solve.scheme);
@@ -218,6 +219,7 @@ const std::vector<Variant> kVariants = {
      {"target={box: {at: top, offset_mm: [0.1, 0, 0], size_mm: [8, 40, 6], rotate_deg: [0, 0, 45]}, "
       "profile: penetration, pressure_pa: 3000.7}"}},
     {"target_centre", {"target={box: {centre_mm: [0, 0.1, 200], size_mm: [8, 40, 6]}, pressure_pa: best}"}},
+    {"target_radiation", {"target={box: {at: top, size_mm: [8, 40, 6]}, radiation_pa: 27.7}"}},
     {"target_boxes", {"target={boxes: [{at: top, size_mm: [8, 40, 6]}, {centre_mm: [0, 0, 7], size_mm: [1, 2, 3]}]}"}},
     {"target_levels", {"target={boxes: [{at: top, size_mm: [8, 40, 6], level: 0.3}]}"}},
     {"target_drawn",
