@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -80,57 +82,79 @@ Slopes weights(const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMost>& plac
   return Eigen::LDLT<UpToMost, Eigen::Lower>(covariance).solve(slopes);
 }
 
+/// Two directions in the plane of a face.
+std::pair<Vector3, Vector3> directions(const TriangleMesh& mesh, Index face) {
+  const Vector3 normal = mesh.normals().col(face);
+  const Vector3 u = normal.unitOrthogonal();
+  return {u, normal.cross(u)};
+}
+
 }  // namespace
 
-SurfaceGradient::SurfaceGradient(const TriangleMesh& mesh, double k)
-    : u_(3, mesh.face_count()),
-      v_(3, mesh.face_count()),
-      count_(mesh.face_count()),
-      neighbours_(kMost, mesh.face_count()),
-      along_u_(kMost, mesh.face_count()),
-      along_v_(kMost, mesh.face_count()) {
+Eigen::SparseMatrix<float, Eigen::RowMajor> surface_slopes(const TriangleMesh& mesh, double k,
+                                                           const std::vector<Index>& faces) {
   const FacesRound round(mesh.triangles(), mesh.vertex_count());
+  const auto count = static_cast<Index>(faces.size());
+  std::vector<std::vector<Index>> neighbours(faces.size());
+  std::vector<Slopes> slopes(faces.size());
 #pragma omp parallel
   {
-    std::vector<Index> faces;
     Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMost> places;
 #pragma omp for schedule(dynamic, 64)
-    for (Index f = 0; f < mesh.face_count(); ++f) {
-      const Vector3 u = Vector3(mesh.normals().col(f)).unitOrthogonal();
-      const Vector3 v = Vector3(mesh.normals().col(f)).cross(u);
-      gather(mesh, round, f, faces);
-      const auto n = static_cast<Index>(faces.size());
-      u_.col(f) = u;
-      v_.col(f) = v;
-      count_(f) = static_cast<int>(n);
-      if (n == 0) {
-        continue;
+    for (Index i = 0; i < count; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      const Index f = faces[at];
+      std::vector<Index>& own = neighbours[at];
+      gather(mesh, round, f, own);
+      std::ranges::sort(own);
+      places.resize(3, static_cast<Index>(own.size()));
+      for (Index j = 0; j < places.cols(); ++j) {
+        places.col(j) = k * (mesh.centroids().col(own[static_cast<std::size_t>(j)]) - mesh.centroids().col(f));
       }
-      places.resize(3, n);
-      for (Index i = 0; i < n; ++i) {
-        const Index neighbour = faces[static_cast<std::size_t>(i)];
-        neighbours_(i, f) = static_cast<int>(neighbour);
-        places.col(i) = k * (mesh.centroids().col(neighbour) - mesh.centroids().col(f));
+      if (!own.empty()) {
+        const auto [u, v] = directions(mesh, f);
+        slopes[at] = k * weights(places, u, v);
       }
-      const Slopes solved = weights(places, u, v);
-      along_u_.col(f).head(n) = (k * solved.col(0)).cast<float>();
-      along_v_.col(f).head(n) = (k * solved.col(1)).cast<float>();
     }
+  }
+  Eigen::SparseMatrix<float, Eigen::RowMajor> matrix(2 * count, mesh.face_count());
+  matrix.reserve(Eigen::VectorXi::Constant(2 * count, static_cast<int>(kMost) + 1));
+  for (Index i = 0; i < count; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    for (Index along = 0; along < 2 && !neighbours[at].empty(); ++along) {
+      for (std::size_t j = 0; j < neighbours[at].size(); ++j) {
+        matrix.insert(2 * i + along, neighbours[at][j]) = static_cast<float>(slopes[at](static_cast<Index>(j), along));
+      }
+      matrix.insert(2 * i + along, faces[at]) = static_cast<float>(-slopes[at].col(along).sum());
+    }
+  }
+  matrix.makeCompressed();
+  return matrix;
+}
+
+SurfaceGradient::SurfaceGradient(const TriangleMesh& mesh, double k)
+    : u_(3, mesh.face_count()), v_(3, mesh.face_count()) {
+  std::vector<Index> all(static_cast<std::size_t>(mesh.face_count()));
+  std::iota(all.begin(), all.end(), Index{0});
+  slopes_ = surface_slopes(mesh, k, all);
+  for (Index f = 0; f < mesh.face_count(); ++f) {
+    const auto [u, v] = directions(mesh, f);
+    u_.col(f) = u;
+    v_.col(f) = v;
   }
 }
 
 Eigen::Matrix3Xcd SurfaceGradient::of(const Eigen::VectorXcd& pressure) const {
-  Eigen::Matrix3Xcd gradient(3, count_.size());
+  Eigen::Matrix3Xcd gradient(3, u_.cols());
 #pragma omp parallel for schedule(static)
-  for (Index f = 0; f < count_.size(); ++f) {
-    Complex along_u = 0;
-    Complex along_v = 0;
-    for (Index i = 0; i < count_(f); ++i) {
-      const Complex difference = pressure(neighbours_(i, f)) - pressure(f);
-      along_u += static_cast<double>(along_u_(i, f)) * difference;
-      along_v += static_cast<double>(along_v_(i, f)) * difference;
+  for (Index f = 0; f < gradient.cols(); ++f) {
+    Complex along[2] = {};
+    for (int i = 0; i < 2; ++i) {
+      for (decltype(slopes_)::InnerIterator entry(slopes_, 2 * f + i); entry; ++entry) {
+        along[i] += static_cast<double>(entry.value()) * (pressure(entry.col()) - pressure(f));
+      }
     }
-    gradient.col(f) = along_u * u_.col(f) + along_v * v_.col(f);
+    gradient.col(f) = along[0] * u_.col(f) + along[1] * v_.col(f);
   }
   return gradient;
 }

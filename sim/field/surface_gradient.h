@@ -1,5 +1,9 @@
 #pragma once
 
+#include <vector>
+
+#include <Eigen/SparseCore>
+
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
@@ -36,10 +40,15 @@ class SurfaceGradient {
  private:
   Points u_;  // two directions in each face's plane, at right angles
   Points v_;
-  Eigen::VectorXi count_;       // of each face's neighbours
-  Eigen::MatrixXi neighbours_;  // 40 x M
-  Eigen::MatrixXf along_u_;     // 40 x M, the neighbours' weights for the slope along u [1/m]
-  Eigen::MatrixXf along_v_;
+  Eigen::SparseMatrix<float, Eigen::RowMajor> slopes_;  // of all faces
 };
+
+/// The same gradient of some faces as a matrix: rows 2i and 2i + 1 are the slopes at faces[i] along two directions in
+/// its plane, at right angles [1/m].
+///
+/// faces     K
+/// returns   2 K x M
+Eigen::SparseMatrix<float, Eigen::RowMajor> surface_slopes(const TriangleMesh& mesh, double k,
+                                                           const std::vector<Eigen::Index>& faces);
 
 }  // namespace touchfield

@@ -211,7 +211,8 @@ PhaseSolution MethodSolver::found(const MethodSpec& method, const Eigen::VectorX
     case MethodModel::kFree:
     case MethodModel::kSkin:
       try {
-        return method.kind->model == MethodModel::kSkin
+        return method.kind->radiation ? solve_radiation_method(method, amplitudes, before, advance, progress)
+               : method.kind->model == MethodModel::kSkin
                    ? solve_skin_method(method, amplitudes, before, advance, progress)
                    : solve_incident_method(method, amplitudes, before, advance);
       } catch (const std::invalid_argument& error) {
@@ -307,15 +308,20 @@ const SkinProblem& MethodSolver::skin_problem(const Eigen::VectorXd& amplitudes,
 const Transfer& MethodSolver::transfer(const Eigen::VectorXd& amplitudes, double outside_weight, Progress& progress) {
   if (!transfer_ || transfer_->outside_weight < outside_weight) {
     transfer_.reset();
+    if (std::ranges::any_of(spec_.methods, [](const MethodSpec& method) { return method.kind->radiation; })) {
+      const ScatteringSystem& system = scattering_.system();
+      near_ = near_skin(system.mesh(), *target_, system.wave());
+    }
     if (drives_ && !spanned_) {
-      transfer_ = make_transfer_on_card(scattering_, drives_, *target_, outside_, outside_weight);
+      transfer_ = make_transfer_on_card(scattering_, drives_, *target_, outside_, outside_weight, near_.faces);
     }
     if (!transfer_ && drives_ && !spanned_) {
       spanned_ = spanned_pressure(scattering_, *drives_);
     }
     if (!transfer_) {
-      transfer_ = spanned_ ? make_transfer(*spanned_, scattering_, *target_, outside_, outside_weight)
-                           : make_transfer(scattering_, *target_, outside_, outside_weight);
+      transfer_ = spanned_
+                      ? make_transfer(*spanned_, scattering_, *target_, outside_, outside_weight, false, near_.faces)
+                      : make_transfer(scattering_, *target_, outside_, outside_weight, near_.faces);
     }
     progress.detail(describe_transfer(*transfer_, channels_));
     if (Gpu* const gpu = scattering_.gpu(); gpu != nullptr && !leave_card_) {
@@ -358,6 +364,47 @@ PhaseSolution MethodSolver::solve_skin_method(const MethodSpec& method, const Ei
                  [&](const auto& start) { return method.kind->solve(problem, start, settings, advance); });
 }
 
+RadiationProblem MethodSolver::radiation_problem(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
+                                                 Progress& progress) {
+  skin_problem(amplitudes, progress);
+  const ScatteringSystem& system = scattering_.system();
+  RadiationProblem problem{.rows = transfer_->rows, .outside = transfer_->reduction.problem.outside};
+  Eigen::VectorXd counted = Eigen::VectorXd::Zero(problem.rows.rows() + problem.outside.rows());
+  counted.tail(problem.outside.rows()).setConstant(1.0 / transfer_->outside_weight);  // R has it
+  problem.skin = radiation_skin(near_, system.mesh(), *target_, amplitudes, outside_, system.wave(),
+                                method.outside_weight, counted);
+  return problem;
+}
+
+PhaseSolution MethodSolver::solve_radiation_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
+                                                   const Eigen::VectorXcd* before, const IterationCallback& advance,
+                                                   Progress& progress) {
+  require(spec_.outside_weight > 0,
+          "solve.outside_weight = 0: method {} needs the skin outside the target; it must be > 0", method.name);
+  RadiationProblem problem = radiation_problem(method, amplitudes, progress);
+  if (method.tolerances) {
+    problem = with_tolerances(std::move(problem), *method.tolerances);
+  }
+  if (Gpu* const gpu = scattering_.gpu(); gpu != nullptr && !leave_card_) {
+    move_to(*gpu, problem);
+  }
+  const RadiationOptions options{
+      .iterations = method.iterations, .free_amplitudes = method.free_amplitudes, .free_level = method.free_level};
+  if (before != nullptr) {
+    return solve_radiation(problem, *before, options, advance);
+  }
+  if (method.start.kind != StartSpec::Kind::kAuto && !method.start.among) {
+    return best_of(start_drives(method, transfer_->reduction.problem),
+                   [&](const auto& start) { return solve_radiation(problem, start, options, advance); });
+  }
+  Eigen::MatrixXcd starts = radiation_starts(problem);
+  if (method.start.among) {
+    starts.conservativeResize(Eigen::NoChange, starts.cols() + 1);
+    starts.rightCols(1) = start_drives(method, transfer_->reduction.problem);
+  }
+  return solve_radiation(problem, starts, options, advance);
+}
+
 const Eigen::RowVectorXcd& MethodSolver::central_row() {
   if (central_row_.size() == 0) {
     central_row_ = scattering_.transfer_rows({central_face(scattering_.system().mesh(), *target_)}, "focus");
@@ -369,14 +416,17 @@ double MethodSolver::best_scale(const MethodSpec& method, const TriangleMesh& me
                                 Progress& progress) {
   const auto evaluated = [&](double scale) {
     const PhaseSolution trial = solve(method, scale * target_->amplitudes, progress);
-    return pattern_metrics(mesh, boxes, *target_, scattering_.pressure(drive(trial), "scale"));
+    const Eigen::VectorXcd pressure = scattering_.pressure(drive(trial), "scale");
+    return method.kind->radiation ? metrics_of(mesh, scattering_.system().wave(), boxes, *target_, pressure)
+                                  : pattern_metrics(mesh, boxes, *target_, pressure);
   };
   if (!method.kind->iterates) {
     return 1.0 / evaluated(1.0).scale;
   }
   constexpr double kLowest = 0.02;
   const double largest = most_pressure() / target_->amplitudes.maxCoeff();
-  return golden_section([&](double scale) { return evaluated(scale).relative_error; }, kLowest * largest, largest,
+  const auto error = method.kind->radiation ? &Metrics::relative_error_radiation : &Metrics::relative_error;
+  return golden_section([&](double scale) { return evaluated(scale).*error; }, kLowest * largest, largest,
                         kScaleTrials);
 }
 

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "sim/field/radiation_skin.h"
 #include "sim/field/skin_problems.h"
 #include "sim/field/target.h"
 #include "sim/run/skin_scattering.h"
@@ -58,6 +59,9 @@ class MethodSolver {
   /// optimality bound includes them.
   const SkinProblem& skin_problem(const Eigen::VectorXd& amplitudes, Progress& progress);
 
+  /// That of method radiation, without its tolerances.
+  RadiationProblem radiation_problem(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress);
+
   /// The transfer matrix with its outside rows, as run.h5 keeps it.
   RunTransfer run_transfer(const Eigen::VectorXd& amplitudes, Progress& progress);
 
@@ -80,6 +84,9 @@ class MethodSolver {
                                       const Eigen::VectorXcd* before, const IterationCallback& advance);
   PhaseSolution solve_skin_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
                                   const Eigen::VectorXcd* before, const IterationCallback& advance, Progress& progress);
+  PhaseSolution solve_radiation_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
+                                       const Eigen::VectorXcd* before, const IterationCallback& advance,
+                                       Progress& progress);
   Eigen::VectorXd face_means(const Eigen::VectorXd& amplitudes) const;
   IncidentProblem unscattered(const Eigen::VectorXd& amplitudes, FaceWeights faces);
   IncidentProblem scattered(const Eigen::VectorXd& amplitudes, FaceWeights faces);
@@ -98,6 +105,7 @@ class MethodSolver {
   // Empty until needed:
   std::optional<SpannedPressure> spanned_;  // of drives_
   std::optional<Transfer> transfer_;
+  NearSkin near_;                                      // of the target, where a method asks for it
   std::map<FaceWeights, Eigen::MatrixXcd> gram_free_;  // of the incident pressures, those beyond among them
   Eigen::MatrixXcd b_;                                 // of every channel, where it is not the incident pressure
   std::map<FaceWeights, Eigen::MatrixXcd> gram_b_;     // likewise

@@ -23,6 +23,20 @@ LowRank spanning_drives(SkinScattering& scattering) {
   return compressed(scattering.system().right_hand_side(scattering.unit_field()).adjoint(), kDriveTolerance);
 }
 
+/// The target's faces and then others.
+std::vector<Eigen::Index> joined(const std::vector<Eigen::Index>& target, const std::vector<Eigen::Index>& more) {
+  std::vector<Eigen::Index> faces = target;
+  faces.insert(faces.end(), more.begin(), more.end());
+  return faces;
+}
+
+/// Rows of `joined` faces.
+void split(Eigen::MatrixXcd rows, Eigen::Index target, Transfer& transfer) {
+  transfer.rows = rows.bottomRows(rows.rows() - target);
+  rows.conservativeResize(target, Eigen::NoChange);
+  transfer.reduction.problem.target = std::move(rows);
+}
+
 /// The rows of skin beyond, reduced with the others or, of a frame, in single precision behind them; and nothing of
 /// dead channels: what they do is 0, not what rounding leaves of it.
 void finish(const SkinScattering& scattering, const OutsideSkin& outside, bool reduce, Transfer& transfer) {
@@ -44,6 +58,9 @@ void finish(const SkinScattering& scattering, const OutsideSkin& outside, bool r
     if (response.gain(n) == 0) {
       problem.target.col(n).setZero();
       problem.outside.col(n).setZero();
+      if (transfer.rows.size() > 0) {
+        transfer.rows.col(n).setZero();
+      }
     }
   }
 }
@@ -52,14 +69,16 @@ void finish(const SkinScattering& scattering, const OutsideSkin& outside, bool r
 
 std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
                                               const std::shared_ptr<const Eigen::MatrixXcd>& drives,
-                                              const Target& target, const OutsideSkin& outside, double outside_weight) {
+                                              const Target& target, const OutsideSkin& outside, double outside_weight,
+                                              const std::vector<Eigen::Index>& more) {
   if (scattering.gpu() == nullptr) {
     return std::nullopt;
   }
   const Eigen::VectorXd& areas = scattering.system().mesh().areas();
   const Eigen::VectorXd weights = outside.face_weights(areas, target, outside_weight);
+  const std::vector<Eigen::Index> faces = joined(target.faces, more);
   auto spanned = scattering.spanned_on_card(
-      drives, kDriveTolerance, {target.faces, outside_weight > 0 ? &weights : nullptr, kOutsideTolerance}, "transfer");
+      drives, kDriveTolerance, {faces, outside_weight > 0 ? &weights : nullptr, kOutsideTolerance}, "transfer");
   if (!spanned) {
     return std::nullopt;
   }
@@ -69,7 +88,7 @@ std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
   transfer.channels_left_out = spanned->left_out;
   transfer.reduction.left_out = spanned->outside_left_out;
   SkinProblem& problem = transfer.reduction.problem;
-  problem.target = std::move(spanned->target);
+  split(std::move(spanned->target), target.size(), transfer);
   problem.outside = std::move(spanned->outside);
   problem.amplitudes = target.amplitudes;
   problem.weights = target.areas(areas);
@@ -79,14 +98,16 @@ std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
 }
 
 Transfer make_transfer(SkinScattering& scattering, const Target& target, const OutsideSkin& outside,
-                       double outside_weight) {
+                       double outside_weight, const std::vector<Eigen::Index>& more) {
   const Eigen::VectorXd& areas = scattering.system().mesh().areas();
+  const std::vector<Eigen::Index> faces = joined(target.faces, more);
+  const auto count = static_cast<Eigen::Index>(faces.size());
   const auto by_reciprocity = [&] {
     Transfer transfer;
     transfer.outside_weight = outside_weight;
     transfer.by_reciprocity = true;
-    transfer.solves = target.size();
-    transfer.reduction.problem.target = scattering.transfer_rows(target.faces, "transfer");
+    transfer.solves = count;
+    split(scattering.transfer_rows(faces, "transfer"), target.size(), transfer);
     transfer.reduction.problem.amplitudes = target.amplitudes;
     transfer.reduction.problem.weights = target.areas(areas);
     transfer.reduction.problem.shares = target.shares;
@@ -96,20 +117,20 @@ Transfer make_transfer(SkinScattering& scattering, const Target& target, const O
   };
   if (scattering.gpu() != nullptr) {
     const ScatteringSystem& system = scattering.system();
-    if (!(outside_weight > 0) && static_cast<double>(target.size()) <
-                                     expected_drives(system.mesh(), scattering.array(), system.wave().wavelength())) {
+    if (!(outside_weight > 0) &&
+        static_cast<double>(count) < expected_drives(system.mesh(), scattering.array(), system.wave().wavelength())) {
       return by_reciprocity();
     }
-    if (auto transfer = make_transfer_on_card(scattering, nullptr, target, outside, outside_weight)) {
+    if (auto transfer = make_transfer_on_card(scattering, nullptr, target, outside, outside_weight, more)) {
       return *transfer;
     }
   }
   const LowRank drives = spanning_drives(scattering);
-  if (!(outside_weight > 0) && target.size() < drives.rank()) {
+  if (!(outside_weight > 0) && count < drives.rank()) {
     return by_reciprocity();
   }
   return make_transfer({drives.basis, scattering.spanned_pressure(drives, "transfer"), drives.left_out}, scattering,
-                       target, outside, outside_weight, true);
+                       target, outside, outside_weight, true, more);
 }
 
 SpannedPressure spanned_pressure(SkinScattering& scattering, const Eigen::MatrixXcd& drives) {
@@ -118,7 +139,8 @@ SpannedPressure spanned_pressure(SkinScattering& scattering, const Eigen::Matrix
 }
 
 Transfer make_transfer(const SpannedPressure& spanned, const SkinScattering& scattering, const Target& target,
-                       const OutsideSkin& outside, double outside_weight, bool reduce) {
+                       const OutsideSkin& outside, double outside_weight, bool reduce,
+                       const std::vector<Eigen::Index>& more) {
   Transfer transfer;
   transfer.outside_weight = outside_weight;
   transfer.solves = spanned.drives.cols();
@@ -128,6 +150,9 @@ Transfer make_transfer(const SpannedPressure& spanned, const SkinScattering& sca
       outside_weight > 0 ? outside.face_weights(areas, target, outside_weight) : Eigen::VectorXd();
   transfer.reduction =
       reduced_skin_problem(spanned.pressure, spanned.drives, areas, target, weights, kOutsideTolerance);
+  if (!more.empty()) {
+    multiply_by_adjoint(spanned.pressure(more, Eigen::all), spanned.drives, transfer.rows);
+  }
   finish(scattering, outside, reduce, transfer);
   return transfer;
 }

@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "sim/field/skin_problems.h"
 #include "sim/run/skin_scattering.h"
@@ -16,6 +17,7 @@ struct Transfer {
   bool by_reciprocity = false;   // K rows by transposed solves; else r drives that span all channels, forwards
   Eigen::Index solves = 0;       // right-hand sides that were solved for
   double channels_left_out = 0;  // share, by norm, of b of all channels that the drives leave out
+  Eigen::MatrixXcd rows{};       // of H, at the faces that were asked for besides the target's
 };
 
 /// What drives that span the channels make of a body.
@@ -33,7 +35,8 @@ SpannedPressure spanned_pressure(SkinScattering& scattering, const Eigen::Matrix
 /// needs. With given ones, as frames have, rows of skin beyond are not reduced. Nothing on the processor.
 std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
                                               const std::shared_ptr<const Eigen::MatrixXcd>& drives,
-                                              const Target& target, const OutsideSkin& outside, double outside_weight);
+                                              const Target& target, const OutsideSkin& outside, double outside_weight,
+                                              const std::vector<Eigen::Index>& more = {});
 
 /// Solves for H in the cheaper way:
 ///
@@ -41,17 +44,19 @@ std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
 ///   by reciprocity rows of H at the target alone, K solves with B^T; no outside rows
 ///
 /// outside_weight   w_Z; at 0 the skin outside the target is not needed, and the way with fewer solves is taken
+/// more           faces whose rows of H are wanted too
 /// accuracy       V leaves out 1e-4 of b, the outside rows eigenvalues below 1e-8 of the largest
 ///            the skin beyond is reduced with the skin outside the target by the same limit
 Transfer make_transfer(SkinScattering& scattering, const Target& target, const OutsideSkin& outside,
-                       double outside_weight);
+                       double outside_weight, const std::vector<Eigen::Index>& more = {});
 
 /// H of any target of the body that the pressures are of, forwards.
 ///
 /// reduce   whether rows of skin beyond are reduced with the others, which takes longer than a few steps of a method
 ///          with all of them, or stand behind them
 Transfer make_transfer(const SpannedPressure& spanned, const SkinScattering& scattering, const Target& target,
-                       const OutsideSkin& outside, double outside_weight, bool reduce = false);
+                       const OutsideSkin& outside, double outside_weight, bool reduce = false,
+                       const std::vector<Eigen::Index>& more = {});
 
 /// H of a mesh, p = H q, M x N [Pa]: the pressure of every channel at full drive on every face, in the forward way.
 /// Rows of some faces alone take less: SkinScattering::transfer_rows.

@@ -106,9 +106,10 @@ struct MethodSpec {
   Scheme scheme = kDefaultScheme;
   int iterations = MethodSettings{}.iterations;  // of an iterative method
   StartSpec start;
-  bool free_amplitudes = false;                 // of surface
-  bool free_level = true;                       // of surface
-  std::optional<ChannelTolerances> tolerances;  // of surface: the expected misfit is minimised
+  bool free_amplitudes = false;                 // of surface and radiation
+  bool free_level = true;                       // likewise
+  std::optional<ChannelTolerances> tolerances;  // likewise: the expected misfit is minimised
+  double outside_weight = 0.1;                  // of radiation, nu
   FaceWeights faces = FaceWeights::kEqual;      // of paper and unscattered
   std::vector<double> phases;                   // of `fixed`: one for all, or one per channel [rad]
 };

@@ -148,6 +148,11 @@ Codec<MethodSpec> make_options_codec(const PhaseMethod& kind) {
                "How far the channels of the real array may be from their design, all independent of each other. The "
                "expected misfit is then minimised, over the phases and the common amplitude. Only for stills.");
   }
+  if (kind.radiation) {
+    map.key("outside_weight", &MethodSpec::outside_weight, number(kPlain, {.low = 0.0, .high = {}}),
+            "Weight of sound on the skin outside the target. More of it leaves less pressure there, and presses less "
+            "and more narrowly inside.");
+  }
   if (weighs_faces(kind)) {
     map.key("faces", &MethodSpec::faces,
             choice<FaceWeights>({{"equal", FaceWeights::kEqual}, {"area", FaceWeights::kArea}}),
@@ -162,8 +167,9 @@ Codec<MethodSpec> make_options_codec(const PhaseMethod& kind) {
 
 // Methods with the same options share their table: the pages describe it once.
 const Codec<MethodSpec>& options_codec(const PhaseMethod& kind) {
-  static std::map<std::tuple<bool, bool, bool, bool>, Codec<MethodSpec>> tables;
-  const std::tuple options(kind.iterates, kind.free_amplitudes, kind.model == MethodModel::kGiven, weighs_faces(kind));
+  static std::map<std::tuple<bool, bool, bool, bool, bool>, Codec<MethodSpec>> tables;
+  const std::tuple options(kind.iterates, kind.free_amplitudes, kind.radiation, kind.model == MethodModel::kGiven,
+                           weighs_faces(kind));
   const auto found = tables.find(options);
   return found != tables.end() ? found->second : tables.emplace(options, make_options_codec(kind)).first->second;
 }
@@ -275,7 +281,8 @@ bool complete_methods(const Input& in, SolveSpec& solve, bool good) {
     const auto says = [&](const char* key) { return entry != nullptr && entry->value.find(key) != nullptr; };
     method.name = name_of(method);
     method.scheme = says("scheme") ? method.scheme : solve.scheme;
-    method.iterations = says("iterations") ? method.iterations : solve.iterations;
+    const bool usual = method.kind->iterations == kUsualIterations;
+    method.iterations = says("iterations") ? method.iterations : usual ? solve.iterations : method.kind->iterations;
     method.start = says("start") ? method.start : solve.start;
     good = check_start(in, method);
   }
@@ -346,13 +353,15 @@ Codec<SolveSpec> solve_codec() {
            "Scheme of the boundary elements. paper: as published. paper_corrected: with a better diagonal. chief: "
            "also with points inside the body. burton_miller: also with the derivative of the pressure. "
            "burton_miller_polished: the same, and then two steps of paper_corrected.")
-      .key("iterations", &SolveSpec::iterations, iterations_codec(), "Number of iterations of an iterative method.")
+      .key("iterations", &SolveSpec::iterations, iterations_codec(),
+           fmt::format("Number of iterations of an iterative method, but for radiation, which takes up to {} steps.",
+                       kUsualDescents))
       .key("start", &SolveSpec::start, start_codec(),
            "First phases of an iterative method. auto: surface takes some steps from each of several starts and "
            "continues from the best; other methods start from zero. paper and unscattered do not take adjoint and "
            "spectral.")
       .key("outside_weight", &SolveSpec::outside_weight, number(kPlain, {.low = 0.0, .high = {}}),
-           "Weight of the pressure on the skin outside the target, for surface and lbfgs.")
+           "Weight of the pressure on the skin outside the target, for surface and lbfgs; radiation has its own.")
       .key("optimality_bound", &SolveSpec::optimality_bound, flag(),
            "Whether the optimality bound is computed: a lower bound of the cost of surface, and the gap of each "
            "method to it.")

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "solvers/phase/phase_solution.h"
+#include "solvers/phase/radiation.h"
 #include "solvers/phase/skin_problem.h"
 #include "solvers/phase/surface.h"
 
@@ -41,7 +42,9 @@ struct PhaseMethod {
   bool searches = false;         // can find a start of its own
   bool counts_outside = false;   // the skin outside the target counts in what it minimises
   bool free_amplitudes = false;  // takes that option
-  SkinMethod solve = nullptr;    // of kSkin
+  bool radiation = false;  // minimises the misfit of radiation pressure (solve_radiation), with options of its own
+  int iterations = kUsualIterations;
+  SkinMethod solve = nullptr;  // of kSkin but for radiation
 };
 
 /// All there are, in the order of the schema.

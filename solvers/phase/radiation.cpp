@@ -140,9 +140,7 @@ double radiation_cost(const RadiationProblem& problem, const VectorXcd& q) {
   return cost_of(skin, radiation, skin.energies.dot(pressure.cwiseAbs2()) + level * skin.deviation_energy);
 }
 
-double silent_cost(const RadiationSkin& skin) {
-  return skin.weights.dot(skin.wanted.cwiseAbs2()) + skin.constant;
-}
+double silent_cost(const RadiationSkin& skin) { return skin.weights.dot(skin.wanted.cwiseAbs2()) + skin.constant; }
 
 RadiationProblem with_tolerances(RadiationProblem problem, const ChannelTolerances& tolerances) {
   require_sizes(problem, "with_tolerances");
@@ -179,8 +177,7 @@ RadiationMisfit::Point RadiationMisfit::at(VectorXd phases) const {
   if (skin_.deviations.size() > 0) {
     point.radiation += skin_.deviations;
   }
-  const double energy =
-      skin_.energies.dot(point.pressure.cwiseAbs2().cast<double>()) + skin_.deviation_energy;
+  const double energy = skin_.energies.dot(point.pressure.cwiseAbs2().cast<double>()) + skin_.deviation_energy;
   if (free_level_) {
     const VectorXd weighted = skin_.weights.cwiseProduct(point.radiation);
     const double curvature = weighted.dot(point.radiation);
@@ -255,8 +252,7 @@ PhaseSolution solve_radiation(const RadiationProblem& problem, const Eigen::Matr
     }
   }
   PhaseDescent descent;
-  PhaseSolution solution =
-      descent.descend(misfit, best->phases, options.iterations, {}, options.standstill, callback);
+  PhaseSolution solution = descent.descend(misfit, best->phases, options.iterations, {}, options.standstill, callback);
   if (!options.free_amplitudes) {
     return solution;
   }

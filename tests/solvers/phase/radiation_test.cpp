@@ -26,8 +26,10 @@ struct Freedom {
 
 // Of the cost in double precision, at the level that the misfit chose.
 TEST(Radiation, TheGradientIsThatOfTheCost) {
-  for (const Freedom& freedom : {Freedom{"full drive", 0.2, false, false}, {"free level", 0.002, true, false},
-                                 {"free amplitudes", 0.02, false, true}, {"both", 0.002, true, true}}) {
+  for (const Freedom& freedom : {Freedom{"full drive", 0.2, false, false},
+                                 {"free level", 0.002, true, false},
+                                 {"free amplitudes", 0.02, false, true},
+                                 {"both", 0.002, true, true}}) {
     SCOPED_TRACE(freedom.name);
     RadiationProblem problem = random_radiation_problem(9, 5, 4, 30, freedom.wanted, 3);
     problem.skin.energies *= 0.01;  // so that the best level is not the least one
