@@ -145,7 +145,7 @@ void bound_methods(const Model& model, Models& models, Run& run, Progress& progr
     method.metrics.cost_skin = reached;
     method.metrics.cost_bound = optimality_bound.bound;
     method.metrics.error_bound = std::sqrt(optimality_bound.bound / silent);
-    method.metrics.optimality_gap = optimality_gap(problem, optimality_bound, reached);
+    method.metrics.optimality_gap = optimality_gap(optimality_bound, reached, silent);
   }
 }
 

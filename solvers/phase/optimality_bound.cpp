@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <limits>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -13,6 +14,7 @@
 
 #include "solvers/linear/blas_product.h"
 #include "solvers/linear/factorisations.h"
+#include "solvers/phase/dual_proof.h"
 #include "solvers/phase/relaxation.h"
 #include "solvers/phase/skin_problem.h"
 #include "solvers/phase/surface.h"
@@ -25,7 +27,6 @@ using Eigen::Index;
 using Eigen::MatrixXcd;
 using Eigen::VectorXd;
 
-constexpr double kEps = std::numeric_limits<double>::epsilon();
 constexpr double kFirstShift = 0.1;   // of S, in units of the cost of silence over N
 constexpr double kCoarsest = 1e-3;    // of the rows, where what they can do hardly changes the cost
 constexpr double kLeastBound = 1e-4;  // of the cost of silence: the tolerance is a share of no less
@@ -152,42 +153,21 @@ MatrixXcd weighed_columns(const ScaledProblem& problem, const VectorXd& g) {
   return matrix;
 }
 
-/// The most by which the smallest eigenvalue of S + shift can lie below 0 although its Cholesky factorisation went
-/// through, rounding in S included.
-///
-/// A completed factorisation is the exact one of a matrix that differs by at most gamma |L||L^H| entry by entry, of
-/// norm <= gamma trace / (1 - gamma), with gamma <= 8 (n + 4) u in complex arithmetic whatever the order of the sums;
-/// the same holds for the sum of m products that makes each entry of S.
-double rounding_of_eigenvalue(const ScaledProblem& problem, const DualPoint& dual, double shift) {
+/// The bound that a dual point proves where S + shift is positive definite in double.
+double bound_at(const ScaledProblem& problem, const DualPoint& dual, double shift) {
   const auto n = static_cast<double>(problem.channel_count());
-  const auto m = static_cast<double>(problem.columns.cols());
   // Not |1 - b_j / g_j|: what cancels in it has rounded.
   VectorXd weights = VectorXd::Ones(problem.columns.cols());
   weights.head(dual.g.size()).array() += problem.wanted.array() / dual.g.array();
-  const double energy = weights.dot(problem.energies);
-  return 4.0 * kEps * (n + m + 16.0) * (energy + dual.d.cwiseAbs().sum() + n * std::abs(shift));
-}
-
-/// The bound that a dual point proves where no eigenvalue of S lies more than `deficit` > 0 below 0.
-double bound_with(const ScaledProblem& problem, const DualPoint& dual, double deficit) {
-  const auto n = static_cast<double>(problem.channel_count());
+  const double magnitude = weights.dot(problem.energies) + dual.d.cwiseAbs().sum() + n * std::abs(shift);
+  const double deficit = shift + rounding_of_eigenvalue(problem.channel_count(), problem.columns.cols(), magnitude);
   const double terms = n + 2.0 * static_cast<double>(dual.g.size());
-  return dual.sum - n * deficit - 2.0 * kEps * (terms + 16.0) * dual.magnitude;
+  return dual.sum - n * deficit - rounding_of_sum(terms, dual.magnitude);
 }
 
-void require_finite(double shift) {
-  if (!std::isfinite(shift)) {
-    throw std::domain_error("prove_bound: the relaxation holds a value that is not finite");
-  }
-}
-
-/// The first of shift, 2 shift, 4 shift, ... that makes S + shift positive definite; the factor then holds it.
-double least_shift(DualFactor& factor, const VectorXd& d, double shift) {
-  while (!factor.factorise(d, shift)) {
-    shift *= 2.0;
-    require_finite(shift);
-  }
-  return shift;
+/// The least_shift that makes S + shift positive definite; the factor then holds it.
+double factorised_shift(DualFactor& factor, const VectorXd& d, double shift) {
+  return least_shift([&](double candidate) { return factor.factorise(d, candidate); }, shift);
 }
 
 /// What the Newton steps on the relaxation are held back by: a shift that makes S + shift positive definite and falls
@@ -212,7 +192,7 @@ class StepDamping {
       shift_ = less;
     } else {
       patience_ = try_less ? kPatience : patience_;
-      shift_ = least_shift(factor, d, shift_);
+      shift_ = factorised_shift(factor, d, shift_);
     }
     if (times_ > 1.0 && !factor.factorise(d, sigma())) {
       throw std::domain_error("prove_bound: a larger shift made the dual matrix indefinite");
@@ -236,12 +216,6 @@ class StepDamping {
   int patience_ = 0;
 };
 
-void require_valid(const OptimalityBoundOptions& options) {
-  if (options.width < 2 || options.width > 64 || options.max_iterations < 0 || !(options.tolerance > 0)) {
-    throw std::invalid_argument("prove_bound: an option is out of range");
-  }
-}
-
 /// Channels whose column is not all 0: the others have no bearing on the cost, and no dual point curves along them.
 std::vector<Index> heard_channels(const SkinProblem& problem) {
   std::vector<Index> heard;
@@ -260,10 +234,6 @@ struct Candidate {
   double bound = -std::numeric_limits<double>::infinity();
 };
 
-double bound_at(const ScaledProblem& problem, const DualPoint& dual, double shift) {
-  return bound_with(problem, dual, shift + rounding_of_eigenvalue(problem, dual, shift));
-}
-
 /// Takes a dual point for the best one if it promises a bound distinctly nearer to its own sum than the best one's, and
 /// comes as near as S allows, but for a tenth of `missing`.
 void improve(const ScaledProblem& problem, const DualPoint& dual, double missing, DualFactor& factor, Candidate& best) {
@@ -276,7 +246,7 @@ void improve(const ScaledProblem& problem, const DualPoint& dual, double missing
   }
   factor.weigh(dual.g);
   if (is_first) {
-    shift = least_shift(factor, dual.d, shift);
+    shift = factorised_shift(factor, dual.d, shift);
   }
   bool taken = false;
   bool definite = is_first || factor.factorise(dual.d, shift);
@@ -298,26 +268,29 @@ void improve(const ScaledProblem& problem, const DualPoint& dual, double missing
 
 /// Replaces what a candidate promises by what the Cholesky factorisation of its S + shift proves.
 void prove(const ScaledProblem& problem, Candidate& candidate) {
-  require_finite(candidate.bound);
+  require_finite_value(candidate.bound);
   const MatrixXcd weighed = weighed_columns(problem, candidate.dual.g);
-  MatrixXcd matrix;
-  while (true) {
-    matrix = weighed;
-    matrix.diagonal().array() += candidate.shift - candidate.dual.d.array();
-    if (cholesky_factorise(static_cast<int>(matrix.rows()), matrix.data())) {
-      break;
-    }
-    candidate.shift *= 2.0;
-    require_finite(candidate.shift);
-  }
+  candidate.shift = least_shift([&](double shift) { return is_definite(weighed, shift - candidate.dual.d.array()); },
+                                candidate.shift);
   candidate.bound = bound_at(problem, candidate.dual, candidate.shift);
 }
 
 }  // namespace
 
+bool is_definite(MatrixXcd s, const VectorXd& diagonal) {
+  s.diagonal() += diagonal;
+  return cholesky_factorise(static_cast<int>(s.rows()), s.data());
+}
+
+void require_valid(const OptimalityBoundOptions& options, const char* who) {
+  if (options.width < 2 || options.width > 64 || options.max_iterations < 0 || !(options.tolerance > 0)) {
+    throw std::invalid_argument(std::string(who) + ": an option is out of range");
+  }
+}
+
 OptimalityBound prove_bound(const SkinProblem& problem, const OptimalityBoundOptions& options) {
   require_valid(problem, "prove_bound");
-  require_valid(options);
+  require_valid(options, "prove_bound");
   const std::vector<Index> heard = heard_channels(problem);
   if (heard.empty()) {
     return {.bound = silent_cost(problem), .relaxed = silent_cost(problem), .converged = true};
@@ -341,7 +314,7 @@ OptimalityBound prove_bound(const SkinProblem& problem, const OptimalityBoundOpt
       solve_surface(problem, random_start(problem.channel_count(), options.seed), {.free_amplitudes = true});
   double scale = std::max(reached.cost_history.back() / whole.unit, kLeastBound);  // of what may be left out
   LowRankRelaxation relaxation = relaxation_of(whole, scale, options.tolerance * scale);
-  RelaxedPoint point = relaxed_start(relaxation, drive(reached), options.width, options.seed);
+  RelaxedPoint point = relaxed_point(relaxation, relaxed_start(drive(reached), options.width, options.seed));
   const auto n = static_cast<double>(whole.channel_count());
   DualFactor factor(relaxation);
   StepDamping damping(kFirstShift / n);
@@ -379,10 +352,9 @@ OptimalityBound prove_bound(const SkinProblem& problem, const OptimalityBoundOpt
   return optimality_bound;
 }
 
-double optimality_gap(const SkinProblem& problem, const OptimalityBound& optimality_bound, double reached) {
-  return optimality_bound.bound > 1e-9 * silent_cost(problem)
-             ? (reached - optimality_bound.bound) / optimality_bound.bound
-             : std::numeric_limits<double>::quiet_NaN();
+double optimality_gap(const OptimalityBound& optimality_bound, double reached, double silence) {
+  return optimality_bound.bound > 1e-9 * silence ? (reached - optimality_bound.bound) / optimality_bound.bound
+                                                 : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace touchfield

@@ -11,9 +11,10 @@ struct OptimalityBoundOptions {
   unsigned seed = 1;
 };
 
-/// A proved lower bound of skin_cost over all drives |q_n| <= 1, those of full amplitude among them.
+/// A proved lower bound of a cost, of skin_cost by prove_bound, over all drives |q_n| <= 1, those of full amplitude among
+/// them.
 struct OptimalityBound {
-  double bound = 0.0;      // >= 0 [Pa2 m2]
+  double bound = 0.0;      // >= 0, in the unit of the cost
   double relaxed = 0.0;    // cost of the relaxation where it stopped: no bound, but what the bound grows towards
   int iterations = 0;      // of the relaxation
   bool converged = false;  // the bound is as near to the relaxation as the tolerance asks
@@ -46,8 +47,8 @@ struct OptimalityBound {
 ///          Numerical Algorithms, 2nd ed., theorem 10.3 (rounding of Cholesky); weak duality
 OptimalityBound prove_bound(const SkinProblem& problem, const OptimalityBoundOptions& options = {});
 
-/// (reached - bound) / bound. NaN where the bound is not above 1e-9 of the cost of silence, sum w p'^2: a share of
-/// nothing says nothing. There the difference itself tells.
-double optimality_gap(const SkinProblem& problem, const OptimalityBound& optimality_bound, double reached);
+/// (reached - bound) / bound. NaN where the bound is not above 1e-9 of the cost of silence: a share of nothing says
+/// nothing. There the difference itself tells.
+double optimality_gap(const OptimalityBound& optimality_bound, double reached, double silence);
 
 }  // namespace touchfield

@@ -190,7 +190,7 @@ VectorXd positive_loudness(const VectorXd& g, const VectorXd& lengths, const Vec
   return g.cwiseMax(kFaintestLevel * (lengths + wanted));
 }
 
-RelaxedPoint relaxed_start(const LowRankRelaxation& relaxation, const VectorXcd& q, Index width, unsigned seed) {
+MatrixXcd relaxed_start(const VectorXcd& q, Index width, unsigned seed) {
   std::mt19937_64 generator(seed);
   MatrixXcd y(width + 1, q.size());
   for (Index n = 0; n < q.size(); ++n) {
@@ -199,7 +199,7 @@ RelaxedPoint relaxed_start(const LowRankRelaxation& relaxation, const VectorXcd&
     row(0) += std::polar(1.0, std::arg(q(n)));
     y.col(n) << length * row.normalized(), std::sqrt(1.0 - length * length);
   }
-  return relaxed_point(relaxation, std::move(y));
+  return y;
 }
 
 VectorXd level_weights(const VectorXd& wanted, const VectorXd& g) { return 1.0 - wanted.array() / g.array(); }

@@ -47,11 +47,10 @@ void take_slack(Eigen::MatrixXcd& x);
 /// That of the rows Y^T with slack, (l + 1) x N, of length one.
 RelaxedPoint relaxed_point(const LowRankRelaxation& relaxation, Eigen::MatrixXcd y);
 
-/// A start: rows of the drives q (N) and of random numbers, of the lengths |q| within 0.05 to 0.98. The random
-/// numbers of a row are 0.3 times as long as its phasor. The rows are near what q reaches already, and in no corner
-/// that symmetry holds.
-RelaxedPoint relaxed_start(const LowRankRelaxation& relaxation, const Eigen::VectorXcd& q, Eigen::Index width,
-                           unsigned seed);
+/// A start, Y^T with slack: rows of the drives q (N) and of random numbers, of the lengths |q| within 0.05 to 0.98. The
+/// random numbers of a row are 0.3 times as long as its phasor. The rows are near what q reaches already, and in no
+/// corner that symmetry holds.
+Eigen::MatrixXcd relaxed_start(const Eigen::VectorXcd& q, Eigen::Index width, unsigned seed);
 
 /// s_j = 1 - b_j / g_j, the weights of the levels in the matrix whose smallest eigenvalue is the proof,
 ///

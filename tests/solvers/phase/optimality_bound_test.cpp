@@ -307,9 +307,9 @@ TEST(OptimalityBound, GapIsAShareOfTheBound) {
   const SkinProblem problem = random_problem(2, 0, 5, 1.5, 1010);
   OptimalityBound optimality_bound;
   optimality_bound.bound = 0.5 * silent_cost(problem);
-  EXPECT_DOUBLE_EQ(optimality_gap(problem, optimality_bound, 0.6 * silent_cost(problem)), 0.2);
+  EXPECT_DOUBLE_EQ(optimality_gap(optimality_bound, 0.6 * silent_cost(problem), silent_cost(problem)), 0.2);
   optimality_bound.bound = 1e-10 * silent_cost(problem);
-  EXPECT_TRUE(std::isnan(optimality_gap(problem, optimality_bound, 0.6)));
+  EXPECT_TRUE(std::isnan(optimality_gap(optimality_bound, 0.6, silent_cost(problem))));
 }
 
 TEST(OptimalityBound, RefusesWhatMakesNoSense) {
