@@ -38,7 +38,7 @@ class Compare(CommandTest):
         self.assertEqual(found["scene"], {})
         self.assertNotEqual(*(found["provenance"][run]["command_line"] for run in "ab"))
         self.assertEqual(*(found["provenance"][run]["scene_hash"] for run in "ab"))
-        self.assertEqual([method["name"] for method in found["methods"]], ["surface", "paper", "unscattered", "focus"])
+        self.assertEqual([method["name"] for method in found["methods"]], ["surface", "radiation", "paper", "unscattered", "focus"])
         self.assertEqual([field["name"] for field in found["fields"]], ["side"])
         self.assertIsNone(found["within_tolerance"])
 
