@@ -6,8 +6,6 @@
 
 #include <Eigen/Core>
 
-#include "solvers/phase/optimality_bound.h"
-
 namespace touchfield {
 
 /// What the proofs of lower bounds share: sums and Hermitian matrices S in double whose rounding is bounded a priori.
@@ -53,8 +51,5 @@ double least_shift(const IsDefinite& is_definite, double shift) {
 
 /// Whether S + diag(diagonal) has a Cholesky factorisation. Only the lower triangle of S counts.
 bool is_definite(Eigen::MatrixXcd s, const Eigen::VectorXd& diagonal);
-
-/// throws   std::invalid_argument on an option out of range; `who` begins the message
-void require_valid(const OptimalityBoundOptions& options, const char* who);
 
 }  // namespace touchfield

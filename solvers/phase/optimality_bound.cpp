@@ -13,7 +13,6 @@
 #include <cblas.h>
 
 #include "solvers/linear/blas_product.h"
-#include "solvers/linear/factorisations.h"
 #include "solvers/phase/dual_proof.h"
 #include "solvers/phase/relaxation.h"
 #include "solvers/phase/skin_problem.h"
@@ -276,11 +275,6 @@ void prove(const ScaledProblem& problem, Candidate& candidate) {
 }
 
 }  // namespace
-
-bool is_definite(MatrixXcd s, const VectorXd& diagonal) {
-  s.diagonal() += diagonal;
-  return cholesky_factorise(static_cast<int>(s.rows()), s.data());
-}
 
 void require_valid(const OptimalityBoundOptions& options, const char* who) {
   if (options.width < 2 || options.width > 64 || options.max_iterations < 0 || !(options.tolerance > 0)) {

@@ -11,8 +11,10 @@ struct OptimalityBoundOptions {
   unsigned seed = 1;
 };
 
-/// A proved lower bound of a cost, of skin_cost by prove_bound, over all drives |q_n| <= 1, those of full amplitude among
-/// them.
+/// throws   std::invalid_argument on an option out of range; `who` begins the message
+void require_valid(const OptimalityBoundOptions& options, const char* who);
+
+/// A proved lower bound of a cost over all drives |q_n| <= 1, those of full amplitude among them.
 struct OptimalityBound {
   double bound = 0.0;      // >= 0, in the unit of the cost
   double relaxed = 0.0;    // cost of the relaxation where it stopped: no bound, but what the bound grows towards
@@ -20,7 +22,8 @@ struct OptimalityBound {
   bool converged = false;  // the bound is as near to the relaxation as the tolerance asks
 };
 
-/// With z = exp(i [theta; phi]), b_j = sqrt(w_j) p'_j, H = diag(sqrt w) H_T the cost, least over theta, is z^H Q z,
+/// That of skin_cost. With z = exp(i [theta; phi]), b_j = sqrt(w_j) p'_j, H = diag(sqrt w) H_T the cost, least over
+/// theta, is z^H Q z,
 ///
 ///   Q = [diag(b^2), -diag(b) H; -(diag(b) H)^H, H^H H + R^H R],
 ///

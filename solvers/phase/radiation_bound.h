@@ -12,21 +12,21 @@ inline constexpr OptimalityBoundOptions kUsualRadiationBound{.width = 3, .max_it
 /// with tolerances among them.
 ///
 /// P_j is linear in X = q q^H: P_j = <M_j, X>, M_j = a h_j^H h_j - b (g_1^H g_1 + g_2^H g_2) with the rows h of
-/// B = [F; R] and g of D B. So the cost is a convex quadratic in X. For any r (M) and d <= 0 (N), with a^2 = max |q_n|^2,
+/// B = [F; R] and g of D B. So the cost is a convex quadratic in X. For any r (M) and d <= 0 (N),
 ///
 ///   C = 2 sum_j w_j r_j M_j + B^H diag(e) B,   K = 2 sum_j w_j r_j k_j + E_0
 ///   cost >= constant - sum_j w_j (r_j^2 + 2 r_j P'_j) + <C, X> + a^2 K
 ///        >= constant - sum_j w_j (r_j^2 + 2 r_j P'_j) + min(0, sum_n d_n + K + N min(0, lambda)),
 ///
-/// lambda the smallest eigenvalue of C - diag d.
+/// lambda the smallest eigenvalue of C - diag d, a^2 = max |q_n|^2.
 ///
 /// r and d come from minimising the cost over X = Y Y^H, Y of N rows of l numbers of length one at most: r = P - P',
-/// d_n = min(0, Re y_n^H (C Y)_n). PhaseDescent does so. What lambda is, the Cholesky factorisation
-/// of C - diag d + shift in double proves, its rounding bounded a priori. The bound thus holds whatever produced r and d.
+/// d_n = min(0, Re y_n^H (C Y)_n). PhaseDescent does so. The Cholesky factorisation of C - diag d + shift in double
+/// proves lambda, its rounding bounded a priori. The bound thus holds whatever produced r and d.
 ///
 /// start    drives near which the relaxation begins, N: best those found by solve_radiation
-/// cost     per iteration two products of B with l columns; the proof one product of two M' x N
-///          matrices in double and some Cholesky factorisations N x N
+/// cost     per iteration two products of B with l columns; the proof one product of two M' x N matrices and some
+///          Cholesky factorisations N x N
 /// throws   std::invalid_argument as require_valid, on a start of another size or not finite, options out of range;
 ///          std::domain_error if the arithmetic overflows on the way
 /// source   as prove_bound
