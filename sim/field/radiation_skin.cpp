@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "sim/field/metrics.h"
 #include "sim/field/surface_gradient.h"
@@ -49,8 +50,9 @@ NearSkin near_skin(const TriangleMesh& mesh, const Target& target, const Wave& w
       entries.emplace_back(row, at, entry.value());
     }
   }
-  near.slopes.resize(slopes.rows(), static_cast<Index>(near.faces.size()));
-  near.slopes.setFromTriplets(entries.begin(), entries.end());
+  auto own = std::make_shared<SkinSlopes>(slopes.rows(), static_cast<Index>(near.faces.size()));
+  own->setFromTriplets(entries.begin(), entries.end());
+  near.slopes = std::move(own);
   return near;
 }
 
@@ -75,9 +77,7 @@ RadiationSkin radiation_skin(const NearSkin& near, const TriangleMesh& mesh, con
       ++j;
     }
   }
-  auto slopes = std::make_shared<SkinSlopes>(near.slopes);
-  slopes->conservativeResize(slopes->rows(), counted.size());
-  skin.slopes = std::move(slopes);
+  skin.slopes = near.slopes;
   skin.energies = outside_weight * skin.press / unit * counted;
   return skin;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "sim/acoustics/medium.h"
@@ -16,9 +17,9 @@ namespace touchfield {
 struct NearSkin {
   static constexpr double kReach = 1.0;  // wavelengths, from the centroid of a target's face
 
-  std::vector<Eigen::Index> faces;  // those near the target, then their neighbours, which slopes need
-  Eigen::Index count = 0;           // of the near ones
-  SkinSlopes slopes;                // of surface_slopes, 2 count x faces
+  std::vector<Eigen::Index> faces;           // those near the target, ascending, then neighbours that slopes need
+  Eigen::Index count = 0;                    // of the near ones
+  std::shared_ptr<const SkinSlopes> slopes;  // of surface_slopes, 2 count x faces
 };
 
 NearSkin near_skin(const TriangleMesh& mesh, const Target& target, const Wave& wave);

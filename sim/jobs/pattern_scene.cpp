@@ -107,6 +107,9 @@ Json pattern_value(const Pattern& pattern, const std::string& directory) {
                 {"faces", pattern.faces},
                 {"skin_outside_rows", pattern.outside_rows},
                 {"relative_error", mean_and_worst(over_frames(pattern, error))}};
+  if (!pattern.radiation_errors.empty()) {
+    value["relative_error_radiation_at_instants"] = mean_and_worst(pattern.radiation_errors);
+  }
   if (pattern.frames.front().ring_error > 0) {
     value["relative_error_ring_up"] = mean_and_worst(over_frames(pattern, ring));
   }
@@ -141,7 +144,8 @@ Job<Pattern> pattern_job(const Model& model, const PatternOptions& options, std:
     files.push_back("strip." + to_string(*format));
   }
   const auto compute = [&model, &scene, options, format](RunDirectory& directory, Progress& progress) {
-    directory.plan({"surface"});
+    const std::string method(scene.pattern->method->name);
+    directory.plan({method});
     Pattern pattern = solve_pattern(model, options, progress);
     write_pattern_tables(pattern, directory);
     if (scene.write.h5) {
@@ -153,7 +157,7 @@ Job<Pattern> pattern_job(const Model& model, const PatternOptions& options, std:
         draw_motion_strip(directory.file("strip." + to_string(*format)), pattern.motion, pattern.instants, *format);
       });
     }
-    directory.finished("surface");
+    directory.finished(method);
     return pattern;
   };
   return {scene.name, files, compute, pattern_value, [](const Pattern&, Json value, bool) {

@@ -22,7 +22,7 @@ namespace touchfield {
 namespace {
 
 constexpr double kDriveTolerance = 5e-3;  // a tenth of what a mesh is off that a frame has time for
-constexpr int kDescents = 2;              // for each step of Levenberg-Marquardt that the scene says
+constexpr int kDescents = 2;              // steps of a descent for each iteration that the scene says
 constexpr double kSampled = 0.8;          // of it, by the rows that are checked: the others may have more
 constexpr int kFewestPlaces = 9;
 constexpr int kFirstPlaces = 9;  // of a motion, where the target is looked for
@@ -47,8 +47,9 @@ bool follows(const Model& model, const MethodSpec& method) {
       choose_solver(spec, method.scheme, faces, available_memory(), model.fixed->array.size()).options;
   // A small body is solved as fast with a transfer matrix, to the last bit each time.
   constexpr Eigen::Index kFewestFollowed = 1000;
-  return (faces >= kFewestFollowed || !model.beyond.empty()) && method.kind->name == "surface" &&
-         !method.free_amplitudes && model.fixed->scene.solve.outside_weight > 0 &&
+  return (faces >= kFewestFollowed || !model.beyond.empty()) &&
+         (method.kind->name == "surface" || method.kind->radiation) && !method.free_amplitudes &&
+         model.fixed->scene.solve.outside_weight > 0 &&
          model.fixed->scene.motion->start == MotionSpec::Start::kPrevious && options.kind == SolverKind::kLu &&
          options.precision == Precision::kSingle &&
          !choose_device(spec, method.scheme, faces, model.fixed->array.size()).card;
@@ -180,7 +181,8 @@ FrameSolver::FrameSolver(const MovingModel& moving, const MethodSpec& method, Ei
       solver_(frame_solver_spec(moving.first().fixed->scene.solve.solver)),
       drives_(drives.size() > 0 ? std::make_shared<const Eigen::MatrixXcd>(std::move(drives)) : nullptr),
       follows_(follows(moving.first(), method)) {
-  later_.iterations = moving.first().fixed->scene.motion->iterations;
+  later_.iterations =
+      moving.first().fixed->scene.motion->iterations * (method.kind->radiation || follows_ ? kDescents : 1);
   later_.start = StartSpec{};
   later_.start.kind = StartSpec::Kind::kZero;
   if (moving.is_rigid() && is_exact(moving.first().fixed->scene.motion->sensor)) {
@@ -231,13 +233,59 @@ bool FrameSolver::set_up(const Model& model, const std::optional<Target>& target
   return true;
 }
 
+SkinMap FrameSolver::mapped(const std::vector<Eigen::Index>& first) const {
+  const auto copies = static_cast<Eigen::Index>(first.size());
+  const Eigen::Index faces = scattering_->system().faces();
+  const Eigen::Index points = incident_beyond_.rows();
+  return {[this, &first, copies, faces, points](const Eigen::VectorXcf& q) {
+            Eigen::VectorXcf all(copies + faces + points);
+            all.segment(copies, faces) = factored_->pressure(q);
+            all.head(copies) = all.segment(copies, faces)(first);
+            multiply(Op::kPlain, incident_beyond_, q, 0.0F, all.tail(points));
+            return all;
+          },
+          [this, &first, copies, faces, points](const Eigen::VectorXcf& v) {
+            Eigen::VectorXcf on_faces = v.segment(copies, faces);
+            on_faces(first) += v.head(copies);
+            Eigen::VectorXcf back = factored_->sent_back(on_faces);
+            multiply(Op::kAdjoint, incident_beyond_, v.tail(points), 1.0F, back);
+            return back;
+          }};
+}
+
+PhaseSolution FrameSolver::descended(const Model& model, const Target& target, const Eigen::VectorXd& amplitudes,
+                                     const Eigen::VectorXd& before) {
+  const Eigen::VectorXd& areas = scattering_->system().mesh().areas();
+  const OutsideSkin outside = outside_skin(model);
+  const double outside_weight = model.fixed->scene.solve.outside_weight;
+  const std::vector<Eigen::Index> none;
+  MappedSkin skin{mapped(none), Eigen::VectorXd::Zero(areas.size() + outside.beyond.size()), {}};
+  skin.weights.resize(skin.amplitudes.size());
+  skin.weights << outside.face_weights(areas, target, outside_weight), outside.beyond_weights(outside_weight);
+  const Eigen::VectorXd inside = target.areas(areas);
+  skin.weights(target.faces) += inside;
+  skin.amplitudes(target.faces) = inside.cwiseProduct(amplitudes).cwiseQuotient(skin.weights(target.faces));
+  skin.constant = inside.dot(amplitudes.cwiseAbs2()) - skin.weights.dot(skin.amplitudes.cwiseAbs2());
+  return descent_.descend(skin, before, later_.iterations, later_.free_level);
+}
+
+PhaseSolution FrameSolver::descended_by_radiation(const Model& model, const Target& target,
+                                                  const Eigen::VectorXd& amplitudes, const Eigen::VectorXd& before) {
+  const TriangleMesh& mesh = scattering_->system().mesh();
+  const OutsideSkin outside = outside_skin(model);
+  const NearSkin near = near_skin(mesh, target, model.fixed->wave);
+  const auto copies = static_cast<Eigen::Index>(near.faces.size());
+  Eigen::VectorXd counted = Eigen::VectorXd::Zero(copies + mesh.face_count() + outside.beyond.size());
+  counted.tail(counted.size() - copies) << outside.face_weights(mesh.areas(), target, 1.0), outside.beyond_weights(1.0);
+  const RadiationSkin skin =
+      radiation_skin(near, mesh, target, amplitudes, outside, model.fixed->wave, later_.outside_weight, counted);
+  const SkinMap map = mapped(near.faces);
+  return descent_.descend(RadiationMisfit(map, skin, later_.free_level), before, later_.iterations);
+}
+
 PhaseSolution FrameSolver::followed(const Model& model, const Target& target, const Eigen::VectorXd& amplitudes,
                                     const Eigen::VectorXd& before, bool moved, MotionFrame& frame) {
   const ScatteringSystem& system = scattering_->system();
-  const Eigen::VectorXd& areas = system.mesh().areas();
-  const OutsideSkin outside = outside_skin(model);
-  const Eigen::Index faces = areas.size();
-  const Eigen::Index points = outside.beyond.size();
   try {
     timed(silent_, frame.seconds, "factorise", "", [&] {
       if (!factored_ || *factored_at_ != system.mesh().vertices()) {
@@ -250,29 +298,12 @@ PhaseSolution FrameSolver::followed(const Model& model, const Target& target, co
     timed(silent_, frame.seconds, "transfer", "", [&] {
       if (moved) {
         factored_->face(system, scattering_->array());
-        incident_beyond_ = outside.beyond_pressure_single(model.fixed->wave);
+        incident_beyond_ = outside_skin(model).beyond_pressure_single(model.fixed->wave);
       }
     });
-    const double outside_weight = model.fixed->scene.solve.outside_weight;
-    MappedSkin skin{[&](const Eigen::VectorXcf& q) {
-                      Eigen::VectorXcf all(faces + points);
-                      all.head(faces) = factored_->pressure(q);
-                      multiply(Op::kPlain, incident_beyond_, q, 0.0F, all.tail(points));
-                      return all;
-                    },
-                    [&](const Eigen::VectorXcf& v) {
-                      Eigen::VectorXcf back = factored_->sent_back(v.head(faces));
-                      multiply(Op::kAdjoint, incident_beyond_, v.tail(points), 1.0F, back);
-                      return back;
-                    },
-                    Eigen::VectorXd::Zero(faces + points), Eigen::VectorXd(faces + points)};
-    skin.weights << outside.face_weights(areas, target, outside_weight), outside.beyond_weights(outside_weight);
-    const Eigen::VectorXd inside = target.areas(areas);
-    skin.weights(target.faces) += inside;
-    skin.amplitudes(target.faces) = inside.cwiseProduct(amplitudes).cwiseQuotient(skin.weights(target.faces));
-    skin.constant = inside.dot(amplitudes.cwiseAbs2()) - skin.weights.dot(skin.amplitudes.cwiseAbs2());
     PhaseSolution solution = timed(silent_, frame.seconds, "phases", "", [&] {
-      return descent_.descend(skin, before, kDescents * later_.iterations, later_.free_level);
+      return later_.kind->radiation ? descended_by_radiation(model, target, amplitudes, before)
+                                    : descended(model, target, amplitudes, before);
     });
     leave_out_dead(scattering_->array().response, solution);
     return solution;

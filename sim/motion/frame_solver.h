@@ -46,7 +46,7 @@ Eigen::VectorXd steered(const Eigen::VectorXd& phases, const TransducerArray& ar
 /// The body's equations are solved in single precision where the scene leaves that open. A body that keeps its shape
 /// has one factorisation. A body that keeps its place has one transfer matrix for all targets.
 ///
-/// Some frames make no transfer matrix: those of `surface` that start from the one before on a processor, by LU in
+/// Some frames make no transfer matrix: those of `surface` and `radiation` that start from the one before on a processor, by LU in
 /// single precision. They minimise the same cost by PhaseDescent on FactoredTransfer, with two steps for each of
 /// motion.iterations. The residual of the equations is checked in the first frame alone, which is not one of them.
 /// Methods with free amplitudes keep the transfer matrix, as do scenes with solve.outside_weight 0. So do meshes of
@@ -84,6 +84,12 @@ class FrameSolver {
   MotionFrame silent_frame() const;
   /// Whether anything but the target has changed since the frame before.
   bool set_up(const Model& model, const std::optional<Target>& target, MotionFrame& frame);
+  /// Products of the factored equations: the pressures of some faces, then those of all and of the skin beyond.
+  SkinMap mapped(const std::vector<Eigen::Index>& first) const;
+  PhaseSolution descended(const Model& model, const Target& target, const Eigen::VectorXd& amplitudes,
+                          const Eigen::VectorXd& before);
+  PhaseSolution descended_by_radiation(const Model& model, const Target& target, const Eigen::VectorXd& amplitudes,
+                                       const Eigen::VectorXd& before);
   PhaseSolution followed(const Model& model, const Target& target, const Eigen::VectorXd& amplitudes,
                          const Eigen::VectorXd& before, bool moved, MotionFrame& frame);
 

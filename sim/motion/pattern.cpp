@@ -12,6 +12,7 @@
 #include "sim/core/text.h"
 #include "sim/core/version.h"
 #include "sim/field/metrics.h"
+#include "sim/field/radiation_skin.h"
 #include "sim/model/stages.h"
 #include "sim/model/warnings.h"
 #include "sim/run/methods.h"
@@ -19,8 +20,8 @@
 #include "sim/run/solve_model.h"
 #include "sim/run/transfer.h"
 #include "sim/scene/scene_reader.h"
-#include "solvers/phase/phase_descent.h"
 #include "solvers/phase/phase_methods.h"
+#include "solvers/phase/phase_sequence.h"
 
 namespace touchfield {
 
@@ -32,6 +33,7 @@ constexpr double kHighest = 500;  // of the spectrum [Hz]
 struct PatternProblem {
   PatternSpots spots;
   PhaseSequence sequence;
+  NearSkin near{};        // of method radiation: its faces are the spots'
   Eigen::VectorXd areas;  // A, U [m2]
   double outside_weight = 0;
 
@@ -83,6 +85,12 @@ struct PatternProblem {
 PatternProblem problem_on(const Model& model, SkinScattering& scattering, PatternSpots spots, Progress& progress) {
   PatternProblem problem;
   problem.outside_weight = model.fixed->scene.solve.outside_weight;
+  const bool radiation = model.fixed->scene.pattern->method->radiation;
+  if (radiation) {
+    const Target all{.faces = spots.faces};
+    problem.near = near_skin(model.body.mesh, all, model.fixed->wave);
+    spots = on_near_skin(spots, problem.near);
+  }
   const auto used = static_cast<Eigen::Index>(spots.faces.size());
   const Target target{spots.faces, spots.amplitudes.rowwise().maxCoeff(), std::vector<int>(spots.faces.size(), 0),
                       Eigen::VectorXd::Ones(used)};
@@ -98,7 +106,33 @@ PatternProblem problem_on(const Model& model, SkinScattering& scattering, Patter
   sequence.amplitudes = inside.cwiseProduct(spots.amplitudes).cwiseQuotient(sequence.weights);
   sequence.middle = spots.middle;
   problem.spots = std::move(spots);
+  for (Eigen::Index column = 0; radiation && column < sequence.frame_count(); ++column) {
+    const Target wanted = problem.target(column, 1.0);
+    Eigen::VectorXd counted(sequence.rows.rows() + sequence.outside.rows());
+    counted << problem.areas - inside.col(column),
+        Eigen::VectorXd::Constant(sequence.outside.rows(), 1.0 / problem.outside_weight);
+    sequence.radiation.push_back(radiation_skin(problem.near, model.body.mesh, wanted, wanted.amplitudes,
+                                                outside_skin(model), model.fixed->wave, MethodSpec{}.outside_weight,
+                                                counted));
+  }
   return problem;
+}
+
+/// Spots whose faces are those of the near skin: more of them, in its order.
+PatternSpots on_near_skin(const PatternSpots& spots, const NearSkin& near) {
+  const auto faces = static_cast<Eigen::Index>(near.faces.size());
+  const Eigen::Index columns = spots.amplitudes.cols();
+  PatternSpots wider{near.faces, Eigen::MatrixXd::Zero(faces, columns), Eigen::MatrixXd::Zero(faces, columns), {}};
+  std::vector<Eigen::Index> place;
+  for (const Eigen::Index face : spots.faces) {
+    place.push_back(std::ranges::find(near.faces, face) - near.faces.begin());
+  }
+  wider.amplitudes(place, Eigen::all) = spots.amplitudes;
+  wider.shares(place, Eigen::all) = spots.shares;
+  for (const Eigen::Index middle : spots.middle) {
+    wider.middle.push_back(place[static_cast<std::size_t>(middle)]);
+  }
+  return wider;
 }
 
 /// The drives of every frame, with its amplitude modulation.
@@ -117,7 +151,7 @@ std::vector<PhaseSolution> frames_of(const PatternSpec& spec, const PatternClock
     const double share = wanted_share(spec, clock.time(k));
     frames.back().amplitudes *= share;
     for (double& cost : frames.back().cost_history) {
-      cost *= share * share;
+      cost *= std::pow(share, spec.method->radiation ? 4 : 2);
     }
     leave_out_dead(model.fixed->array.response, frames.back());
   }
@@ -130,14 +164,13 @@ double largest_turn(const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
       .maxCoeff();
 }
 
-/// Method surface by itself on some frames, to which the sequence is compared.
-void solve_alone(const PatternSpec& spec, const PatternProblem& problem, int every, Pattern& pattern,
+/// The method by itself on some frames, to which the sequence is compared.
+void check_alone(const PatternSpec& spec, const PatternProblem& problem, int every, Pattern& pattern,
                  Progress& progress) {
   for (Eigen::Index k = 0; k < pattern.clock.frames; k += every) {
     const double begun = steady_now();
-    const SkinProblem skin = problem_of(problem.sequence, problem.column(k));
-    const PhaseSolution alone = phase_method("surface").solve(
-        skin, Eigen::MatrixXcd(skin.channel_count(), 0), {.iterations = 100, .free_level = true, .search = true}, {});
+    const PhaseSolution alone =
+        touchfield::solve_alone(problem.sequence, problem.column(k), SequenceOptions{}.first_iterations, true);
     PatternFrame& frame = pattern.frames[static_cast<std::size_t>(k)];
     frame.alone_seconds = steady_now() - begun;
     const double share = wanted_share(spec, pattern.clock.time(k));
@@ -178,8 +211,7 @@ void listen(const Model& model, const PatternProblem& problem, const std::vector
   const std::vector<Eigen::Index>& faces = problem.spots.faces;
   for (const PatternPoint& point : points) {
     PatternSound sound{point, Eigen::VectorXd(pattern.clock.frames), {}, {}};
-    const Eigen::RowVectorXcd row =
-        problem.sequence.rows.row(std::ranges::lower_bound(faces, point.face) - faces.begin());
+    const Eigen::RowVectorXcd row = problem.sequence.rows.row(std::ranges::find(faces, point.face) - faces.begin());
     for (Eigen::Index k = 0; k < sound.pressure.size(); ++k) {
       const MotionFrame& frame = pattern.motion.methods.front().frames[static_cast<std::size_t>(k)];
       sound.pressure(k) = std::abs((row * drive(frame.solution)).value());
@@ -205,9 +237,13 @@ void keep_instants(const Model& model, SkinScattering& scattering, const Pattern
   for (int i = 0; i < count; ++i) {
     const MotionScore& score = method.scores[static_cast<std::size_t>(frame_at(i))];
     Target target = problem.target(problem.column(frame_at(i)), wanted_share(*model.fixed->scene.pattern, score.time));
-    if (target.size() > 0 && model.beyond.empty()) {  // else R has more than the faces of the mesh
-      const Metrics all = pattern_metrics(model.body.mesh, model.boxes, target, pressure.col(i));
-      pattern.reduced_off = std::fmax(pattern.reduced_off, std::abs(all.relative_error - score.metrics.relative_error));
+    if (target.size() > 0) {
+      const Metrics all = metrics_of(model.body.mesh, model.fixed->wave, model.boxes, target, pressure.col(i));
+      pattern.radiation_errors.push_back(all.relative_error_radiation);
+      if (model.beyond.empty()) {  // else R has more than the faces of the mesh
+        pattern.reduced_off =
+            std::fmax(pattern.reduced_off, std::abs(all.relative_error - score.metrics.relative_error));
+      }
     }
     pattern.instants.push_back({.time = score.time,
                                 .mesh = model.body.mesh,
@@ -233,7 +269,9 @@ Motion begun(const Model& model, const PatternClock& clock, const PatternOptions
           .seconds = clock.seconds(),
           .array = model.fixed->array,
           .mesh = model.body.mesh,
-          .methods = {{.name = "surface", .method = "surface", .scheme = to_string(scene.solve.scheme)}},
+          .methods = {{.name = std::string(scene.pattern->method->name),
+                       .method = std::string(scene.pattern->method->name),
+                       .scheme = to_string(scene.solve.scheme)}},
           .warnings = remarks.warnings,
           .notes = remarks.notes,
           .provenance = provenance_now(options.threads, used_seeds(scene), options.command_line, text_hash(text))};
@@ -326,7 +364,7 @@ Pattern solve_pattern(const Model& model, const PatternOptions& options, Progres
         [&] { keep_instants(model, *scattering, problem, options.instants, pattern); });
   if (options.check) {
     timed(progress, motion.timings, "check", "frames solved by themselves",
-          [&] { solve_alone(spec, problem, *options.check, pattern, progress); });
+          [&] { check_alone(spec, problem, *options.check, pattern, progress); });
   }
   for (const SolveRecord& record : records) {
     if (!record.converged) {

@@ -112,12 +112,13 @@ struct PatternSound {
 /// One pass of a pattern.
 struct Pattern {
   PatternClock clock;
-  Motion motion;  // one method, `surface`: a frame and a score for each of the pattern's
+  Motion motion;  // one method: a frame and a score for each of the pattern's
   std::vector<PatternFrame> frames{};
   std::vector<PatternSound> sounds{};
-  std::vector<MotionInstant> instants{};  // of some frames, with the pressure of the whole skin
-  Eigen::Index faces = 0;                 // that any frame uses
-  Eigen::Index outside_rows = 0;          // of R
+  std::vector<MotionInstant> instants{};   // of some frames, with the pressure of the whole skin
+  std::vector<double> radiation_errors{};  // relative_error_radiation at the instants that want sound
+  Eigen::Index faces = 0;                  // that any frame uses
+  Eigen::Index outside_rows = 0;           // of R
   double reduced_off = 0;  // largest difference of relative_error at the instants: all faces against those and R
 };
 

@@ -234,6 +234,10 @@ Codec<PatternSpec> pattern_codec() {
       .maybe("points", &PatternSpec::path, points_codec(), "", "A spot at several places in turn.")
       .maybe("amplitude", &PatternSpec::amplitude, amplitude_codec(), "",
              "Amplitude modulation by a sine. Without circle, line and points it modulates the scene's target.")
+      .key("method", &PatternSpec::method,
+           choice<const PhaseMethod*>(
+               {{"surface", &phase_method("surface")}, {"radiation", &phase_method("radiation")}}),
+           "The method of all frames. radiation: the phases for radiation pressure.")
       .key("diameter_mm", &PatternSpec::diameter, number(kMillimetres, above_to(0, 200)),
            "Diameter of the spot on the skin [mm].")
       .key("frames_per_second", &PatternSpec::frames_hz, number(kPlain, kRate), "Frames per second.")

@@ -196,6 +196,7 @@ struct PatternSpec {
 
   std::variant<std::monostate, CirclePath, LinePath, PointsPath> path;  // none: the target's boxes
   std::optional<Amplitude> amplitude;
+  const PhaseMethod* method = &phase_method("surface");
   double diameter = 4e-3;           // of the spot [m]
   double frames_hz = 1000;          // [1/s]
   std::optional<double> seconds;    // absent: the shortest time after which all of it repeats

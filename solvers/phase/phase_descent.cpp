@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "solvers/linear/blas_product.h"
 #include "solvers/phase/skin_problem.h"
 #include "solvers/phase/surface.h"
 
@@ -80,94 +79,6 @@ struct MappedCost {
   }
 };
 
-void require_sequence(const PhaseSequence& sequence, const SequenceOptions& options) {
-  const Eigen::Index faces = sequence.rows.rows();
-  const Eigen::Index frames = sequence.frame_count();
-  if (frames == 0 || faces == 0 || sequence.amplitudes.rows() != faces || sequence.weights.rows() != faces ||
-      sequence.weights.cols() != frames || static_cast<Eigen::Index>(sequence.middle.size()) != frames ||
-      (sequence.outside.rows() > 0 && sequence.outside.cols() != sequence.rows.cols())) {
-    throw std::invalid_argument("solve_sequence: sizes do not fit each other");
-  }
-  for (const Eigen::Index face : sequence.middle) {
-    if (face < 0 || face >= faces) {
-      throw std::invalid_argument("solve_sequence: a middle is not a row");
-    }
-  }
-  if (options.first_iterations < 1 || options.iterations < 1 || !(options.most_turn > 0)) {
-    throw std::invalid_argument("solve_sequence: an option is out of range");
-  }
-}
-
-/// The rows of all faces and of R as the descent multiplies with them, in single precision.
-class SequenceSkin {
- public:
-  explicit SequenceSkin(const PhaseSequence& sequence)
-      : sequence_(sequence), all_(sequence.rows.rows() + sequence.outside.rows(), sequence.rows.cols()) {
-    all_ << sequence.rows.cast<std::complex<float>>(), sequence.outside.cast<std::complex<float>>();
-  }
-
-  MappedSkin frame(Eigen::Index frame) const {
-    MappedSkin skin;
-    skin.map.pressure = [this](const Eigen::VectorXcf& q) {
-      Eigen::VectorXcf p(all_.rows());
-      multiply(Op::kPlain, all_, q, 0.0F, p);
-      return p;
-    };
-    skin.map.sent_back = [this](const Eigen::VectorXcf& v) {
-      Eigen::VectorXcf x(all_.cols());
-      multiply(Op::kAdjoint, all_, v, 0.0F, x);
-      return x;
-    };
-    skin.amplitudes = Eigen::VectorXd::Zero(all_.rows());
-    skin.weights = Eigen::VectorXd::Ones(all_.rows());
-    skin.amplitudes.head(sequence_.rows.rows()) = sequence_.amplitudes.col(frame);
-    skin.weights.head(sequence_.rows.rows()) = sequence_.weights.col(frame);
-    return skin;
-  }
-
- private:
-  const PhaseSequence& sequence_;
-  Eigen::MatrixXcf all_;
-};
-
-/// Phases that do to the next middle what these do to the last one.
-Eigen::VectorXd carried(const PhaseSequence& sequence, const Eigen::VectorXd& phases, Eigen::Index from,
-                        Eigen::Index to) {
-  Eigen::VectorXd next = phases;
-  for (Eigen::Index n = 0; n < phases.size(); ++n) {
-    next(n) += std::arg(sequence.rows(from, n) * std::conj(sequence.rows(to, n)));
-  }
-  return next;
-}
-
-/// Within the limit of the frame before and, of a closed sequence, within reach of the first. No bounds without a
-/// limit.
-///
-/// left   frames from this one to the first one's return
-PhaseBounds bounds_of(const Eigen::VectorXd& before, const Eigen::VectorXd& first, Eigen::Index left,
-                      const SequenceOptions& options) {
-  if (!std::isfinite(options.most_turn)) {
-    return {};
-  }
-  PhaseBounds bounds{before.array() - options.most_turn, before.array() + options.most_turn};
-  if (options.closed) {
-    const double reach = static_cast<double>(left) * options.most_turn;
-    for (Eigen::Index n = 0; n < before.size(); ++n) {
-      const double nearest = before(n) - std::remainder(before(n) - first(n), 2.0 * std::numbers::pi);
-      bounds.low(n) = std::max(bounds.low(n), nearest - reach);
-      bounds.high(n) = std::min(bounds.high(n), nearest + reach);
-    }
-  }
-  return bounds;
-}
-
-/// The same drives as of `phases`, each phase as near to `before` as it comes by whole turns, and within the bounds.
-Eigen::VectorXd nearest(const Eigen::VectorXd& phases, const Eigen::VectorXd& before, const PhaseBounds& bounds) {
-  const Eigen::VectorXd near =
-      before + (phases - before).unaryExpr([](double turn) { return std::remainder(turn, 2.0 * std::numbers::pi); });
-  return bounds.within(near);
-}
-
 }  // namespace
 
 /// The two loops of the memory, newest first and back; d = -g where there is none.
@@ -201,47 +112,6 @@ void PhaseDescent::remember(VectorXd step, VectorXd change) {
 PhaseSolution PhaseDescent::descend(const MappedSkin& skin, const VectorXd& start, int iterations, bool free_level,
                                     const PhaseBounds& bounds) {
   return descend(MappedCost{skin, free_level}, start, iterations, bounds);
-}
-
-SkinProblem problem_of(const PhaseSequence& sequence, Eigen::Index frame) {
-  std::vector<Eigen::Index> wanted;
-  std::vector<Eigen::Index> silent;
-  for (Eigen::Index j = 0; j < sequence.rows.rows(); ++j) {
-    (sequence.amplitudes(j, frame) > 0 ? wanted : silent).push_back(j);
-  }
-  SkinProblem problem;
-  problem.target = sequence.rows(wanted, Eigen::all);
-  problem.amplitudes = sequence.amplitudes(wanted, frame);
-  problem.weights = sequence.weights(wanted, frame);
-  problem.outside.resize(sequence.outside.rows() + static_cast<Eigen::Index>(silent.size()), sequence.rows.cols());
-  problem.outside << sequence.outside,
-      (sequence.weights(silent, frame).cwiseSqrt().asDiagonal() * sequence.rows(silent, Eigen::all));
-  return problem;
-}
-
-std::vector<PhaseSolution> solve_sequence(const PhaseSequence& sequence, const SequenceOptions& options,
-                                          const IterationCallback& callback) {
-  require_sequence(sequence, options);
-  const SequenceSkin skin(sequence);
-  PhaseDescent descent;
-  std::vector<PhaseSolution> solutions;
-  for (Eigen::Index k = 0; k < sequence.frame_count(); ++k) {
-    if (k == 0) {
-      solutions.push_back(search_surface(problem_of(sequence, 0), Eigen::MatrixXcd(sequence.rows.cols(), 0),
-                                         {.iterations = options.first_iterations, .free_level = options.free_level}));
-    } else {
-      const Eigen::VectorXd& before = solutions.back().phases;
-      const Eigen::VectorXd start = carried(sequence, before, sequence.middle[static_cast<std::size_t>(k - 1)],
-                                            sequence.middle[static_cast<std::size_t>(k)]);
-      const PhaseBounds bounds = bounds_of(before, solutions.front().phases, sequence.frame_count() - k, options);
-      solutions.push_back(descent.descend(skin.frame(k), nearest(start, before, bounds), options.iterations,
-                                          options.free_level, bounds));
-    }
-    if (callback) {
-      callback(static_cast<int>(k) + 1, solutions.back().cost_history.back());
-    }
-  }
-  return solutions;
 }
 
 }  // namespace touchfield

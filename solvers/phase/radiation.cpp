@@ -32,7 +32,8 @@ void require_sizes(const RadiationProblem& problem, const std::string& who) {
     throw std::invalid_argument(who + ": the problem needs at least one face and one channel");
   }
   if (!skin.slopes || skin.weights.size() != skin.face_count() || skin.slopes->rows() != 2 * skin.face_count() ||
-      skin.slopes->cols() != rows || skin.energies.size() != rows || problem.rows.rows() < skin.face_count() ||
+      skin.slopes->cols() > problem.rows.rows() || skin.energies.size() != rows ||
+      problem.rows.rows() < skin.face_count() ||
       (problem.outside.rows() > 0 && problem.outside.cols() != problem.rows.cols()) ||
       (skin.deviations.size() > 0 && skin.deviations.size() != skin.face_count())) {
     throw std::invalid_argument(who + ": sizes do not fit each other");
@@ -125,7 +126,7 @@ void move_to(PhaseDevice& device, RadiationProblem& problem) {
 }
 
 VectorXd radiation_of(const RadiationSkin& skin, const VectorXcd& pressure) {
-  return pressed<VectorXcd>(skin, pressure, skin.slopes->cast<double>() * pressure);
+  return pressed<VectorXcd>(skin, pressure, skin.slopes->cast<double>() * pressure.head(skin.slopes->cols()));
 }
 
 double radiation_cost(const RadiationProblem& problem, const VectorXcd& q) {
@@ -148,8 +149,8 @@ RadiationProblem with_tolerances(RadiationProblem problem, const ChannelToleranc
   RadiationSkin& skin = problem.skin;
   VectorXd strengths(problem.rows.rows() + problem.outside.rows());
   strengths << problem.rows.rowwise().squaredNorm(), problem.outside.rowwise().squaredNorm();
-  const Eigen::SparseMatrix<double, Eigen::RowMajor> slopes = skin.slopes->leftCols(problem.rows.rows()).cast<double>();
-  const VectorXd slope_strengths = (slopes * problem.rows).rowwise().squaredNorm();
+  const Eigen::SparseMatrix<double, Eigen::RowMajor> slopes = skin.slopes->cast<double>();
+  const VectorXd slope_strengths = (slopes * problem.rows.topRows(slopes.cols())).rowwise().squaredNorm();
   skin.deviations.resize(skin.face_count());
   for (Index j = 0; j < skin.face_count(); ++j) {
     skin.deviations(j) = moments.variance * (skin.press * strengths(j) -
@@ -172,7 +173,7 @@ RadiationMisfit::Point RadiationMisfit::at(VectorXd phases) const {
     point.drives(n) = std::complex<float>(amplitude * std::polar(1.0, point.phases(n)));
   }
   point.pressure = map_.pressure(point.drives);
-  point.slopes = *skin_.slopes * point.pressure;
+  point.slopes = *skin_.slopes * point.pressure.head(skin_.slopes->cols());
   point.radiation = pressed(skin_, point.pressure, point.slopes);
   if (skin_.deviations.size() > 0) {
     point.radiation += skin_.deviations;
@@ -201,7 +202,7 @@ VectorXd RadiationMisfit::gradient(const Point& point) const {
     flows(2 * j) = static_cast<float>(-skin_.flow * force(j)) * point.slopes(2 * j);
     flows(2 * j + 1) = static_cast<float>(-skin_.flow * force(j)) * point.slopes(2 * j + 1);
   }
-  v += skin_.slopes->transpose() * flows;
+  v.head(skin_.slopes->cols()) += skin_.slopes->transpose() * flows;
   const VectorXcd back = map_.sent_back(v).cast<std::complex<double>>();
   const Index channels = point.drives.size();
   VectorXd gradient(point.phases.size());

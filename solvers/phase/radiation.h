@@ -27,7 +27,7 @@ using SkinSlopes = Eigen::SparseMatrix<float, Eigen::RowMajor>;
 ///
 ///   E P_j = P_j + a^2 k_j,   E sum_i e_i |p_i|^2 = sum_i e_i |p_i|^2 + a^2 E_0
 struct RadiationSkin {
-  std::shared_ptr<const SkinSlopes> slopes{};  // D, 2 M x M'
+  std::shared_ptr<const SkinSlopes> slopes{};  // D, 2 M x S: of the first S pressures, those of faces and neighbours
   double press = 0.0;                          // a [1/Pa]
   double flow = 0.0;                           // b [m2/Pa]
   Eigen::VectorXd wanted{};                    // P', M [Pa]

@@ -27,7 +27,7 @@ inline RadiationProblem random_radiation_problem(Eigen::Index faces, Eigen::Inde
       }
     }
   }
-  auto slopes = std::make_shared<SkinSlopes>(2 * faces, all);
+  auto slopes = std::make_shared<SkinSlopes>(2 * faces, faces + neighbours);
   slopes->setFromTriplets(entries.begin(), entries.end());
   RadiationSkin& skin = problem.skin;
   skin.slopes = slopes;

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "solvers/phase/phase_descent.h"
+#include "solvers/phase/phase_sequence.h"
 #include "solvers/phase/phase_methods.h"
 #include "solvers/phase/skin_problem.h"
 #include "tests/support/skin_support.h"
