@@ -82,12 +82,30 @@ struct PatternProblem {
   }
 };
 
+/// Spots whose faces are those of the near skin: more of them, in its order.
+PatternSpots on_near_skin(const PatternSpots& spots, const NearSkin& near) {
+  const auto faces = static_cast<Eigen::Index>(near.faces.size());
+  const Eigen::Index columns = spots.amplitudes.cols();
+  PatternSpots wider{near.faces, Eigen::MatrixXd::Zero(faces, columns), Eigen::MatrixXd::Zero(faces, columns), {}};
+  std::vector<Eigen::Index> place;
+  for (const Eigen::Index face : spots.faces) {
+    place.push_back(std::ranges::find(near.faces, face) - near.faces.begin());
+  }
+  wider.amplitudes(place, Eigen::all) = spots.amplitudes;
+  wider.shares(place, Eigen::all) = spots.shares;
+  for (const Eigen::Index middle : spots.middle) {
+    wider.middle.push_back(place[static_cast<std::size_t>(middle)]);
+  }
+  return wider;
+}
+
 PatternProblem problem_on(const Model& model, SkinScattering& scattering, PatternSpots spots, Progress& progress) {
   PatternProblem problem;
   problem.outside_weight = model.fixed->scene.solve.outside_weight;
   const bool radiation = model.fixed->scene.pattern->method->radiation;
   if (radiation) {
-    const Target all{.faces = spots.faces};
+    Target all;
+    all.faces = spots.faces;
     problem.near = near_skin(model.body.mesh, all, model.fixed->wave);
     spots = on_near_skin(spots, problem.near);
   }
@@ -116,23 +134,6 @@ PatternProblem problem_on(const Model& model, SkinScattering& scattering, Patter
                                                 counted));
   }
   return problem;
-}
-
-/// Spots whose faces are those of the near skin: more of them, in its order.
-PatternSpots on_near_skin(const PatternSpots& spots, const NearSkin& near) {
-  const auto faces = static_cast<Eigen::Index>(near.faces.size());
-  const Eigen::Index columns = spots.amplitudes.cols();
-  PatternSpots wider{near.faces, Eigen::MatrixXd::Zero(faces, columns), Eigen::MatrixXd::Zero(faces, columns), {}};
-  std::vector<Eigen::Index> place;
-  for (const Eigen::Index face : spots.faces) {
-    place.push_back(std::ranges::find(near.faces, face) - near.faces.begin());
-  }
-  wider.amplitudes(place, Eigen::all) = spots.amplitudes;
-  wider.shares(place, Eigen::all) = spots.shares;
-  for (const Eigen::Index middle : spots.middle) {
-    wider.middle.push_back(place[static_cast<std::size_t>(middle)]);
-  }
-  return wider;
 }
 
 /// The drives of every frame, with its amplitude modulation.
