@@ -108,14 +108,17 @@ def add_panels(page, work, report):
     names = list(SCENES)
     origin = made(work, "panels")
     panels.figure(work, names, report / "figures/panels.png")
+    panels.figure(work, names, report / "figures/panels_radiation.png", panels.RADIATION)
     rows = panels.metric_rows(work, names, "panels")
     write_table(report / "tables/metrics.csv", rows, origin)
     page.add("## Patterns on the skin")
-    page.figure("panels.png", "Wanted pressure, and absolute pressure on the skin by `paper`, `unscattered`, `surface` and `focus`. "
+    page.figure("panels.png", "Wanted pressure, and absolute pressure on the skin by `paper`, `unscattered`, `surface`, "
+                "`radiation` and `focus`. "
                 "The view is from the array, with x to the left. The target has a white outline. Each row has one colour scale, from "
                 "0 to 1.5 times the largest wanted pressure. The error is the relative L2 error over the whole skin after the best "
                 "common scale. The width is the full width at half maximum of |p|^2. Both refer to the evaluation mesh of the scene.",
                 origin)
+    page.figure("panels_radiation.png", "The same for the radiation pressure P, which presses the skin, with its error and width.", origin)
     page.add(lines_of(panels.sentences(rows, names)))
     page.table("metrics.csv", *panels.short_table(rows), origin)
     page.add("The optimality gap is the relative distance of the cost from the optimality bound. No phases can lower the cost of "

@@ -1,5 +1,6 @@
 """The published figure, computed again: the wanted pressure on the skin and the pressure of each method."""
 
+import dataclasses
 import math
 
 import matplotlib
@@ -11,8 +12,25 @@ from matplotlib.collections import LineCollection, PolyCollection  # noqa: E402
 
 from runs import LABELS, METRICS, SCENES, attributes, number, percent, skin  # noqa: E402
 
-COLUMNS = ["paper", "unscattered", "surface", "focus"]
+COLUMNS = ["paper", "unscattered", "surface", "radiation", "focus"]
 MARGIN = 0.006  # m of skin around the target
+
+
+@dataclasses.dataclass
+class Quantity:
+    """What a figure shows of the skin, and the metrics that stand above its panels."""
+
+    wanted: str  # of runs.Skin
+    obtained: str
+    unit: float  # of the figure, in Pa
+    label: str
+    error: str
+    width: str
+
+
+PRESSURE = Quantity("wanted", "pressure", 1e3, "absolute pressure on the skin [kPa]", "relative_error", "width_mm")
+RADIATION = Quantity("wanted_radiation", "radiation", 1, "radiation pressure on the skin [Pa]", "relative_error_radiation",
+                     "width_radiation_mm")
 
 
 def outline(one):
@@ -31,9 +49,9 @@ def draw(axes, one, values, largest, window):
     """The skin as the array sees it, from below. Parallel projection along z: +y is up, +x points to the left."""
     seen = numpy.flatnonzero(one.normals[:, 2] < 0)
     seen = seen[numpy.argsort(-one.corners[seen, :, 2].mean(axis=1))]  # the far ones first
-    faces = PolyCollection(one.corners[seen, :, :2] * 1e3, array=values[seen] / 1e3, cmap="viridis", edgecolors="face",
+    faces = PolyCollection(one.corners[seen, :, :2] * 1e3, array=values[seen], cmap="viridis", edgecolors="face",
                            linewidths=0.2, rasterized=True)
-    faces.set_clim(0, largest / 1e3)
+    faces.set_clim(0, largest)
     axes.add_collection(faces)
     for colour, width in (("black", 2.2), ("white", 1.0)):  # visible on dark and bright colours
         axes.add_collection(LineCollection(outline(one), colors=colour, linewidths=width))
@@ -52,19 +70,20 @@ def window_of(one):
     return [tuple(1e3 * (middle[axis] + side * half) for side in (-1, 1)) for axis in (0, 1)]
 
 
-def figure(work, names, path):
+def figure(work, names, path, quantity=PRESSURE):
     """One row per scene, one column per method. Each row has one colour scale: 0 to 1.5 times the largest wanted pressure."""
-    drawing, grid = pyplot.subplots(len(names), 2 + len(COLUMNS), figsize=(15.5, 0.9 + 3.05 * len(names)), squeeze=False,
+    drawing, grid = pyplot.subplots(len(names), 2 + len(COLUMNS), figsize=(18, 0.9 + 3.05 * len(names)), squeeze=False,
                                     gridspec_kw={"width_ratios": [1] * (1 + len(COLUMNS)) + [0.06], "left": 0.075,
                                                  "right": 0.95, "top": 1 - 0.75 / (0.9 + 3.05 * len(names)),
                                                  "bottom": 0.5 / (0.9 + 3.05 * len(names)), "hspace": 0.32, "wspace": 0.1})
     for row, name in zip(grid, names):
         one = skin(work / "panels" / name)
         metrics = attributes(work / "panels" / name)
-        largest = 1.5 * one.wanted.max()
+        wanted, obtained = getattr(one, quantity.wanted) / quantity.unit, getattr(one, quantity.obtained)
+        largest = 1.5 * wanted.max()
         window = window_of(one)
         for axes, method in zip(row, [None, *COLUMNS]):
-            faces = draw(axes, one, one.wanted if method is None else one.pressure[method], largest, window)
+            faces = draw(axes, one, wanted if method is None else obtained[method] / quantity.unit, largest, window)
             if method is None:
                 axes.set_title("wanted" if name == names[0] else "", fontsize=12)
                 axes.set_ylabel(f"{SCENES[name]}\n\ny [mm]", fontsize=12)
@@ -72,11 +91,12 @@ def figure(work, names, path):
                 continue
             known = metrics[method]
             # A box between several fingers has no width on any of them.
-            width = "" if name == "grasp" or known["width_mm"] != known["width_mm"] else f", width {known['width_mm']:.1f} mm"
+            width = known[quantity.width]
+            width = "" if name == "grasp" or width != width else f", width {width:.1f} mm"
             axes.set_title((LABELS[method] + "\n" if name == names[0] else "")
-                           + f"error {100 * known['relative_error']:.1f} %{width}", fontsize=11)
+                           + f"error {100 * known[quantity.error]:.1f} %{width}", fontsize=11)
             axes.tick_params(labelleft=False, labelbottom=False)
-        drawing.colorbar(faces, cax=row[-1], extend="max", label="absolute pressure on the skin [kPa]")
+        drawing.colorbar(faces, cax=row[-1], extend="max", label=quantity.label)
     drawing.savefig(path, dpi=80)
     pyplot.close(drawing)
 
@@ -140,13 +160,25 @@ def sentences(rows, names):
         largest = max(abs(width[name, "paper"] - width[name, "unscattered"]) for name in boxes)
         said.append(f"The full widths at half maximum of {of} for " + ", ".join(SCENES[name] for name in boxes) + " are, in mm: "
                     + "; ".join(f"`{method}` " + ", ".join(f"{width[name, method]:.1f}" for name in boxes)
-                                for method in ("surface", "paper", "unscattered", "focus"))
+                                for method in ("surface", "radiation", "paper", "unscattered", "focus"))
                     + f". The widths of `paper` and `unscattered` differ by at most {largest:.1f} mm.")
     leakage = {(row["scene"], row["method"]): float(row["leakage"]) for row in rows}
     less = [name for name in names if leakage[name, "paper"] < leakage[name, "unscattered"]]
     said.append(f"The leakage of `paper` is lower than that of `unscattered` on {len(less)} of {len(names)} scenes. In percentage "
                 f"points, `paper` minus `unscattered` is: {differences(leakage, names, 'paper', 'unscattered')}.")
-    return said + proved(rows, names)
+    return [*said, pressed(rows, names), *proved(rows, names)]
+
+
+def pressed(rows, names):
+    """What `radiation` gains and costs against `surface`."""
+    known = {(row["scene"], row["method"]): row for row in rows}
+    error, mean = ({key: float(row[metric]) for key, row in known.items()} for metric in ("relative_error_radiation", "relative_error"))
+    outside = {method: ", ".join(percent(float(known[name, method]["abs_force_elsewhere_n"]) / float(known[name, method]["force_target_n"]), 0)
+                                 for name in names) for method in ("surface", "radiation")}
+    return (f"Skin is pressed by P. `radiation` minus `surface` is, in percentage points of the error of P: "
+            f"{differences(error, names, 'radiation', 'surface')}; of the error of abs(p): {differences(mean, names, 'radiation', 'surface')}. "
+            f"The sum of abs(P) A outside, over the force on the target, is in this order {outside['radiation']} with `radiation` and "
+            f"{outside['surface']} with `surface`.")
 
 
 def proved(rows, names):

@@ -14,11 +14,12 @@ import numpy
 
 SCENES = {"width_5mm": "5 mm box", "width_8mm": "8 mm box", "width_11mm": "11 mm box", "grasp": "grasped box",
           "penetration": "penetration depth"}
-LABELS = {"surface": "surface (ours)", "paper": "paper (with scattering)",
+LABELS = {"surface": "surface (ours)", "radiation": "radiation (ours, for P)", "paper": "paper (with scattering)",
           "paper_original": "paper as published", "unscattered": "unscattered (without)",
           "unscattered_original": "unscattered as published", "focus": "focus"}
 # Marker and line distinguish the methods in grey too.
 STYLES = {"surface": {"color": "#0072B2", "marker": "o", "linestyle": "-"},
+          "radiation": {"color": "#009E73", "marker": "P", "linestyle": (0, (6, 1.5))},
           "paper": {"color": "#D55E00", "marker": "s", "linestyle": "--"},
           "paper_original": {"color": "#E69F00", "marker": "D", "linestyle": "-."},
           "unscattered": {"color": "#000000", "marker": "^", "linestyle": ":"},
@@ -33,13 +34,18 @@ METRICS = ["relative_error", "relative_error_raw", "scale", "correlation", "leak
 
 @dataclasses.dataclass
 class Skin:
-    """Evaluation mesh: corners [M, 3, 3] in m, area [M] in m2, wanted pressure [M] in Pa, absolute pressure [M] per method."""
+    """Evaluation mesh: corners [M, 3, 3] in m, area [M] in m2; wanted pressure [M] in Pa, and pressures [M] per method.
+
+    Both are given for the absolute pressure and for the radiation pressure P.
+    """
 
     corners: numpy.ndarray
     triangles: numpy.ndarray
     area: numpy.ndarray
     wanted: numpy.ndarray
     pressure: dict
+    wanted_radiation: numpy.ndarray
+    radiation: dict
 
     @functools.cached_property
     def normals(self):
@@ -63,10 +69,13 @@ def skin(folder):
     with h5py.File(pathlib.Path(folder) / "run.h5") as run:
         evaluation = run["evaluation"]
         triangles = evaluation["mesh/triangles"][:]
-        wanted = numpy.zeros(len(triangles))
-        wanted[evaluation["target/face"][:]] = evaluation["target/share"][:] * evaluation["target/amplitude"][:]
+        face, share, amplitude = (evaluation[f"target/{name}"][:] for name in ("face", "share", "amplitude"))
+        wanted, wanted_radiation = numpy.zeros((2, len(triangles)))
+        wanted[face] = share * amplitude
+        wanted_radiation[face] = run.attrs["radiation_per_square"] * share * amplitude**2
         return Skin(evaluation["mesh/vertices"][:][triangles], triangles, evaluation["mesh/area"][:], wanted,
-                    {name: numpy.abs(method["pressure"][:]) for name, method in evaluation["methods"].items()})
+                    {name: numpy.abs(method["pressure"][:]) for name, method in evaluation["methods"].items()},
+                    wanted_radiation, {name: method["radiation"][:] for name, method in evaluation["methods"].items()})
 
 
 def size_of(folder):

@@ -18,8 +18,8 @@ from widths_trials import WIDTHS, Trials, classes, evened
 CHANCE = 1 / len(WIDTHS)
 PEOPLE = {"paper": 0.56, "unscattered": 0.47}  # Matsubayashi, Makino, Shinoda, EuroHaptics 2020
 PEOPLE_DIFFERENCE = (0.01, 0.17)  # 95 % interval of `paper` - `unscattered` that ten people leave
-METHODS = ["surface", "paper", "unscattered"]
-PAIRS = [("paper", "unscattered"), ("surface", "paper")]
+METHODS = ["surface", "radiation", "paper", "unscattered"]
+PAIRS = [("paper", "unscattered"), ("surface", "paper"), ("radiation", "paper")]
 READER, READER_P = "width reader", "width reader of P"
 NOISY, NOISY_P = "width reader, own noise", "width reader of P, own noise"
 IDEAL, EVEN = "ideal observer", "ideal observer, even level"

@@ -9,7 +9,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 
 from runs import LABELS, STYLES  # noqa: E402
-from widths import CHANCE, EVEN, IDEAL, NOISY, NOISY_P, OBSERVERS, PEOPLE, READ, READER, READER_P, Result  # noqa: E402
+from widths import CHANCE, EVEN, IDEAL, METHODS, NOISY, NOISY_P, OBSERVERS, PEOPLE, READ, READER, READER_P, Result  # noqa: E402
 from widths_trials import WIDTHS, Trials, classes  # noqa: E402
 
 TICKS = {READER: "width", READER_P: "width of P", NOISY: "width", NOISY_P: "width of P", IDEAL: "ideal", EVEN: "ideal,\neven level"}
@@ -20,7 +20,7 @@ def draw_shares(axes, result: Result, methods: list[str]) -> None:
     for group, observer in enumerate(OBSERVERS):
         for k, method in enumerate(methods):
             score, style = result.score(observer, method), STYLES[method]
-            x = group + 0.24 * (k - (len(methods) - 1) / 2)
+            x = group + 0.21 * (k - (len(methods) - 1) / 2)
             spread = np.linspace(-0.045, 0.045, len(score.per_hand))
             axes.plot(x - 0.07 + spread / 2, score.per_hand, ".", color="0.6", markersize=5, zorder=1)
             axes.errorbar(x + 0.03, score.share, [[max(0, score.share - score.low)], [max(0, score.high - score.share)]],
@@ -89,7 +89,7 @@ def draw_profiles(page, grid, trials: Trials) -> None:
     for k, width in enumerate(WIDTHS):
         axes = first = page.add_subplot(parts[k], sharey=first)
         axes.axvspan(-width / 2, width / 2, color="0.92", label="wanted")
-        for method in ("surface", "paper", "unscattered"):
+        for method in METHODS:
             rows = (trials.method == method) & (classes(trials) == k)
             if rows.any():
                 axes.plot(trials.profile_x, trials.profile[rows].mean(axis=0), **STYLES[method], markersize=4,

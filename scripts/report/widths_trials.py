@@ -19,7 +19,7 @@ class Trials:
     """One row per trial and method. `pattern` and `profile` are abs(p)^2 over the wanted pressure squared [1]."""
     hand: np.ndarray  # [N] name of the folder
     width_mm: np.ndarray  # [N] wanted: 5, 8 or 11
-    method: np.ndarray  # [N] surface, paper or unscattered
+    method: np.ndarray  # [N] of widths.METHODS
     reading: np.ndarray  # [N] width at half maximum of abs(p)^2 [mm]; NaN if it does not exist
     reading_radiation: np.ndarray  # [N] the same of the radiation pressure P
     noise: np.ndarray  # [N] of the sensed surface [mm RMS]

@@ -55,7 +55,7 @@ def sentences(result: Result) -> list[str]:
         f"In short, the share correct with `paper` minus that with `unscattered` is {people:+.2f} for people.",
         *(f"The {NAMES[observer]} shows no clear difference." if not c.p_holm < 0.05 else
           f"For the {NAMES[observer]} it is {c.difference:+.2f}." for observer, c in found.items())]))
-    said += consistency_sentences(result, found)
+    said += consistency_sentences(result, found) + prediction_sentences(result)
     if IDEAL in found:
         said.append("Scaling all patterns to one level changes this difference of the ideal observer from"
                     f" {found[IDEAL].difference:+.2f} to {found[EVEN].difference:+.2f}.")
@@ -77,6 +77,18 @@ def consistency_sentences(result: Result, found: dict[str, Comparison]) -> list[
         said.append("So the published difference is consistent with one kind of observer, which reads the width of P. Ideal observers of"
                     " the whole pattern do not show it.")
     return said
+
+
+def prediction_sentences(result: Result) -> list[str]:
+    """What the reader of the width of P, whose noise is fitted to people with `paper`, predicts for people with `radiation`."""
+    found = next((c for c in result.comparisons if (c.observer, c.first, c.second) == (NOISY_P, "radiation", "paper")), None)
+    if found is None or not result.calibrated[NOISY_P]:
+        return []
+    low, high = PEOPLE_DIFFERENCE
+    return [f"Prediction for people: asked as in the published study, they are right in {result.score(NOISY_P, 'radiation').share:.2f} of"
+            f" the trials with `radiation`, a difference of {found.difference:+.2f} from `paper` ({found.low:+.2f} to {found.high:+.2f} over"
+            f" hands). Ten people leave about {(high - low) / 2:.2f} on either side of a difference. If their interval does not touch that of"
+            " the prediction, the observer is refuted."]
 
 
 def fit_sentences(result: Result) -> list[str]:

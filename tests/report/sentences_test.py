@@ -19,10 +19,10 @@ NAMES = list(runs.SCENES)
 
 def metric_rows():
     """Five scenes where scattering helps everywhere."""
-    errors = {"surface": 0.45, "paper": 0.47, "paper_original": 0.48, "unscattered": 0.54, "unscattered_original": 0.55,
+    errors = {"surface": 0.45, "radiation": 0.6, "paper": 0.47, "paper_original": 0.48, "unscattered": 0.54, "unscattered_original": 0.55,
               "focus": 0.6}
     return [{"scene": name, "method": method, "relative_error": str(error), "width_mm": str(5 + error), "width_radiation_mm": str(4 + 2 * error),
-             "leakage": str(error / 3),
+             "leakage": str(error / 3), "relative_error_radiation": str(1 - error), "force_target_n": "2e-3", "abs_force_elsewhere_n": "1e-3",
              "optimality_gap": "0.0123", "evaluation_difference": "0.006",
              "evaluation_difference_target": "0.003"} for name in NAMES for method, error in errors.items()]
 
@@ -58,8 +58,10 @@ class Sentences(unittest.TestCase):
         self.assertIn("is lower than without (`unscattered`) on 5 of 5 scenes", said)
         self.assertNotIn("does not lower", said)
         self.assertIn("The leakage of `paper` is lower than that of `unscattered` on 5 of 5 scenes.", said)
-        self.assertIn("of abs(p)^2 for 5 mm box, 8 mm box, 11 mm box are, in mm: `surface` 5.5, 5.5, 5.5; `paper` 5.5,", said)
+        self.assertIn("of abs(p)^2 for 5 mm box, 8 mm box, 11 mm box are, in mm: `surface` 5.5, 5.5, 5.5; `radiation` 5.6, 5.6,", said)
         self.assertIn("of the radiation pressure P for 5 mm box, 8 mm box, 11 mm box are, in mm: `surface` 4.9, 4.9, 4.9;", said)
+        self.assertIn("of the error of P: 5 mm box -15.0, ", said)
+        self.assertIn("over the force on the target, is in this order 50 %, 50 %, 50 %, 50 %, 50 % with `radiation` and 50 %", said)
         self.assertIn("No choice of phases can lower the cost", said)
         self.assertIn("5 mm box 1.23 %", said)
         changed = copy.deepcopy(rows)

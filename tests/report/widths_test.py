@@ -20,7 +20,7 @@ import widths_words
 CELLS = 12
 
 
-def trials(hands=6, draws=10, apart=3.0, spread=0.05, seed=1, methods=("surface", "paper", "unscattered")):
+def trials(hands=6, draws=10, apart=3.0, spread=0.05, seed=1, methods=widths.METHODS):
     """Patterns of three classes that differ by `apart` in three cells, with white noise of `spread`."""
     generator = numpy.random.default_rng(seed)
     rows = []
@@ -107,6 +107,8 @@ class Observers(unittest.TestCase):
                                r"better with `paper` on 8 of 8 hands\.")
         self.assertRegex(said, r"The width reader, with no fitted parameter, is not consistent: \+0\.00")
         self.assertIn("consistent with one kind of observer", said)
+        # `radiation` has the widths of `paper` here.
+        self.assertRegex(said, r"they are right in 0\.56 of the trials with `radiation`, a difference of [+-]0\.00 from `paper`")
 
     def test_an_observer_does_not_learn_from_the_tested_hand(self):
         data = trials(hands=5)
@@ -167,7 +169,7 @@ class Observers(unittest.TestCase):
         for c in result.comparisons:
             if not math.isnan(c.p):
                 self.assertGreaterEqual(c.p_holm, c.p)
-        self.assertEqual(len(result.comparisons), 12)
+        self.assertEqual(len(result.comparisons), 18)
 
     def test_refitted_finds_where_shares_fall_below_a_level(self):
         shares = numpy.array([[0.9, 0.7, 0.5, 0.3], [0.9, 0.5, 0.7, 0.3], [0.9, 0.8, 0.7, 0.65], [0.5, 0.4, 0.4, 0.3]])
@@ -206,8 +208,8 @@ class Observers(unittest.TestCase):
         for c in result.comparisons:
             c.p, c.p_holm, c.difference, c.treatment = 0.011, 0.066, 0.2, "exact"
         said = " ".join(widths_words.sentences(result))
-        self.assertEqual(said.count("It is not significant at 5 %: Wilcoxon's p is 0.066 after Holm's correction for 12 tests and"
-                                    " 0.011 before (exact)."), 12)
+        self.assertEqual(said.count("It is not significant at 5 %: Wilcoxon's p is 0.066 after Holm's correction for 18 tests and"
+                                    " 0.011 before (exact)."), 18)
         self.assertIn("The ideal observer shows no clear difference.", said)
         for c in result.comparisons:
             c.p_holm = 0.044
