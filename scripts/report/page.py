@@ -107,8 +107,9 @@ def html_of(text, folder):
 def add_panels(page, work, report):
     names = list(SCENES)
     origin = made(work, "panels")
-    panels.figure(work, names, report / "figures/panels.png")
-    panels.figure(work, names, report / "figures/panels_radiation.png", panels.RADIATION)
+    folders = {name: work / "panels" / name for name in names}
+    panels.figure(folders, report / "figures/panels.png")
+    panels.figure(folders, report / "figures/panels_radiation.png", panels.RADIATION)
     rows = panels.metric_rows(work, names, "panels")
     write_table(report / "tables/metrics.csv", rows, origin)
     page.add("## Patterns on the skin")

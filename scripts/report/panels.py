@@ -70,19 +70,25 @@ def window_of(one):
     return [tuple(1e3 * (middle[axis] + side * half) for side in (-1, 1)) for axis in (0, 1)]
 
 
-def figure(work, names, path, quantity=PRESSURE):
-    """One row per scene, one column per method. Each row has one colour scale: 0 to 1.5 times the largest wanted pressure."""
-    drawing, grid = pyplot.subplots(len(names), 2 + len(COLUMNS), figsize=(18, 0.9 + 3.05 * len(names)), squeeze=False,
-                                    gridspec_kw={"width_ratios": [1] * (1 + len(COLUMNS)) + [0.06], "left": 0.075,
-                                                 "right": 0.95, "top": 1 - 0.75 / (0.9 + 3.05 * len(names)),
-                                                 "bottom": 0.5 / (0.9 + 3.05 * len(names)), "hspace": 0.32, "wspace": 0.1})
+def figure(folders, path, quantity=PRESSURE, columns=None):
+    """One row per scene, one column per method. Each row has one colour scale: 0 to 1.5 times the largest wanted pressure.
+
+    folders   {scene: folder of its run}
+    columns   {method of the runs: its heading}
+    """
+    names, columns = list(folders), columns or {method: LABELS[method] for method in COLUMNS}
+    wide, high = 3 + 3 * len(columns), 0.9 + 3.05 * len(names)
+    drawing, grid = pyplot.subplots(len(names), 2 + len(columns), figsize=(wide, high), squeeze=False,
+                                    gridspec_kw={"width_ratios": [1] * (1 + len(columns)) + [0.06], "left": 1.25 / wide,
+                                                 "right": 1 - 0.8 / wide, "top": 1 - 0.75 / high, "bottom": 0.5 / high,
+                                                 "hspace": 0.32, "wspace": 0.1})
     for row, name in zip(grid, names):
-        one = skin(work / "panels" / name)
-        metrics = attributes(work / "panels" / name)
+        one = skin(folders[name])
+        metrics = attributes(folders[name])
         wanted, obtained = getattr(one, quantity.wanted) / quantity.unit, getattr(one, quantity.obtained)
         largest = 1.5 * wanted.max()
         window = window_of(one)
-        for axes, method in zip(row, [None, *COLUMNS]):
+        for axes, method in zip(row, [None, *columns]):
             faces = draw(axes, one, wanted if method is None else obtained[method] / quantity.unit, largest, window)
             if method is None:
                 axes.set_title("wanted" if name == names[0] else "", fontsize=12)
@@ -93,7 +99,7 @@ def figure(work, names, path, quantity=PRESSURE):
             # A box between several fingers has no width on any of them.
             width = known[quantity.width]
             width = "" if name == "grasp" or width != width else f", width {width:.1f} mm"
-            axes.set_title((LABELS[method] + "\n" if name == names[0] else "")
+            axes.set_title((columns[method] + "\n" if name == names[0] else "")
                            + f"error {100 * known[quantity.error]:.1f} %{width}", fontsize=11)
             axes.tick_params(labelleft=False, labelbottom=False)
         drawing.colorbar(faces, cax=row[-1], extend="max", label=quantity.label)
