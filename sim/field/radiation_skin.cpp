@@ -56,12 +56,17 @@ NearSkin near_skin(const TriangleMesh& mesh, const Target& target, const Wave& w
   return near;
 }
 
-RadiationSkin radiation_skin(const NearSkin& near, const TriangleMesh& mesh, const Target& target,
-                             const Eigen::VectorXd& amplitudes, const OutsideSkin& outside, const Wave& wave,
-                             double outside_weight, const Eigen::VectorXd& counted) {
+RadiationSkin bare_skin(const Wave& wave) {
   RadiationSkin skin;
   skin.press = radiation_per_square(wave.medium());
   skin.flow = 0.25 / (wave.medium().density * std::pow(wave.omega(), 2));
+  return skin;
+}
+
+RadiationSkin radiation_skin(const NearSkin& near, const TriangleMesh& mesh, const Target& target,
+                             const Eigen::VectorXd& amplitudes, const OutsideSkin& outside, const Wave& wave,
+                             double outside_weight, const Eigen::VectorXd& counted) {
+  RadiationSkin skin = bare_skin(wave);
   const Eigen::VectorXd wanted = skin.press * amplitudes.cwiseAbs2();
   const Eigen::VectorXd areas = target.areas(mesh.areas());
   const double unit = wanted.maxCoeff() * areas.sum();  // S A_T

@@ -11,8 +11,8 @@
 
 namespace touchfield {
 
-/// The skin at a target on which phases for radiation pressure count it face by face. Farther skin counts by its energy:
-/// to count it likewise changes the phases of the shipped scenes by less than a percent of their cost
+/// The skin at a target on which phases for radiation pressure count it face by face. Farther skin counts by its
+/// energy: to count it likewise changes the phases of the shipped scenes by less than a percent of their cost
 /// (docs/radiation.md).
 struct NearSkin {
   static constexpr double kReach = 1.0;  // wavelengths, from the centroid of a target's face
@@ -23,6 +23,9 @@ struct NearSkin {
 };
 
 NearSkin near_skin(const TriangleMesh& mesh, const Target& target, const Wave& wave);
+
+/// Sound-hard skin without faces: a and b of P alone.
+RadiationSkin bare_skin(const Wave& wave);
 
 /// The cost of method radiation, for wanted amplitudes p' of the target's faces, P' = p'^2 / (4 rho c^2):
 ///

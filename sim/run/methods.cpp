@@ -366,6 +366,8 @@ PhaseSolution MethodSolver::solve_skin_method(const MethodSpec& method, const Ei
 
 RadiationProblem MethodSolver::radiation_problem(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
                                                  Progress& progress) {
+  require(spec_.outside_weight > 0,
+          "solve.outside_weight = 0: method {} needs the skin outside the target; it must be > 0", method.name);
   skin_problem(amplitudes, progress);
   const ScatteringSystem& system = scattering_.system();
   RadiationProblem problem{.rows = transfer_->rows, .outside = transfer_->reduction.problem.outside};
@@ -379,8 +381,6 @@ RadiationProblem MethodSolver::radiation_problem(const MethodSpec& method, const
 PhaseSolution MethodSolver::solve_radiation_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
                                                    const Eigen::VectorXcd* before, const IterationCallback& advance,
                                                    Progress& progress) {
-  require(spec_.outside_weight > 0,
-          "solve.outside_weight = 0: method {} needs the skin outside the target; it must be > 0", method.name);
   RadiationProblem problem = radiation_problem(method, amplitudes, progress);
   if (method.tolerances) {
     problem = with_tolerances(std::move(problem), *method.tolerances);

@@ -7,8 +7,8 @@ import numpy
 
 from support import FINGER, CommandTest
 
-METHODS = ["surface", "paper", "unscattered", "focus", "gs", "wgs", "gs_pat", "eigen", "lbfgs", "fixed"]
-LISTED = ("[{surface: {start: {random: 3, restarts: 2}}}, paper, unscattered, focus, gs, wgs, gs_pat, eigen, "
+METHODS = ["surface", "radiation", "paper", "unscattered", "focus", "gs", "wgs", "gs_pat", "eigen", "lbfgs", "fixed"]
+LISTED = ("[{surface: {start: {random: 3, restarts: 2}}}, radiation, paper, unscattered, focus, gs, wgs, gs_pat, eigen, "
           "{lbfgs: {iterations: 200}}, {fixed: {phases_rad: 0}}]")
 
 
@@ -72,6 +72,40 @@ class Methods(CommandTest):
             self.assertLess(cost["free"], cost["turned_down"])
             self.assertLess(cost["turned_down"], cost["surface"])
             self.assertTrue((numpy.diff(run["methods/surface/cost"][:]) <= 0).all())  # never an increase
+
+    def test_phases_for_radiation_pressure(self):
+        """Its cost face by face, from the pressures in run.h5 alone; and what `surface` presses beside it."""
+        scene = self.scene(1500, "[{radiation: {outside_weight: 0.3}}, surface]")
+        self.run_ok("run", scene, "-o", "out", "--set", "evaluation=same")
+        with h5py.File(self.folder / "out" / "run.h5") as run:
+            area, face, inside, wanted = (run[name][:] for name in ("mesh/area", "target/face", "target/share", "target/amplitude"))
+            press = run.attrs["radiation_per_square"]
+            method = run["methods/radiation"]
+            p, radiation = method["pressure"][:], method["radiation"][:]
+            centres = run["mesh/vertices"][:][run["mesh/triangles"][:]].mean(axis=1)
+            distance = numpy.linalg.norm(centres[:, None] - centres[face][None], axis=2).min(axis=1)
+            near = distance <= 343.21 / run.attrs["frequency"]
+            share, goal = numpy.zeros(len(area)), numpy.zeros(len(area))
+            share[face], goal[face] = inside, press * wanted**2
+            misfit = (near * area * (share * (radiation - goal) ** 2 + (1 - share) * radiation**2)).sum() / goal.max()
+            energy = (area * (1 - share) * press * numpy.abs(p) ** 2).sum()
+            cost = (misfit + 0.3 * energy) / (goal.max() * (area * share).sum())
+            self.assertAlmostEqual(method.attrs["cost"] / cost, 1, delta=2e-3)
+            self.assertTrue((numpy.diff(method["cost"][:]) <= 0).all())
+            error = {name: found.attrs["relative_error_radiation"] for name, found in run["methods"].items()}
+        self.assertLess(error["radiation"], error["surface"] - 0.05)
+        self.is_refused("run", scene, "-o", "no", "--set", "solve.outside_weight=0", says=[
+            "solve.outside_weight = 0: method radiation needs the skin outside the target; it must be > 0"])
+
+    def test_best_pressure_of_radiation(self):
+        scene = self.scene("best", "[radiation]")
+        self.run_ok("run", scene, "-o", "best")
+        with h5py.File(self.folder / "best" / "run.h5") as run:
+            best, error = run["target/amplitude"][0], run["methods/radiation"].attrs["relative_error_radiation"]
+        for factor in (0.3, 3):
+            self.run_ok("run", scene, "-o", f"x{factor}", "--set", f"target.pressure_pa={factor * best}")
+            with h5py.File(self.folder / f"x{factor}" / "run.h5") as run:
+                self.assertGreater(run["methods/radiation"].attrs["relative_error_radiation"], error)
 
     def test_the_same_seed_gives_the_same_phases(self):
         phases = []

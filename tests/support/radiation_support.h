@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cmath>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "solvers/phase/radiation.h"
@@ -43,6 +45,63 @@ inline RadiationProblem random_radiation_problem(Eigen::Index faces, Eigen::Inde
   skin.weights /= skin.weights.sum();
   skin.energies = Eigen::VectorXd::Zero(all);
   skin.energies.tail(rank).setConstant(0.05 * skin.press);
+  return problem;
+}
+
+/// 12 x 12 sources of 40 kHz without directivity, 100 mm below a sheet of 36 x 36 mm that does not scatter, of which a
+/// strip of 8 x 12 mm is pressed. The slopes are central differences on its points, 1.5 mm apart. P' is 1.
+///
+/// level   P' as a share of what the middle hears if all channels add up
+inline RadiationProblem sheet_problem(double level) {
+  constexpr int kChannels = 12;
+  constexpr int kPoints = 25;
+  constexpr double kPitch = 1.5e-3;
+  const double k = 2.0 * M_PI / 8.58e-3;
+  const auto place = [](int i) { return kPitch * (i - kPoints / 2); };
+  std::vector<std::pair<int, int>> points;  // those with neighbours on all sides first
+  for (const bool border : {false, true}) {
+    for (int i = 0; i < kPoints * kPoints; ++i) {
+      const int x = i % kPoints;
+      const int y = i / kPoints;
+      if (border == (x == 0 || y == 0 || x == kPoints - 1 || y == kPoints - 1)) {
+        points.emplace_back(x, y);
+      }
+    }
+  }
+  const auto all = static_cast<Eigen::Index>(points.size());
+  const Eigen::Index faces = (kPoints - 2) * (kPoints - 2);
+  RadiationProblem problem;
+  problem.rows.resize(all, kChannels * kChannels);
+  problem.outside.resize(0, kChannels * kChannels);
+  RadiationSkin& skin = problem.skin;
+  skin.wanted = Eigen::VectorXd::Zero(faces);
+  skin.energies = Eigen::VectorXd::Zero(all);
+  std::vector<Eigen::Triplet<float>> entries;
+  for (Eigen::Index j = 0; j < all; ++j) {
+    const auto [x, y] = points[static_cast<std::size_t>(j)];
+    for (Eigen::Index n = 0; n < problem.rows.cols(); ++n) {
+      const double dx = 10e-3 * (static_cast<double>(n % kChannels) - 5.5) - place(x);
+      const double dy = 10e-3 * (static_cast<double>(n / kChannels) - 5.5) - place(y);
+      const double r = std::hypot(dx, dy, 0.1);
+      problem.rows(j, n) = std::polar(0.1 / r, k * r);
+    }
+    const bool inside = std::abs(place(x)) < 4e-3 && std::abs(place(y)) < 6e-3;
+    (inside ? skin.wanted(j) : skin.energies(j)) = 1.0;
+    for (Eigen::Index i = 0; j < faces && i < all; ++i) {
+      const int right = points[static_cast<std::size_t>(i)].first - x;
+      const int up = points[static_cast<std::size_t>(i)].second - y;
+      if (std::abs(right) + std::abs(up) == 1) {
+        entries.emplace_back(2 * j + std::abs(up), i, static_cast<float>((right + up) / (2.0 * kPitch)));
+      }
+    }
+  }
+  auto slopes = std::make_shared<SkinSlopes>(2 * faces, all);
+  slopes->setFromTriplets(entries.begin(), entries.end());
+  skin.slopes = slopes;
+  skin.weights = Eigen::VectorXd::Constant(faces, 1.0 / skin.wanted.sum());
+  skin.press = 1.0 / (level * std::pow(problem.rows.row(faces / 2).cwiseAbs().sum(), 2));
+  skin.flow = skin.press / (k * k);
+  skin.energies *= 0.1 * skin.press / skin.wanted.sum();
   return problem;
 }
 

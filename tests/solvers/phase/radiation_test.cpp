@@ -1,6 +1,12 @@
 #include "solvers/phase/radiation.h"
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
+#include <random>
+#include <stdexcept>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -54,6 +60,148 @@ TEST(Radiation, TheGradientIsThatOfTheCost) {
     EXPECT_EQ(misfit.at(angles).level < 1.0, freedom.level);
     EXPECT_NEAR(misfit.gradient(misfit.at(angles)).dot(along), slope, 1e-4 * std::abs(slope));
   }
+}
+
+TEST(Radiation, TenRandomStartsEndAlike) {
+  const RadiationProblem problem = sheet_problem(0.05);
+  double least = std::numeric_limits<double>::infinity();
+  double most = 0.0;
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const PhaseSolution found = solve_radiation(problem, random_start(problem.channel_count(), seed));
+    EXPECT_TRUE(std::ranges::is_sorted(found.cost_history, std::greater<>())) << seed;
+    EXPECT_NEAR(radiation_cost(problem, drive(found)), found.cost_history.back(), 1e-5) << seed;
+    least = std::min(least, found.cost_history.back());
+    most = std::max(most, found.cost_history.back());
+  }
+  EXPECT_LT(most, 1.02 * least);
+  EXPECT_LT(most, 0.6 * silent_cost(problem.skin));
+  const PhaseSolution searched = solve_radiation(problem, radiation_starts(problem));
+  EXPECT_LT(searched.cost_history.back(), 1.02 * least);
+  const PhaseSolution free =
+      solve_radiation(problem, radiation_starts(problem), {.free_amplitudes = true, .free_level = true});
+  EXPECT_LT(free.cost_history.back(), searched.cost_history.back());
+  EXPECT_LE(free.amplitudes.maxCoeff(), 1.0);
+  EXPECT_GE(free.amplitudes.minCoeff(), 0.0);
+}
+
+TEST(Radiation, AnArrayThatIsTooStrongTurnsItselfDown) {
+  for (const double level : {0.05, 5e-4, 5e-6}) {
+    SCOPED_TRACE(level);
+    const RadiationProblem problem = sheet_problem(level);
+    const Eigen::MatrixXcd starts = radiation_starts(problem);
+    const PhaseSolution full = solve_radiation(problem, starts);
+    const PhaseSolution free = solve_radiation(problem, starts, {.free_level = true});
+    EXPECT_TRUE((full.amplitudes.array() == 1.0).all());
+    EXPECT_EQ(free.amplitudes.minCoeff(), free.amplitudes.maxCoeff());
+    EXPECT_LE(free.amplitudes.maxCoeff(), 1.0);
+    EXPECT_LT(free.cost_history.back(), 0.6 * silent_cost(problem.skin));
+    EXPECT_LE(free.cost_history.back(), 1.02 * full.cost_history.back());
+    if (level < 1e-5) {
+      EXPECT_LT(free.amplitudes.maxCoeff(), 0.1);
+      EXPECT_GT(full.cost_history.back(), silent_cost(problem.skin));  // full drive is worse than none
+    }
+  }
+}
+
+TEST(Radiation, ExpectedPressuresOfChannelsThatAreNotAsDesigned) {
+  constexpr int kDraws = 20'000;
+  const RadiationProblem problem = random_radiation_problem(6, 3, 4, 20, 0.2, 5);
+  const ChannelTolerances tolerances{.phase = 0.35, .gain = 0.1, .dead = 0.03};
+  const RadiationProblem expected = with_tolerances(problem, tolerances);
+  const double amplitude = 0.8;
+  const Eigen::VectorXcd q = amplitude * random_start(20, 3);
+  const auto pressures = [](const RadiationProblem& of, const Eigen::VectorXcd& drives) {
+    Eigen::VectorXcd p(of.rows.rows() + of.outside.rows());
+    p << of.rows * drives, of.outside * drives;
+    return p;
+  };
+  std::mt19937 generator(1);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform;
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(6);
+  double energy = 0.0;
+  for (int i = 0; i < kDraws; ++i) {
+    Eigen::VectorXcd drives = q;
+    for (std::complex<double>& drive : drives) {
+      const double gain = 1.0 + tolerances.gain * normal(generator);
+      drive *= std::polar(uniform(generator) < tolerances.dead ? 0.0 : gain, tolerances.phase * normal(generator));
+    }
+    const Eigen::VectorXcd p = pressures(problem, drives);
+    mean += radiation_of(problem.skin, p) / kDraws;
+    energy += problem.skin.energies.dot(p.cwiseAbs2()) / kDraws;
+  }
+  const Eigen::VectorXcd p = pressures(expected, q);
+  const double level = amplitude * amplitude;
+  const Eigen::VectorXd found = radiation_of(expected.skin, p) + level * expected.skin.deviations;
+  EXPECT_LT((found - mean).cwiseAbs().maxCoeff(), 0.01 * mean.cwiseAbs().maxCoeff());
+  const double found_energy = expected.skin.energies.dot(p.cwiseAbs2()) + level * expected.skin.deviation_energy;
+  EXPECT_NEAR(found_energy, energy, 0.01 * energy);
+  // The deviations are no small part of it, so they are tested.
+  EXPECT_GT((level * expected.skin.deviations).cwiseAbs().maxCoeff(), 0.05 * mean.cwiseAbs().maxCoeff());
+  const double misfit = expected.skin.weights.dot((found - expected.skin.wanted).cwiseAbs2());
+  EXPECT_NEAR(radiation_cost(expected, q), misfit + found_energy, 1e-9 * misfit);
+}
+
+TEST(Radiation, FromSilenceThereAreNoNumbersThatAreNone) {
+  for (const bool level : {false, true}) {
+    for (const bool all : {false, true}) {
+      RadiationProblem problem = sheet_problem(0.05);
+      problem.rows.topRows(all ? problem.rows.rows() : problem.skin.face_count()).setZero();
+      const PhaseSolution found = solve_radiation(problem, radiation_starts(problem), {.free_level = level});
+      EXPECT_TRUE(found.phases.allFinite());
+      EXPECT_TRUE(found.amplitudes.allFinite());
+      EXPECT_TRUE(std::isfinite(found.cost_history.back()));
+      EXPECT_GE(found.cost_history.back(), silent_cost(problem.skin) * (1 - 1e-6));
+    }
+  }
+}
+
+TEST(Radiation, RefusesProblemsThatDoNotFit) {
+  struct Change {
+    const char* says;
+    std::function<void(RadiationProblem&)> change;
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const auto& [says, change] : {
+           Change{"sizes do not fit", [](auto& p) { p.skin.weights.conservativeResize(8); }},
+           {"sizes do not fit", [](auto& p) { p.skin.energies.conservativeResize(3); }},
+           {"sizes do not fit", [](auto& p) { p.rows.conservativeResize(8, Eigen::NoChange); }},
+           {"sizes do not fit", [](auto& p) { p.outside.conservativeResize(Eigen::NoChange, 29); }},
+           {"sizes do not fit", [](auto& p) { p.skin.slopes.reset(); }},
+           {"sizes do not fit", [](auto& p) { p.skin.slopes = std::make_shared<SkinSlopes>(18, 17); }},
+           {"sizes do not fit", [](auto& p) { p.skin.slopes = std::make_shared<SkinSlopes>(17, 18); }},
+           {"sizes do not fit", [](auto& p) { p.skin.deviations = Eigen::VectorXd::Zero(8); }},
+           {"at least one face", [](auto& p) { p.skin.wanted.resize(0); }},
+           {"at least one face", [](auto& p) { p.rows.resize(14, 0); }},
+           {"not finite", [nan](auto& p) { p.rows(13, 29) = nan; }},
+           {"not finite", [nan](auto& p) { p.outside(0, 0) = nan; }},
+           {"not finite", [nan](auto& p) { p.skin.wanted(0) = nan; }},
+           {"not finite", [nan](auto& p) { p.skin.constant = nan; }},
+           {"must be >= 0", [](auto& p) { p.skin.weights(3) = -1.0; }},
+           {"must be >= 0", [](auto& p) { p.skin.energies(3) = -1.0; }},
+       }) {
+    RadiationProblem problem = random_radiation_problem(9, 5, 4, 30, 0.2, 3);
+    EXPECT_NO_THROW(require_valid(problem, "who"));
+    change(problem);
+    try {
+      require_valid(problem, "who");
+      ADD_FAILURE() << says;
+    } catch (const std::invalid_argument& error) {
+      EXPECT_NE(std::string(error.what()).find(says), std::string::npos) << error.what();
+      EXPECT_EQ(std::string(error.what()).rfind("who: ", 0), 0U);
+    }
+  }
+}
+
+TEST(Radiation, RefusesStartsAndOptionsThatDoNotFit) {
+  const RadiationProblem problem = random_radiation_problem(9, 5, 4, 30, 0.2, 3);
+  const Eigen::MatrixXcd start = random_start(30, 1);
+  EXPECT_THROW(solve_radiation(problem, random_start(29, 1)), std::invalid_argument);
+  EXPECT_THROW(solve_radiation(problem, Eigen::MatrixXcd(30, 0)), std::invalid_argument);
+  EXPECT_THROW(solve_radiation(problem, std::numeric_limits<double>::infinity() * start), std::invalid_argument);
+  EXPECT_THROW(solve_radiation(problem, start, {.iterations = 0}), std::invalid_argument);
+  EXPECT_THROW(solve_radiation(problem, start, {.trial = 0}), std::invalid_argument);
+  EXPECT_THROW(solve_radiation(problem, start, {.standstill = -1.0}), std::invalid_argument);
 }
 
 }  // namespace touchfield::radiation_test
