@@ -118,6 +118,7 @@ NB_MODULE(_core, module) {
   add_arrays(module);
   add_models(module);
   add_problems(module);
+  add_radiation(module);
   add_scattering(module);
   add_runs(module);
   add_motions(module);

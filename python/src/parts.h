@@ -66,6 +66,7 @@ void add_shapes(nb::module_& module);
 void add_arrays(nb::module_& module);
 void add_models(nb::module_& module);
 void add_problems(nb::module_& module);
+void add_radiation(nb::module_& module);
 void add_runs(nb::module_& module);
 void add_scattering(nb::module_& module);
 void add_motions(nb::module_& module);

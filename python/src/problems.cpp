@@ -8,17 +8,14 @@
 
 #include "python/src/arrays.h"
 #include "python/src/job.h"
-#include "python/src/parts.h"
+#include "python/src/method_solver.h"
 #include "sim/core/errors.h"
 #include "sim/core/renamed.h"
 #include "sim/core/require.h"
 #include "sim/field/skin_problems.h"
-#include "sim/run/methods.h"
-#include "sim/run/skin_scattering.h"
 #include "sim/run/solve_model.h"
 #include "solvers/phase/optimality_bound.h"
 #include "solvers/phase/skin_problem.h"
-#include "solvers/phase/surface.h"
 
 namespace touchfield::python {
 
@@ -26,30 +23,14 @@ namespace {
 
 using StartLike = Said<"str | numpy.typing.ArrayLike | Solution">;
 
-/// Asks the solver of a model's methods by a scheme.
-template <typename Ask>
-auto asked(const Model& model, Scheme scheme, Progress& progress, Ask ask) {
-  if (!model.posture.target) {
-    throw InputError(fmt::format("scene {}: it has no target, which the phase methods need", model.fixed->scene.name));
-  }
-  require_fitting_phases(model);
-  std::vector<SolveRecord> records;
-  const auto scattering = make_scattering("python", model.body.mesh, scheme, model.fixed->scene.solve.solver,
-                                          largest_block(model.fixed->scene, scheme, model.fixed->array.size(), false),
-                                          model, model.fixed->array.response, nullptr, records, progress);
-  const Target target = build_target(model);
-  MethodSolver solver(*scattering, model.fixed->array.size(), target, model.fixed->scene.solve, outside_skin(model));
-  return ask(solver, target.amplitudes);
-}
-
 SharedProblem problem_of_model(const SharedModel& model, std::optional<int> threads) {
   return computed(thread_count(threads), [model](Progress& progress) {
-    return asked(*model, model->fixed->scene.solve.scheme, progress,
-                 [&](MethodSolver& solver, const Eigen::VectorXd& wanted) {
-                   RunTransfer transfer = solver.run_transfer(wanted, progress);
-                   transfer.problem.device.reset();  // of a card, which is let go of
-                   return shared(std::move(transfer.problem));
-                 });
+    const SolveSpec& spec = model->fixed->scene.solve;
+    return asked(*model, spec.scheme, spec, progress, [&](MethodSolver& solver, const Target& target) {
+      RunTransfer transfer = solver.run_transfer(target.amplitudes, progress);
+      transfer.problem.device.reset();  // of a card, which is let go of
+      return shared(std::move(transfer.problem));
+    });
   });
 }
 
@@ -69,7 +50,6 @@ SharedProblem problem_of(nb::handle target, nb::handle amplitudes, nb::handle we
 /// Of H of every face, with the skin outside the target reduced to a few rows, or of the faces of the target alone.
 SharedProblem problem_of_transfer(const ArrayLike& h, const SharedTarget& target, double outside_weight,
                                   std::optional<int> threads) {
-  constexpr double kTolerance = 1e-4;  // as make_transfer
   const auto mesh = target.skin.mesh;
   Eigen::MatrixXcd rows = complex_table(h, "Problem.of: h");
   if (rows.rows() == target->size()) {
@@ -89,14 +69,8 @@ SharedProblem problem_of_transfer(const ArrayLike& h, const SharedTarget& target
   }
   return computed(thread_count(threads), [=](Progress&) {
     const Eigen::MatrixXcd each = Eigen::MatrixXcd::Identity(rows.cols(), rows.cols());
-    return shared(reduced_skin_problem(rows, each, mesh->areas(), *target, outside, kTolerance).problem);
+    return shared(reduced_skin_problem(rows, each, mesh->areas(), *target, outside, kOutsideTolerance).problem);
   });
-}
-
-void require_steps(std::string_view who, int iterations) {
-  if (iterations < 1) {
-    throw InputError(fmt::format("{}: iterations = {} must be >= 1", who, iterations));
-  }
 }
 
 /// Drives to start from by name, or as they are: one column; none where the method finds its own.
@@ -107,9 +81,7 @@ Eigen::MatrixXcd start_of(nb::handle start, const SharedProblem& problem, const 
     return method.searches ? Eigen::MatrixXcd(channels, 0) : Eigen::MatrixXcd::Ones(channels, 1);
   }
   if (!nb::isinstance<nb::str>(start)) {
-    const Eigen::VectorXcd given = complex_list(start, what);
-    require_count(what, given.size(), channels, "per channel");
-    return given;
+    return one_drive(start, what, channels);
   }
   const auto name = nb::cast<std::string>(start);
   if (name == "adjoint") {
@@ -122,21 +94,6 @@ Eigen::MatrixXcd start_of(nb::handle start, const SharedProblem& problem, const 
     return Eigen::MatrixXcd::Ones(channels, 1);
   }
   throw InputError(fmt::format("{} = '{}' must be adjoint, spectral, zero or a drive vector", what, name));
-}
-
-ChannelTolerances tolerances_of(const std::map<std::string, double>& given) {
-  ChannelTolerances tolerances;
-  for (const auto& [name, value] : given) {
-    double* member = name == "phase"  ? &tolerances.phase
-                     : name == "gain" ? &tolerances.gain
-                     : name == "dead" ? &tolerances.dead
-                                      : nullptr;
-    require(member != nullptr, "tolerances: '{}' must be phase, gain or dead", name);
-    require(value >= 0 && std::isfinite(value) && (name != "dead" || value < 1), "tolerances: {} = {:g} must be >= 0{}",
-            name, value, name == "dead" ? " and below 1" : "");
-    *member = value;
-  }
-  return tolerances;
 }
 
 SharedSolution solve_on_skin(const std::string& name, const SharedProblem& problem, int iterations,
@@ -179,9 +136,10 @@ SharedSolution solve_by_paper(const SharedModel& model, int iterations, const st
   method.iterations = iterations;
   method.faces = faces == "area" ? FaceWeights::kArea : FaceWeights::kEqual;
   return computed(thread_count(threads), [=](Progress& task) {
-    return asked(*model, method.scheme, task, [&](MethodSolver& solver, const Eigen::VectorXd& wanted) {
-      return shared(solver.solve(method, wanted, task));
-    });
+    return asked(*model, method.scheme, model->fixed->scene.solve, task,
+                 [&](MethodSolver& solver, const Target& target) {
+                   return shared(solver.solve(method, target.amplitudes, task));
+                 });
   });
 }
 
@@ -214,9 +172,7 @@ Numbers evaluate_phases(const SharedModel& model, const DrivesLike& drives, std:
 }
 
 double cost(const SharedProblem& problem, const DrivesLike& drives) {
-  const Eigen::VectorXcd q = complex_list(drives, "cost: drives");
-  require_count("cost: drives", q.size(), problem->channel_count(), "per channel");
-  return skin_cost(*problem, q);
+  return skin_cost(*problem, one_drive(drives, "cost: drives", problem->channel_count()));
 }
 
 [[noreturn]] void refuse_argument(const char* who, const std::string& name) {
@@ -384,6 +340,33 @@ void add_solution(nb::module_& module) {
 }
 
 }  // namespace
+
+void require_steps(std::string_view who, int iterations) {
+  if (iterations < 1) {
+    throw InputError(fmt::format("{}: iterations = {} must be >= 1", who, iterations));
+  }
+}
+
+ChannelTolerances tolerances_of(const std::map<std::string, double>& given) {
+  ChannelTolerances tolerances;
+  for (const auto& [name, value] : given) {
+    double* member = name == "phase"  ? &tolerances.phase
+                     : name == "gain" ? &tolerances.gain
+                     : name == "dead" ? &tolerances.dead
+                                      : nullptr;
+    require(member != nullptr, "tolerances: '{}' must be phase, gain or dead", name);
+    require(value >= 0 && std::isfinite(value) && (name != "dead" || value < 1), "tolerances: {} = {:g} must be >= 0{}",
+            name, value, name == "dead" ? " and below 1" : "");
+    *member = value;
+  }
+  return tolerances;
+}
+
+Eigen::VectorXcd one_drive(nb::handle drives, const std::string& what, Eigen::Index channels) {
+  Eigen::VectorXcd q = complex_list(drives, what);
+  require_count(what, q.size(), channels, "per channel");
+  return q;
+}
 
 void add_problems(nb::module_& module) {
   add_problem(module);

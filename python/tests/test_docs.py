@@ -13,7 +13,8 @@ import touchfield as tf
 from conftest import SOURCE
 
 PAGE = (SOURCE / "docs/python.md").read_text()
-CLASSES = [tf.Array, tf.Mesh, tf.Model, tf.Motion, tf.Picture, tf.Problem, tf.Run, tf.Solution, tf.Sweep, tf.Target, tf.Wave]
+CLASSES = [tf.Array, tf.Mesh, tf.Model, tf.Motion, tf.Picture, tf.Problem, tf.RadiationProblem, tf.Run, tf.Solution, tf.Sweep, tf.Target,
+           tf.Wave]
 FUNCTIONS = [getattr(tf, name) for name in tf.__all__ if inspect.isfunction(getattr(tf, name))]
 METHODS = [getattr(kind, name) for kind in CLASSES for name in vars(kind)
            if not name.startswith("_") and inspect.isroutine(getattr(kind, name))]

@@ -281,6 +281,78 @@ def test_methods_on_h_and_a_target(ball, array, target, h):
         tf.gs(h)
 
 
+def test_radiation_finds_what_the_program_finds(finger):
+    options = {"outside_weight": 0.2, "free_level": False, "iterations": 30, "tolerances": {"phase_deg": 20}}
+    model = tf.Model(finger, set={"solve.methods": [{"radiation": options}, "surface"], "target.pressure_pa": 1500,
+                                  "solve.optimality_bound": False, "evaluation": "same", "write": ["h5"], "field": []})
+    run = tf.run(model, threads=2)
+    problem = tf.RadiationProblem.of_model(model, threads=2)
+    solution = tf.radiation(problem, iterations=30, free_level=False, tolerances={"phase": np.deg2rad(20)}, threads=2)
+    assert np.allclose(np.exp(1j * solution.phases), np.exp(1j * run.phases["radiation"]), atol=1e-5)
+    assert solution.cost_history[-1] == pytest.approx(run.metrics["radiation"]["cost"], rel=1e-6)
+    assert run.metrics["radiation"]["relative_error_radiation"] < run.metrics["surface"]["relative_error_radiation"] - 0.05
+    pressed = run.radiation["radiation"][problem.faces]
+    assert np.allclose(problem.radiation(solution), pressed, atol=2e-3 * pressed.max())
+    # Of H, which leaves nothing out.
+    whole = tf.RadiationProblem.of(tf.transfer(model.mesh, model.array), model.target, outside_weight=0.2)
+    assert np.array_equal(whole.faces, problem.faces) and np.allclose(whole.wanted, problem.wanted, rtol=1e-12)
+    assert whole.cost(solution) == pytest.approx(problem.cost(solution), rel=2e-3)
+
+
+def test_radiation_on_matrices(model):
+    sparse = pytest.importorskip("scipy.sparse")
+    mesh, array, wave, target = model.mesh, model.array, model.wave, model.target
+    h = tf.transfer(mesh, array, wave)
+    slopes = sparse.csr_array(tf.surface_slopes(mesh, wave), shape=(2 * len(mesh), len(mesh)))
+    rng = np.random.default_rng(1)
+    press = 1 / (4 * wave.density * wave.sound_speed**2)
+    wanted, inside = np.zeros(len(mesh)), np.zeros(len(mesh))
+    wanted[target.faces], inside[target.faces] = target.shares * press * target.amplitudes**2, target.shares
+    unit = wanted.max() * (mesh.areas * inside).sum()
+    weights, energies = mesh.areas / (unit * wanted.max()), 0.1 * press / unit * mesh.areas * (1 - inside)
+    problem = tf.RadiationProblem(h, slopes, wanted, weights, energies, wave)
+    q = np.exp(2j * np.pi * rng.random(len(array)))
+    p = h @ q
+    radiation = press * abs(p) ** 2 - (abs((slopes @ p).reshape(-1, 2)) ** 2).sum(axis=1) * press / wave.k**2
+    assert np.allclose(problem.radiation(q), radiation, rtol=1e-9, atol=1e-9 * radiation.max())
+    assert problem.cost(q) == pytest.approx((weights * (radiation - wanted) ** 2).sum() + (energies * abs(p) ** 2).sum(), rel=1e-9)
+    force = tf.force(mesh, p, wave)
+    assert np.allclose(radiation * mesh.areas, force, atol=1e-5 * force.max())  # slopes are of single precision
+    found = tf.radiation(problem, iterations=40)
+    assert problem.cost(found) < 0.5 * problem.cost(q) and found.cost_history[-1] == pytest.approx(problem.cost(found), rel=1e-4)
+    further = tf.radiation(problem, start=found)
+    assert problem.cost(further) <= problem.cost(found) * (1 + 1e-5)
+    again = pickle.loads(pickle.dumps(problem))
+    assert again.cost(q) == problem.cost(q) and np.array_equal(again.faces, problem.faces)
+    near = tf.RadiationProblem.of(h, target, wave=wave)
+    copy = pickle.loads(pickle.dumps(near))
+    assert copy.cost(q) == near.cost(q) and np.array_equal(copy.faces, near.faces) and len(near.faces) < len(mesh)
+    # Far skin counts by its energy alone there.
+    far = np.setdiff1d(np.arange(len(mesh)), near.faces)
+    left = (weights[far] * radiation[far] ** 2).sum()
+    shared = weights[target.faces] * inside[target.faces] * (1 - inside[target.faces]) * (press * target.amplitudes**2) ** 2
+    assert near.constant == pytest.approx(shared.sum(), rel=1e-9)
+    assert near.cost(q) == pytest.approx(problem.cost(q) - left + near.constant, rel=1e-3)
+
+
+@pytest.mark.parametrize("change, says", [
+    ({"slopes": [[1, 2]]}, "slopes must be a matrix of scipy.sparse or the tuple"),
+    ({"slopes": ([1.0], [2], [0, 1, 1, 1, 1])}, r"slopes\[1\]\[0\] = 2 must be 0 to 1"),
+    ({"slopes": ([1.0], [1], [0, 1, 1, 1])}, r"slopes\[2\] has 4 values and must have 5"),
+    ({"slopes": ([1.0], [1], [0, 1, 0, 1, 1])}, "must ascend from 0 to the number of values, 1"),
+    ({"slopes": ([np.nan], [1], [0, 1, 1, 1, 1])}, "must be finite"),
+    ({"weights": [1.0]}, "weights has 1 values and must have 2"),
+    ({"weights": [1.0, -1.0]}, "must be >= 0"),
+    ({"energies": [1.0]}, "energies has 1 values and must have 2, one per row of h"),
+    ({"wanted": [1.0, 1.0, 1.0], "weights": [1.0, 1.0, 1.0], "slopes": ([], [], [0] * 7)}, "sizes do not fit"),
+])
+def test_a_radiation_problem_that_does_not_fit(change, says):
+    parts = {"h": [[1, 1j], [1j, 1]], "slopes": ([], [], [0] * 5), "wanted": [1.0, 1.0], "weights": [1.0, 1.0]}
+    tf.RadiationProblem(**parts)
+    with pytest.raises(tf.InputError, match=says):
+        tf.RadiationProblem(**parts | change)
+
+
 def test_own_methods_are_phases_drives_or_functions(model, run):
     drives = np.exp(1j * run.phases["focus"])
     own = {"phases": run.phases["focus"], "drives": drives, "function": lambda problem: tf.wgs(problem, iterations=8),

@@ -60,6 +60,53 @@ def surface(h, target=None, *, iterations=30, start=None, free_amplitudes=False,
                    free_amplitudes=free_amplitudes, free_level=free_level, tolerances=tolerances or {})
 
 
+def radiation(h, target=None, *, iterations=200, start=None, free_amplitudes=False, free_level=True, tolerances=None, outside_weight=0.1,
+              wave=None, threads=None, progress=None):
+    """Minimises the misfit of the radiation pressure on the skin, which is what the skin feels, by limited-memory BFGS.
+
+    Parameters
+    ----------
+    h : array_like of complex, shape (M, N), or RadiationProblem
+        The transfer matrix of every face.
+    target : Target
+        Not needed with a `RadiationProblem`.
+    iterations : int
+        Most steps. It ends before where the cost stands still.
+    start : array_like of complex, shape (N,) or (N, S), or Solution, optional
+        One or several starts, of which the best continues. Default: three, one of the target and two random ones.
+    free_amplitudes, free_level
+        As of `surface`.
+    tolerances : dict, optional
+        As of `surface`: the cost of the expected radiation pressure is minimised.
+    outside_weight : float
+        Weight of the energy of the skin outside the target.
+    wave : Wave, optional
+        That of H. Default: 40 kHz at 20 degrees C.
+    threads : int, optional
+    progress : callable or bool, optional
+        A function of stage and fraction, or True for a bar.
+
+    Returns
+    -------
+    Solution
+
+    Raises
+    ------
+    InputError
+        On sizes that do not fit, or a number that is not finite.
+
+    Examples
+    --------
+    >>> ball, array = tf.sphere(8e-3, 3e-3), tf.Array.grid(4, 4, at=[0, 0, -0.1])
+    >>> target = tf.Target.box(ball, [0, 0, -8e-3], [8e-3, 8e-3, 6e-3], 20)
+    >>> solution = tf.radiation(tf.transfer(ball, array), target, iterations=10)
+    """
+    problem = h if isinstance(h, _core.RadiationProblem) else _core.RadiationProblem.of(h, target, outside_weight, wave, threads)
+    with reporting(progress):
+        return _core._radiation(problem, iterations=iterations, start=start, free_amplitudes=free_amplitudes, free_level=free_level,
+                                tolerances=tolerances or {}, threads=threads)
+
+
 @new_arguments
 def lbfgs(h, target=None, *, iterations=30, start=None, outside_weight=1.0, threads=None, progress=None):
     """Minimises the misfit of `surface` over the phases by limited-memory BFGS.

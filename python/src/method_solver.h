@@ -1,0 +1,45 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "python/src/parts.h"
+#include "sim/core/require.h"
+#include "sim/run/methods.h"
+#include "sim/run/skin_scattering.h"
+#include "sim/run/solve_model.h"
+#include "solvers/phase/surface.h"
+
+namespace touchfield::python {
+
+inline constexpr double kOutsideTolerance = 1e-4;  // of reduced_skin_problem, as make_transfer
+
+/// Asks the solver of a model's methods by a scheme, for the target.
+///
+/// spec   the scene's, or one with other methods
+template <typename Ask>
+auto asked(const Model& model, Scheme scheme, const SolveSpec& spec, Progress& progress, Ask ask) {
+  require(model.posture.target.has_value(), "scene {}: it has no target, which the phase methods need",
+          model.fixed->scene.name);
+  require_fitting_phases(model);
+  std::vector<SolveRecord> records;
+  const auto scattering = make_scattering("python", model.body.mesh, scheme, model.fixed->scene.solve.solver,
+                                          largest_block(model.fixed->scene, scheme, model.fixed->array.size(), false),
+                                          model, model.fixed->array.response, nullptr, records, progress);
+  const Target target = build_target(model);
+  MethodSolver solver(*scattering, model.fixed->array.size(), target, spec, outside_skin(model));
+  return ask(solver, target);
+}
+
+/// throws   InputError unless there is a step to make
+void require_steps(std::string_view who, int iterations);
+
+/// throws   InputError on a name that is not phase, gain or dead, or a value out of range
+ChannelTolerances tolerances_of(const std::map<std::string, double>& given);
+
+/// Drives q of one solution, for a function `what`.
+/// throws   InputError unless there is one per channel
+Eigen::VectorXcd one_drive(nb::handle drives, const std::string& what, Eigen::Index channels);
+
+}  // namespace touchfield::python
