@@ -229,11 +229,12 @@ std::string motion_table(const Motion& motion) {
   const auto both = [](const Statistics& of, double factor, const char* format) {
     return table_number(factor * of.median, format) + " | " + table_number(factor * of.p95, format);
   };
-  std::vector<std::vector<std::string>> rows = {
-      {"method", "error [%]", "mean [Pa]", "off [mm]", "age [ms]", "frame [ms]", "frames", "late", "dropped"}};
+  std::vector<std::vector<std::string>> rows = {{"method", "error [%]", "of P [%]", "mean [Pa]", "off [mm]", "age [ms]",
+                                                 "frame [ms]", "frames", "late", "dropped"}};
   for (const MotionMethod& method : motion.methods) {
     const MotionSummary over = summary(method);
     rows.push_back({method.name, both(statistics_of(over, &Metrics::relative_error), 1e2, "{:.1f}"),
+                    both(statistics_of(over, &Metrics::relative_error_radiation), 1e2, "{:.1f}"),
                     table_number(statistics_of(over, &Metrics::mean_inside_pa).median, "{:.0f}"),
                     both(over.displacement, 1e3, "{:.2f}"), both(over.age, 1e3, "{:.0f}"),
                     both(over.frame_seconds, 1e3, "{:.0f}"), fmt::to_string(over.frames), fmt::to_string(over.late),
