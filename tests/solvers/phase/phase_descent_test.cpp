@@ -16,8 +16,9 @@ MappedSkin mapped(const SkinProblem& problem) {
   Eigen::MatrixXcf h(problem.target_count() + rank, problem.channel_count());
   h << problem.target.cast<std::complex<float>>(), problem.outside.cast<std::complex<float>>();
   MappedSkin skin{{[h](const Eigen::VectorXcf& q) -> Eigen::VectorXcf { return h * q; },
-                  [h](const Eigen::VectorXcf& v) -> Eigen::VectorXcf { return h.adjoint() * v; },
-                  Eigen::VectorXd::Zero(h.rows()), Eigen::VectorXd::Ones(h.rows())};
+                   [h](const Eigen::VectorXcf& v) -> Eigen::VectorXcf { return h.adjoint() * v; }},
+                  Eigen::VectorXd::Zero(h.rows()),
+                  Eigen::VectorXd::Ones(h.rows())};
   skin.amplitudes.head(problem.target_count()) = problem.amplitudes;
   skin.weights.head(problem.target_count()) = problem.weights;
   return skin;
