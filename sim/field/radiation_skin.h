@@ -11,9 +11,8 @@
 
 namespace touchfield {
 
-/// The skin at a target on which phases for radiation pressure count it face by face. Farther skin counts by its
-/// energy: to count it likewise changes the phases of the shipped scenes by less than a percent of their cost
-/// (docs/radiation.md).
+/// The skin at a target on which method radiation counts P face by face. Farther skin counts by its energy alone: what
+/// sound is left there is so weak that P^2 is small beside it.
 struct NearSkin {
   static constexpr double kReach = 1.0;  // wavelengths, from the centroid of a target's face
 

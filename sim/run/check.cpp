@@ -56,7 +56,7 @@ double single_solves(const Scene& scene) {
 int surface_iterations(const Scene& scene) {
   int iterations = 0;
   for (const MethodSpec& method : scene.solve.methods) {
-    if (method.kind->counts_outside) {
+    if (method.kind->counts_outside && !method.kind->radiation) {  // whose steps are two products
       iterations += method.iterations * method.start.restarts;
     }
   }
