@@ -9,6 +9,7 @@
 #include "sim/run/methods.h"
 #include "sim/run/skin_scattering.h"
 #include "sim/run/solve_model.h"
+#include "solvers/phase/optimality_bound.h"
 #include "solvers/phase/surface.h"
 
 namespace touchfield::python {
@@ -31,6 +32,8 @@ auto asked(const Model& model, Scheme scheme, const SolveSpec& spec, Progress& p
   MethodSolver solver(*scattering, model.fixed->array.size(), target, spec, outside_skin(model));
   return ask(solver, target);
 }
+
+Values values_of(const OptimalityBound& found);
 
 /// throws   InputError unless there is a step to make
 void require_steps(std::string_view who, int iterations);

@@ -144,13 +144,7 @@ SharedSolution solve_by_paper(const SharedModel& model, int iterations, const st
 }
 
 Values bound_of(const SharedProblem& problem, std::optional<int> threads) {
-  const OptimalityBound found = computed(thread_count(threads), [problem](Progress&) { return prove_bound(*problem); });
-  nb::dict values;
-  values["bound"] = found.bound;
-  values["relaxed"] = found.relaxed;
-  values["iterations"] = found.iterations;
-  values["converged"] = found.converged;
-  return values;
+  return values_of(computed(thread_count(threads), [problem](Progress&) { return prove_bound(*problem); }));
 }
 
 Numbers evaluate_phases(const SharedModel& model, const DrivesLike& drives, std::optional<int> threads) {
@@ -341,6 +335,15 @@ void add_solution(nb::module_& module) {
 
 }  // namespace
 
+Values values_of(const OptimalityBound& found) {
+  nb::dict values;
+  values["bound"] = found.bound;
+  values["relaxed"] = found.relaxed;
+  values["iterations"] = found.iterations;
+  values["converged"] = found.converged;
+  return values;
+}
+
 void require_steps(std::string_view who, int iterations) {
   if (iterations < 1) {
     throw InputError(fmt::format("{}: iterations = {} must be >= 1", who, iterations));
@@ -410,25 +413,7 @@ Examples
 --------
 >>> solution = tf.unscattered(tf.Model("scenes/capsule.yaml"), iterations=3)
 )");
-  module.def("optimality_bound", &bound_of, nb::arg("problem"), nb::arg("threads") = nb::none(),
-             R"(The optimality bound: a proved lower bound of the cost over all drive vectors.
-
-Parameters
-----------
-problem : Problem
-threads : int, optional
-
-Returns
--------
-dict
-    `bound` [Pa2 m2], `relaxed`, `iterations`, `converged`.
-
-Examples
---------
->>> problem = tf.Problem([[1, 1j], [1j, 1], [1, 1]], [1, 1, 0.1], [1, 1, 1])
->>> tf.optimality_bound(problem)["bound"] <= problem.cost(tf.surface(problem))
-True
-)");
+  module.def("_bound", &bound_of, nb::arg("problem"), nb::arg("threads") = nb::none(), "Of a Problem.");
   module.def("evaluate", &evaluate_phases, nb::arg("model"), nb::arg("drives"), nb::arg("threads") = nb::none(),
              R"(The metrics of phases on the evaluation mesh of a scene, as for a method of the program.
 

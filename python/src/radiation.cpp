@@ -18,6 +18,7 @@
 #include "sim/field/radiation_skin.h"
 #include "sim/field/skin_problems.h"
 #include "sim/field/surface_gradient.h"
+#include "solvers/phase/radiation_bound.h"
 
 namespace touchfield::python {
 
@@ -174,6 +175,12 @@ SharedSolution solve_for_radiation(const SharedRadiation& problem, int iteration
   });
 }
 
+Values bound_of(const SharedRadiation& problem, const DrivesLike& start, std::optional<int> threads) {
+  const Eigen::VectorXcd near = one_drive(start, "optimality_bound: start", problem->problem.channel_count());
+  return values_of(
+      computed(thread_count(threads), [=](Progress&) { return prove_radiation_bound(problem->problem, near); }));
+}
+
 Eigen::VectorXcd drives_of(const SharedRadiation& problem, const DrivesLike& drives, const char* what) {
   return one_drive(drives, what, problem->problem.channel_count());
 }
@@ -299,8 +306,8 @@ Parameters
 h : array_like of complex, shape (L, N)
     H, rows of the transfer matrix [Pa]: first those of the M faces with a wanted P, then any others.
 slopes : scipy.sparse matrix, shape (2 M, L), or tuple
-    D [1/m]: rows 2j and 2j + 1 are the slopes of the pressure at face j along two directions at right angles. A tuple is
-    (data, indices, indptr), as of `surface_slopes` and scipy.sparse.csr_array.
+    D [1/m]: rows 2j and 2j + 1 are the slopes of the pressure at face j along two directions at right angles. A tuple
+    is (data, indices, indptr), as of `surface_slopes` and scipy.sparse.csr_array.
 wanted : array_like, shape (M,)
     Wanted radiation pressure P' [Pa].
 weights : array_like, shape (M,)
@@ -386,6 +393,8 @@ Examples
              nb::arg("iterations") = kUsualDescents, nb::arg("start") = nb::none(), nb::arg("free_amplitudes") = false,
              nb::arg("free_level") = MethodSpec{}.free_level, nb::arg("tolerances") = nb::dict(),
              nb::arg("threads") = nb::none(), "Method radiation.");
+  module.def("_radiation_bound", &bound_of, nb::arg("problem"), nb::arg("start"), nb::arg("threads") = nb::none(),
+             "Of a RadiationProblem.");
   module.def("surface_slopes", &slopes_of_mesh, nb::arg("mesh"), nb::arg("wave") = nb::none(),
              nb::arg("threads") = nb::none(), R"(The gradient of a pressure along the skin, as a sparse matrix D.
 

@@ -43,6 +43,16 @@ def test_optimality_bound(model, run):
     proof = tf.optimality_bound(problem, threads=2)
     assert proof["bound"] == pytest.approx(run.metrics["surface"]["cost_bound"], rel=1e-9)
     assert 0 < proof["bound"] <= problem.cost(tf.surface(problem, free_level=False).drives)
+    with pytest.raises(TypeError, match="problem must be a touchfield.Problem, not ndarray"):
+        tf.optimality_bound(problem.target)
+
+
+def test_optimality_bound_of_radiation(finger):
+    problem = tf.RadiationProblem.of_model(tf.Model(finger, set={"target.pressure_pa": 1500}), threads=2)
+    solution = tf.radiation(problem, threads=2)
+    proof = tf.optimality_bound(problem, threads=2, start=solution)
+    assert 0.9 * problem.cost(solution) < proof["bound"] <= problem.cost(solution)
+    assert tf.optimality_bound(problem, threads=2) == proof
 
 
 def test_model_of_a_scene(model, finger):

@@ -107,6 +107,33 @@ def radiation(h, target=None, *, iterations=200, start=None, free_amplitudes=Fal
                                 tolerances=tolerances or {}, threads=threads)
 
 
+def optimality_bound(problem, threads=None, start=None):
+    """The optimality bound: a proved lower bound of the cost over all drive vectors.
+
+    Parameters
+    ----------
+    problem : Problem or RadiationProblem
+    threads : int, optional
+    start : array_like of complex, shape (N,), or Solution, optional
+        Of a `RadiationProblem`: drives near which the bound is sought, best those of `radiation`. Default: they are computed.
+
+    Returns
+    -------
+    dict
+        `bound` in the unit of the cost, `relaxed`, `iterations`, `converged`.
+
+    Examples
+    --------
+    >>> problem = tf.Problem([[1, 1j], [1j, 1], [1, 1]], [1, 1, 0.1], [1, 1, 1])
+    >>> tf.optimality_bound(problem)["bound"] <= problem.cost(tf.surface(problem))
+    True
+    """
+    if isinstance(problem, _core.RadiationProblem):
+        return _core._radiation_bound(problem, radiation(problem, threads=threads) if start is None else start, threads)
+    require(problem, _core.Problem, "problem")
+    return _core._bound(problem, threads)
+
+
 @new_arguments
 def lbfgs(h, target=None, *, iterations=30, start=None, outside_weight=1.0, threads=None, progress=None):
     """Minimises the misfit of `surface` over the phases by limited-memory BFGS.
