@@ -44,8 +44,8 @@ TEST(NearSkin, HoldsEachFaceOnceAndItsNeighbours) {
     EXPECT_EQ(faces.contains(f), ball.distance(f) <= wave().wavelength()) << f;
   }
   EXPECT_LT(all.size(), static_cast<std::size_t>(ball.mesh.face_count()) / 2);
-  EXPECT_EQ(ball.near.slopes.rows(), 2 * ball.near.count);
-  EXPECT_EQ(ball.near.slopes.cols(), static_cast<Index>(all.size()));
+  EXPECT_EQ(ball.near.slopes->rows(), 2 * ball.near.count);
+  EXPECT_EQ(ball.near.slopes->cols(), static_cast<Index>(all.size()));
 }
 
 TEST(NearSkin, HasTheSlopesAndTheRadiationPressureOfTheWholeSkin) {
@@ -53,9 +53,9 @@ TEST(NearSkin, HasTheSlopesAndTheRadiationPressureOfTheWholeSkin) {
   const Eigen::VectorXcd p = rigid_sphere_plane_wave(wave(), 20e-3, cosines(ball.mesh));
   const SurfaceGradient whole(ball.mesh, wave().k());
   const Eigen::Matrix3Xcd gradient = whole.of(p);
-  const Eigen::VectorXcd slopes = ball.near.slopes.cast<double>() * p(ball.near.faces);
+  const Eigen::VectorXcd slopes = ball.near.slopes->cast<double>() * p(ball.near.faces);
   RadiationSkin skin = bare_skin(wave());
-  skin.slopes = std::make_shared<SkinSlopes>(ball.near.slopes);
+  skin.slopes = ball.near.slopes;
   skin.wanted = Eigen::VectorXd::Zero(ball.near.count);
   const Eigen::VectorXd found = radiation_of(skin, p(ball.near.faces));
   const Eigen::VectorXd expected = radiation_pressure(whole, wave(), p);
