@@ -37,8 +37,11 @@ struct Metrics {
   double cost_skin = kNotComputed;              // surface's, at the method's best common level up to 1
   double cost_bound = kNotComputed;             // the least that surface's can be at full level
   double optimality_gap = kNotComputed;
-  double error_bound = kNotComputed;  // sqrt(cost_bound / cost of silence)
-  double power_share = kNotComputed;  // mean of the squares of the drives' amplitudes
+  double error_bound = kNotComputed;               // sqrt(cost_bound / cost of silence)
+  double cost_radiation = kNotComputed;            // radiation's, at the method's best common level up to 1
+  double cost_radiation_bound = kNotComputed;      // the least that it can be
+  double optimality_gap_radiation = kNotComputed;  // of both
+  double power_share = kNotComputed;               // mean of the squares of the drives' amplitudes
   double iterations = kNotComputed;
   double seconds_solve = kNotComputed;
   double seconds_total = kNotComputed;

@@ -259,8 +259,12 @@ Json stage_values(const std::vector<std::pair<std::string, double>>& stages) {
 }
 
 std::string methods_table(const Run& run) {
-  const auto bounded = [](const MethodResult& result) { return !std::isnan(result.metrics.optimality_gap); };
-  const bool with_gap = std::ranges::any_of(run.methods, bounded);
+  const auto gap = [](const MethodResult& result) {
+    const Metrics& metrics = result.metrics;
+    return std::isnan(metrics.cost_radiation) ? metrics.optimality_gap : metrics.optimality_gap_radiation;
+  };
+  const bool with_gap =
+      std::ranges::any_of(run.methods, [&](const MethodResult& result) { return !std::isnan(gap(result)); });
   std::vector<std::vector<std::string>> rows = {
       {"method", "error", "of P", "reached", "width", "length", "force", "outside", "loudest", "seconds"}};
   if (with_gap) {
@@ -279,7 +283,7 @@ std::string methods_table(const Run& run) {
          table_number(1e3 * metrics.abs_force_elsewhere_n, "{:.3g} mN"),
          table_number(metrics.loudest_elsewhere, "{:.2f}"), table_number(metrics.seconds_total, "{:.1f}")});
     if (with_gap) {
-      rows.back().push_back(percent_text(metrics.optimality_gap));
+      rows.back().push_back(percent_text(gap(result)));
     }
   }
   std::string wanted;

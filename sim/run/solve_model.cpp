@@ -5,6 +5,8 @@
 #include <map>
 #include <memory>
 #include <set>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <omp.h>
@@ -22,6 +24,7 @@
 #include "sim/scene/scene_reader.h"
 #include "solvers/linear/instruction_level.h"
 #include "solvers/phase/optimality_bound.h"
+#include "solvers/phase/radiation_bound.h"
 #include "solvers/phase/skin_problem.h"
 
 namespace touchfield {
@@ -114,23 +117,32 @@ class Models {
   std::map<Scheme, std::unique_ptr<Entry>> entries_;
 };
 
-/// Scores every method on surface's cost and holds it against the least that any phases can reach.
-void bound_methods(const Model& model, Models& models, Run& run, Progress& progress) {
-  const Scheme scheme = model.fixed->scene.solve.scheme;
-  const SkinProblem& problem = models.of(scheme).skin_problem(run.target->amplitudes, progress);
-  const auto prove = [&] {
+/// The bound that `prove` finds; 0 and a warning where it fails, as what is finished stays.
+///
+/// of   whose cost it is: "" of surface, or "_" and a method's name
+template <class Prove>
+OptimalityBound bound_of(const std::string& of, const char* cost, const Prove& prove, Run& run, Progress& progress) {
+  const auto try_to = [&] {
     try {
-      return prove_bound(problem);
-    } catch (const std::exception& error) {  // what is finished stays
+      return prove();
+    } catch (const std::exception& error) {
       say({{fmt::format("optimality_bound: no bound was found: {}", error.what())}, {}}, run, progress);
       return OptimalityBound{};
     }
   };
-  const OptimalityBound optimality_bound =
-      timed(progress, run.seconds, "optimality_bound", "lower bound of the cost on the skin", prove);
-  progress.detail(fmt::format("    bound {:.6g} Pa2 m2 after {} iterations{}", optimality_bound.bound,
-                              optimality_bound.iterations,
-                              optimality_bound.converged ? "" : ", not as tight as it could be"));
+  const OptimalityBound found =
+      timed(progress, run.seconds, "optimality_bound" + of, fmt::format("lower bound of the {}", cost), try_to);
+  progress.detail(fmt::format("    bound {:.6g} after {} iterations{}", found.bound, found.iterations,
+                              found.converged ? "" : ", not as tight as it could be"));
+  return found;
+}
+
+/// Scores every method on surface's cost and holds it against the least that any phases can reach.
+void bound_methods(const Model& model, Models& models, Run& run, Progress& progress) {
+  const Scheme scheme = model.fixed->scene.solve.scheme;
+  const SkinProblem& problem = models.of(scheme).skin_problem(run.target->amplitudes, progress);
+  const OptimalityBound optimality_bound = bound_of(
+      "", "cost on the skin [Pa2 m2]", [&] { return prove_bound(problem); }, run, progress);
   if (!model.beyond.empty()) {
     say({{},
          {"optimality_bound: its bound holds for a cost that includes the skin beyond keep_within_mm only by its "
@@ -146,6 +158,25 @@ void bound_methods(const Model& model, Models& models, Run& run, Progress& progr
     method.metrics.cost_bound = optimality_bound.bound;
     method.metrics.error_bound = std::sqrt(optimality_bound.bound / silent);
     method.metrics.optimality_gap = optimality_gap(optimality_bound, reached, silent);
+  }
+}
+
+/// Holds every method radiation against the least that its own cost can be.
+void bound_radiation(const std::vector<MethodSpec>& methods, Models& models, Run& run, Progress& progress) {
+  for (std::size_t i = 0; i < methods.size(); ++i) {
+    if (!methods[i].kind->radiation) {
+      continue;
+    }
+    const RadiationProblem problem =
+        models.of(methods[i].scheme).radiation_problem(methods[i], run.target->amplitudes, progress);
+    const Eigen::VectorXcd q = drive(run.methods[i].solution);
+    const OptimalityBound found = bound_of(
+        "_" + methods[i].name, "cost of radiation pressure", [&] { return prove_radiation_bound(problem, q); }, run,
+        progress);
+    Metrics& metrics = run.methods[i].metrics;
+    metrics.cost_radiation = radiation_cost(problem, best_level(problem, q) * q);
+    metrics.cost_radiation_bound = found.bound;
+    metrics.optimality_gap_radiation = optimality_gap(found, metrics.cost_radiation, silent_cost(problem.skin));
   }
 }
 
@@ -370,6 +401,7 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
   }
   if (spec.optimality_bound && run.target) {
     bound_methods(model, models, run, progress);
+    bound_radiation(spec.methods, models, run, progress);
   }
   say(result_remarks(run, methods_below_wanted(run).empty() ? kNotComputed : models.of(first.scheme).most_pressure()),
       run, progress);

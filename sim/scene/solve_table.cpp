@@ -364,7 +364,7 @@ Codec<SolveSpec> solve_codec() {
            "Weight of the pressure on the skin outside the target, for surface and lbfgs; radiation has its own.")
       .key("optimality_bound", &SolveSpec::optimality_bound, flag(),
            "Whether the optimality bound is computed: a lower bound of the cost of surface, and the gap of each "
-           "method to it.")
+           "method to it; of radiation that of its own cost.")
       .key("allow_coarse_mesh", &SolveSpec::allow_coarse_mesh, flag(),
            "Whether a mesh with fewer than 1.5 edges per wavelength near the target is solved anyway. Otherwise it "
            "is an error, because pressures there are meaningless.")

@@ -97,6 +97,31 @@ double cost_of(const RadiationSkin& skin, const VectorXd& radiation, double ener
   return skin.weights.dot((radiation - skin.wanted).cwiseAbs2()) + energy + skin.constant;
 }
 
+/// a^2 at which the cost of a q is least, for what q makes.
+double best_square(const RadiationSkin& skin, const VectorXd& radiation, double energy) {
+  const VectorXd weighted = skin.weights.cwiseProduct(radiation);
+  const double curvature = weighted.dot(radiation);
+  return curvature > 0 ? (weighted.dot(skin.wanted) - 0.5 * energy) / curvature : 1.0;
+}
+
+/// What drives make, with the deviations.
+struct Pressed {
+  VectorXd radiation;
+  double energy = 0.0;
+};
+
+Pressed pressed_by(const RadiationProblem& problem, const VectorXcd& q) {
+  const RadiationSkin& skin = problem.skin;
+  VectorXcd pressure(problem.rows.rows() + problem.outside.rows());
+  pressure << problem.rows * q, problem.outside * q;
+  const double level = q.size() > 0 ? q.cwiseAbs2().maxCoeff() : 0.0;
+  Pressed made{radiation_of(skin, pressure), skin.energies.dot(pressure.cwiseAbs2()) + level * skin.deviation_energy};
+  if (skin.deviations.size() > 0) {
+    made.radiation += level * skin.deviations;
+  }
+  return made;
+}
+
 void require_options(const RadiationProblem& problem, const Eigen::MatrixXcd& starts, const RadiationOptions& options) {
   if (starts.cols() == 0 || starts.rows() != problem.channel_count() || !starts.allFinite()) {
     throw std::invalid_argument("solve_radiation: a start must hold one finite drive for each channel");
@@ -130,15 +155,15 @@ VectorXd radiation_of(const RadiationSkin& skin, const VectorXcd& pressure) {
 }
 
 double radiation_cost(const RadiationProblem& problem, const VectorXcd& q) {
-  const RadiationSkin& skin = problem.skin;
-  VectorXcd pressure(problem.rows.rows() + problem.outside.rows());
-  pressure << problem.rows * q, problem.outside * q;
-  const double level = q.size() > 0 ? q.cwiseAbs2().maxCoeff() : 0.0;
-  VectorXd radiation = radiation_of(skin, pressure);
-  if (skin.deviations.size() > 0) {
-    radiation += level * skin.deviations;
-  }
-  return cost_of(skin, radiation, skin.energies.dot(pressure.cwiseAbs2()) + level * skin.deviation_energy);
+  const Pressed made = pressed_by(problem, q);
+  return cost_of(problem.skin, made.radiation, made.energy);
+}
+
+double best_level(const RadiationProblem& problem, const VectorXcd& q) {
+  const Pressed made = pressed_by(problem, q);
+  const double loudest = q.size() > 0 ? q.cwiseAbs2().maxCoeff() : 0.0;
+  const double limit = loudest > 0 ? 1.0 / loudest : 1.0;
+  return std::sqrt(std::clamp(best_square(problem.skin, made.radiation, made.energy), 0.0, limit));
 }
 
 double silent_cost(const RadiationSkin& skin) { return skin.weights.dot(skin.wanted.cwiseAbs2()) + skin.constant; }
@@ -180,11 +205,9 @@ RadiationMisfit::Point RadiationMisfit::at(VectorXd phases) const {
   }
   const double energy = skin_.energies.dot(point.pressure.cwiseAbs2().cast<double>()) + skin_.deviation_energy;
   if (free_level_) {
-    const VectorXd weighted = skin_.weights.cwiseProduct(point.radiation);
-    const double curvature = weighted.dot(point.radiation);
     const double loudest = point.radiation.maxCoeff();
     const double least = loudest > 0 ? kFaintestFocus * skin_.wanted.maxCoeff() / loudest : 1.0;
-    const double best = curvature > 0 ? (weighted.dot(skin_.wanted) - 0.5 * energy) / curvature : 1.0;
+    const double best = best_square(skin_, point.radiation, energy);
     point.level = std::min(1.0, std::max(best, least));
   }
   point.cost = cost_of(skin_, point.level * point.radiation, point.level * energy);

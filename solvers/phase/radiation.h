@@ -63,6 +63,9 @@ Eigen::VectorXd radiation_of(const RadiationSkin& skin, const Eigen::VectorXcd& 
 /// The cost at drives q (N), in double precision. A problem with tolerances takes q for drives of one amplitude.
 double radiation_cost(const RadiationProblem& problem, const Eigen::VectorXcd& q);
 
+/// The level a in 0..1/max|q| at which that of a q is least.
+double best_level(const RadiationProblem& problem, const Eigen::VectorXcd& q);
+
 /// The cost of no sound at all.
 double silent_cost(const RadiationSkin& skin);
 

@@ -142,6 +142,18 @@ TEST(Radiation, ExpectedPressuresOfChannelsThatAreNotAsDesigned) {
   EXPECT_NEAR(radiation_cost(expected, q), misfit + found_energy, 1e-9 * misfit);
 }
 
+TEST(Radiation, TheBestLevelIsTheLowestPoint) {
+  for (const double wanted : {0.002, 0.3}) {  // less than full drive presses, and more
+    const RadiationProblem problem = random_radiation_problem(9, 5, 4, 30, wanted, 5);
+    const Eigen::VectorXcd q = 0.5 * random_start(30, 6);
+    const double level = best_level(problem, q);
+    EXPECT_LE(level, 2.0);
+    for (const double other : {0.0, 0.99 * level, std::min(1.01 * level, 2.0)}) {
+      EXPECT_LE(radiation_cost(problem, level * q), radiation_cost(problem, other * q));
+    }
+  }
+}
+
 TEST(Radiation, FromSilenceThereAreNoNumbersThatAreNone) {
   for (const bool level : {false, true}) {
     for (const bool all : {false, true}) {
