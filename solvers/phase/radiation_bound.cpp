@@ -54,9 +54,9 @@ struct DualSkin {
   MatrixXcd weighed(const VectorXd& force, const Eigen::Ref<const MatrixXcd>& x) const {
     VectorXd weights = skin.energies;
     weights.head(force.size()) += skin.press * force;
-    const MatrixXcd flow = (-skin.flow * of_slopes(force)).asDiagonal() * (slopes * x);
+    const MatrixXcd flow = (-skin.flow * of_slopes(force)).asDiagonal() * (slopes * x.topRows(slopes.cols()));
     MatrixXcd result = weights.asDiagonal() * x;
-    result += slopes.transpose() * flow;
+    result.topRows(slopes.cols()) += slopes.transpose() * flow;
     return result;
   }
 
@@ -73,7 +73,7 @@ struct DualSkin {
   /// At least the trace of C with every product in it taken by its absolute value.
   double magnitude(const VectorXd& force) const {
     const VectorXd lengths = rows.rowwise().norm();
-    const VectorXd spread = slopes.cwiseAbs() * lengths;
+    const VectorXd spread = slopes.cwiseAbs() * lengths.head(slopes.cols());
     VectorXd weights = skin.energies;
     weights.head(force.size()) += skin.press * force.cwiseAbs();
     return weights.dot(lengths.cwiseAbs2()) + skin.flow * of_slopes(force.cwiseAbs()).dot(spread.cwiseAbs2());
@@ -116,7 +116,7 @@ RelaxedRadiation::Point RelaxedRadiation::at(VectorXd entries) const {
   point.pressure.resize(dual.rows.rows(), width);
   multiply(Op::kPlain, dual.rows, Op::kTransposed, point.y.topRows(width), point.pressure);
   const VectorXd loudness = point.pressure.rowwise().squaredNorm();
-  const VectorXd flows = (dual.slopes * point.pressure).eval().rowwise().squaredNorm();
+  const VectorXd flows = (dual.slopes * point.pressure.topRows(dual.slopes.cols())).eval().rowwise().squaredNorm();
   point.residual = skin.press * loudness.head(skin.face_count()) - skin.wanted;
   for (Index j = 0; j < point.residual.size(); ++j) {
     point.residual(j) -= skin.flow * (flows(2 * j) + flows(2 * j + 1));
