@@ -122,8 +122,8 @@ def add_panels(page, work, report):
     page.figure("panels_radiation.png", "The same for the radiation pressure P, which presses the skin, with its error and width.", origin)
     page.add(lines_of(panels.sentences(rows, names)))
     page.table("metrics.csv", *panels.short_table(rows), origin)
-    page.add("The optimality gap is the relative distance of the cost from the optimality bound. No phases can lower the cost of "
-             "`surface` by more than that, for the computed matrix. docs/metrics.md defines the metrics.")
+    page.add("The optimality gap is the relative distance of the cost of `surface` from the optimality bound; for `radiation` it is that of "
+             "its own cost. No phases can lower the cost of either by more than that, for the computed matrix. docs/metrics.md defines the metrics.")
     if (work / "autd3").exists():
         rows, origin = panels.metric_rows(work, names, "autd3"), made(work, "autd3")
         write_table(report / "tables/metrics_autd3.csv", rows, origin)

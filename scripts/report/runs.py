@@ -28,7 +28,7 @@ STYLES = {"surface": {"color": "#0072B2", "marker": "o", "linestyle": "-"},
 METRICS = ["relative_error", "relative_error_raw", "scale", "correlation", "leakage", "mean_inside_pa", "cv_inside",
            "width_mm", "width_wanted_mm", "length_wanted_mm", "peak_pa", "relative_error_radiation", "width_radiation_mm",
            "length_radiation_mm", "force_target_n", "force_elsewhere_n", "abs_force_elsewhere_n", "loudest_elsewhere", "cost",
-           "cost_skin", "cost_bound", "optimality_gap", "iterations", "seconds_solve", "evaluation_difference",
+           "cost_skin", "cost_bound", "optimality_gap", "optimality_gap_radiation", "iterations", "seconds_solve", "evaluation_difference",
            "evaluation_difference_target"]
 
 

@@ -23,7 +23,7 @@ def metric_rows():
               "focus": 0.6}
     return [{"scene": name, "method": method, "relative_error": str(error), "width_mm": str(5 + error), "width_radiation_mm": str(4 + 2 * error),
              "leakage": str(error / 3), "relative_error_radiation": str(1 - error), "force_target_n": "2e-3", "abs_force_elsewhere_n": "1e-3",
-             "optimality_gap": "0.0123", "evaluation_difference": "0.006",
+             "optimality_gap": "0.0123", "optimality_gap_radiation": "0.0456", "evaluation_difference": "0.006",
              "evaluation_difference_target": "0.003"} for name in NAMES for method, error in errors.items()]
 
 
@@ -64,6 +64,7 @@ class Sentences(unittest.TestCase):
         self.assertIn("over the force on the target, is in this order 50 %, 50 %, 50 %, 50 %, 50 % with `radiation` and 50 %", said)
         self.assertIn("No choice of phases can lower the cost", said)
         self.assertIn("5 mm box 1.23 %", said)
+        self.assertIn("For `radiation`, whose cost is another, the gap is 5 mm box 4.56 %, ", said)
         changed = copy.deepcopy(rows)
         for row in changed:
             if (row["scene"], row["method"]) == ("grasp", "paper"):
