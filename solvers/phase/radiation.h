@@ -111,7 +111,7 @@ class RadiationMisfit {
 };
 
 /// Steps of method radiation where nothing else is said: it ends before where the cost stands still.
-inline constexpr int kUsualDescents = 200;
+inline constexpr int kUsualDescents = 1000;
 
 struct RadiationOptions {
   int iterations = kUsualDescents;  // steps from the start that continues; >= 1
