@@ -60,7 +60,7 @@ def surface(h, target=None, *, iterations=30, start=None, free_amplitudes=False,
                    free_amplitudes=free_amplitudes, free_level=free_level, tolerances=tolerances or {})
 
 
-def radiation(h, target=None, *, iterations=200, start=None, free_amplitudes=False, free_level=True, tolerances=None, outside_weight=0.1,
+def radiation(h, target=None, *, iterations=1000, start=None, free_amplitudes=False, free_level=True, tolerances=None, outside_weight=0.1,
               wave=None, threads=None, progress=None):
     """Minimises the misfit of the radiation pressure on the skin, which is what the skin feels, by limited-memory BFGS.
 
