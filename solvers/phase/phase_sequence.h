@@ -48,9 +48,9 @@ struct SequenceOptions {
   bool closed = false;  // the first frame follows the last one: their phases keep the limit too
 };
 
-/// Drives of every frame. The first is solved by itself (solve_alone). Each later one descends (PhaseDescent) from the one before
-/// it. With `most_turn` no phase changes by more than that from frame to frame, to rounding. Frame k of F of a closed
-/// sequence then also stays within (F - k) most_turn of the first.
+/// Drives of every frame. The first is solved by itself (solve_alone). Each later one descends (PhaseDescent) from the
+/// one before it. With `most_turn` no phase changes by more than that from frame to frame, to rounding. Frame k of F of
+/// a closed sequence then also stays within (F - k) most_turn of the first.
 ///
 /// callback   told after every frame
 /// throws     std::invalid_argument on sizes that do not fit, no frame, or options out of range

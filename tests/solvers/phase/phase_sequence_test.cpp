@@ -1,3 +1,5 @@
+#include "solvers/phase/phase_sequence.h"
+
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -5,7 +7,6 @@
 
 #include <gtest/gtest.h>
 
-#include "solvers/phase/phase_sequence.h"
 #include "solvers/phase/phase_methods.h"
 #include "solvers/phase/skin_problem.h"
 #include "tests/support/skin_support.h"
