@@ -47,10 +47,10 @@ Eigen::VectorXd steered(const Eigen::VectorXd& phases, const TransducerArray& ar
 /// has one factorisation. A body that keeps its place has one transfer matrix for all targets.
 ///
 /// Some frames make no transfer matrix: those of `surface` and `radiation` that start from the one before on a
-/// processor, by LU in single precision. They minimise the same cost by PhaseDescent on FactoredTransfer, with two steps
-/// for each of motion.iterations. The residual of the equations is checked in the first frame alone, which is not one of
-/// them. Methods with free amplitudes keep the transfer matrix, as do scenes with solve.outside_weight 0. So do meshes
-/// of fewer than 1000 faces with all of the skin solved.
+/// processor, by LU in single precision. They minimise the same cost by PhaseDescent on FactoredTransfer, with two
+/// steps for each of motion.iterations. The residual is checked in the first frame alone, which is not one of them.
+/// Methods with free amplitudes keep the transfer matrix, as do scenes with solve.outside_weight 0. So do meshes of
+/// fewer than 1000 faces with all of the skin solved.
 class FrameSolver {
  public:
   /// moving   what is solved
