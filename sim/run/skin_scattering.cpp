@@ -95,6 +95,19 @@ const ScatteringSolver& SkinModel::solver() {
   return *solver_;
 }
 
+bool SkinModel::turn_to_double() {
+  SolverOptions options = decision_.options;
+  options.precision = Precision::kDouble;
+  if (spec_.precision != PrecisionChoice::kAuto ||
+      solver_memory(system_.faces(), options, right_hand_sides_) > available_memory()) {
+    return false;
+  }
+  decision_.options = options;
+  solver_.reset();
+  reciprocal_condition_.reset();
+  return true;
+}
+
 double SkinModel::reciprocal_condition() {
   if (!reciprocal_condition_ && solver_) {
     reciprocal_condition_ = solver_->reciprocal_condition();
@@ -170,6 +183,11 @@ const ScatteringSolver& SkinScattering::prepare_solver() {
   const double condition = 1.0 / reciprocal_condition();
   // Refinement makes up for all digits but the last.
   if (!allow_broken_ && condition * rounding > (single && options.refine ? 1.0 : kLeastAccurate)) {
+    if (single && model_->turn_to_double()) {
+      progress_.detail(
+          fmt::format("  solver: again in double precision: the condition number is about {:.1e}", condition));
+      return prepare_solver();
+    }
     throw NumericalError(fmt::format(
         "scheme {} on {} faces: its matrix has a condition number of about {:.1e}, which leaves too few of the {} "
         "digits of {} precision: {}{}",

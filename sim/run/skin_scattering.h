@@ -38,6 +38,8 @@ class SkinModel {
   /// Continues on the processor, for want of memory on the card.
   void leave_card();
   const ScatteringSolver& solver();
+  /// Solves in double precision from now on; false, and nothing done, if the scene says which, or for want of memory.
+  bool turn_to_double();
   /// Reciprocal condition number of B, estimated once; NaN if no factorisation has been made.
   double reciprocal_condition();
 
