@@ -382,7 +382,8 @@ def write_report(work, report, quick):
                        "weighted by area.",
                        "`paper_original` is `paper` as published, with the published scattering model and equal weights.",
                        "`unscattered_original` is `unscattered` as published, with equal weights.",
-                       "`surface` is the method of this program.",
+                       "`surface` is the method of this program for the pressure's amplitude, `radiation` that for the radiation "
+                       "pressure.",
                        "`focus` is phase conjugation."]))
     page.add("Weights by area are needed because the mesh is finer near the target. docs/theory.md and docs/metrics.md have the "
              "definitions.")
