@@ -37,11 +37,11 @@ def draw_shares(axes, result: Result, methods: list[str]) -> None:
     axes.set(xlim=(-0.5, len(OBSERVERS) + 0.45), ylim=(0, 1.04), ylabel="share of answers correct [1]",
              xticks=range(len(OBSERVERS) + 1),
              xticklabels=[TICKS[observer] + (f",\n$\\sigma$ = {result.sigma[observer]:.2g}{' mm' if observer in READ else ''}"
-                                             if observer in result.curves else "\n(camera's noise)") for observer in OBSERVERS]
+                                             if observer in result.curves else "\nalone") for observer in OBSERVERS]
              + ["people\n(published)"])
     axes.tick_params(axis="x", labelsize=9)
     axes.legend(loc="lower left", ncol=2, columnspacing=1.2, handletextpad=0.4)
-    axes.set_title("(a) share of answers correct by model observers and people, with 95 % intervals", **TITLE)
+    axes.set_title("(a) share of answers correct, with 95 % intervals", **TITLE)
 
 
 def draw_noise(axes, result: Result) -> None:
@@ -102,7 +102,7 @@ def draw_profiles(page, grid, trials: Trials) -> None:
                       fontsize=12, fontweight="bold")
         if k == 1:
             axes.set_ylim(bottom=0)
-            axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.07), ncol=4, fontsize=9, columnspacing=1)
+            axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.07), ncol=3, fontsize=9, columnspacing=1)
 
 
 def figure(result: Result, trials: Trials, path_png: str | pathlib.Path) -> None:
