@@ -200,7 +200,7 @@ def proved(rows, names):
         return []
     said = ("No choice of phases can lower the cost of `surface` by more than the optimality gap: "
             + ", ".join(f"{SCENES[name]} {percent(known[name]['optimality_gap'], 2)}" for name in bounded)
-            + ". For `radiation`, whose cost is another, the gap is "
+            + ". Method `radiation` has another cost; its gap is "
             + ", ".join(f"{SCENES[row['scene']]} {percent(row[gap_of(row)], 2)}" for row in rows
                         if row["method"] == "radiation" and row["scene"] in bounded)
             + ". This is proved for the computed matrix. It does not include the discretisation error.")
