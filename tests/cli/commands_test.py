@@ -110,6 +110,9 @@ class Commands(CommandTest):
     def test_patterns(self):
         self.follow("patterns.md", 2)
 
+    def test_radiation(self):
+        self.follow("radiation.md", 1)
+
     def test_sweeps(self):
         self.write("sweep.yaml", "base: scenes/capsule.yaml\nset: {solve.methods: [focus], write: [h5]}\ngrid: {array.level: [0.5, 1]}\n")
         self.run_ok("sweep", "sweep.yaml", "-o", "OUT", "--quiet")
