@@ -64,7 +64,7 @@ class Sentences(unittest.TestCase):
         self.assertIn("over the force on the target, is in this order 50 %, 50 %, 50 %, 50 %, 50 % with `radiation` and 50 %", said)
         self.assertIn("No choice of phases can lower the cost", said)
         self.assertIn("5 mm box 1.23 %", said)
-        self.assertIn("For `radiation`, whose cost is another, the gap is 5 mm box 4.56 %, ", said)
+        self.assertIn("Method `radiation` has another cost; its gap is 5 mm box 4.56 %, ", said)
         changed = copy.deepcopy(rows)
         for row in changed:
             if (row["scene"], row["method"]) == ("grasp", "paper"):
