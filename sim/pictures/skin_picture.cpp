@@ -11,6 +11,7 @@
 #include "sim/field/target_parts.h"
 #include "sim/pictures/picture_parts.h"
 #include "sim/run/run_data.h"
+#include "sim/run/text_table.h"
 
 namespace touchfield {
 
@@ -250,8 +251,12 @@ std::vector<Column> columns_of(const Run& run) {
   }
   for (const MethodResult& result : run.methods) {
     if (result.pressure.size() != 0) {
-      const double error = result.metrics.relative_error;
-      columns.push_back({result.name, std::isnan(error) ? "" : fmt::format("error {:.1f} %", 100.0 * error),
+      const Metrics& metrics = result.metrics;
+      const auto share = [](double error) { return table_number(100.0 * error, "{:.1f}"); };
+      columns.push_back({result.name,
+                         std::isnan(metrics.relative_error) ? ""
+                                                            : "error " + share(metrics.relative_error) + " / " +
+                                                                  share(metrics.relative_error_radiation) + " %",
                          result.pressure.cwiseAbs()});
     }
   }
@@ -316,7 +321,10 @@ std::string overview_picture(const Run& run, double top, PictureFormat format) {
   draw_caption(
       canvas, "",
       fmt::format("Seen from the array's side.{}",
-                  run.target ? " Green: the border of the target on the skin. Error: over the whole skin." : ""));
+                  run.target
+                      ? " Green: the border of the target on the skin. Error over the whole skin: of |p| / of the "
+                        "radiation pressure."
+                      : ""));
   return canvas.file();
 }
 
