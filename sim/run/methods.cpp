@@ -211,7 +211,7 @@ PhaseSolution MethodSolver::found(const MethodSpec& method, const Eigen::VectorX
     case MethodModel::kFree:
     case MethodModel::kSkin:
       try {
-        return method.kind->radiation ? solve_radiation_method(method, amplitudes, before, advance, progress)
+        return method.kind->radiation ? solve_radiation_method(method, amplitudes, before, progress)
                : method.kind->model == MethodModel::kSkin
                    ? solve_skin_method(method, amplitudes, before, advance, progress)
                    : solve_incident_method(method, amplitudes, before, advance);
@@ -379,8 +379,7 @@ RadiationProblem MethodSolver::radiation_problem(const MethodSpec& method, const
 }
 
 PhaseSolution MethodSolver::solve_radiation_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
-                                                   const Eigen::VectorXcd* before, const IterationCallback& advance,
-                                                   Progress& progress) {
+                                                   const Eigen::VectorXcd* before, Progress& progress) {
   RadiationProblem problem = radiation_problem(method, amplitudes, progress);
   if (method.tolerances) {
     problem = with_tolerances(std::move(problem), *method.tolerances);
@@ -391,18 +390,18 @@ PhaseSolution MethodSolver::solve_radiation_method(const MethodSpec& method, con
   const RadiationOptions options{
       .iterations = method.iterations, .free_amplitudes = method.free_amplitudes, .free_level = method.free_level};
   if (before != nullptr) {
-    return solve_radiation(problem, *before, options, advance);
+    return solve_radiation(problem, *before, options);
   }
   if (method.start.kind != StartSpec::Kind::kAuto && !method.start.among) {
     return best_of(start_drives(method, transfer_->reduction.problem),
-                   [&](const auto& start) { return solve_radiation(problem, start, options, advance); });
+                   [&](const auto& start) { return solve_radiation(problem, start, options); });
   }
   Eigen::MatrixXcd starts = radiation_starts(problem);
   if (method.start.among) {
     starts.conservativeResize(Eigen::NoChange, starts.cols() + 1);
     starts.rightCols(1) = start_drives(method, transfer_->reduction.problem);
   }
-  return solve_radiation(problem, starts, options, advance);
+  return solve_radiation(problem, starts, options);
 }
 
 const Eigen::RowVectorXcd& MethodSolver::central_row() {

@@ -85,8 +85,7 @@ class MethodSolver {
   PhaseSolution solve_skin_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
                                   const Eigen::VectorXcd* before, const IterationCallback& advance, Progress& progress);
   PhaseSolution solve_radiation_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
-                                       const Eigen::VectorXcd* before, const IterationCallback& advance,
-                                       Progress& progress);
+                                       const Eigen::VectorXcd* before, Progress& progress);
   Eigen::VectorXd face_means(const Eigen::VectorXd& amplitudes) const;
   IncidentProblem unscattered(const Eigen::VectorXd& amplitudes, FaceWeights faces);
   IncidentProblem scattered(const Eigen::VectorXd& amplitudes, FaceWeights faces);
