@@ -253,10 +253,9 @@ SkinMap FrameSolver::mapped(const std::vector<Eigen::Index>& first) const {
           }};
 }
 
-PhaseSolution FrameSolver::descended(const Model& model, const Target& target, const Eigen::VectorXd& amplitudes,
-                                     const Eigen::VectorXd& before) {
+PhaseSolution FrameSolver::descended(const Model& model, const OutsideSkin& outside, const Target& target,
+                                     const Eigen::VectorXd& amplitudes, const Eigen::VectorXd& before) {
   const Eigen::VectorXd& areas = scattering_->system().mesh().areas();
-  const OutsideSkin outside = outside_skin(model);
   const double outside_weight = model.fixed->scene.solve.outside_weight;
   const std::vector<Eigen::Index> none;
   MappedSkin skin{mapped(none), Eigen::VectorXd::Zero(areas.size() + outside.beyond.size()), {}};
@@ -269,10 +268,9 @@ PhaseSolution FrameSolver::descended(const Model& model, const Target& target, c
   return descent_.descend(skin, before, later_.iterations, later_.free_level);
 }
 
-PhaseSolution FrameSolver::descended_by_radiation(const Model& model, const Target& target,
+PhaseSolution FrameSolver::descended_by_radiation(const Model& model, const OutsideSkin& outside, const Target& target,
                                                   const Eigen::VectorXd& amplitudes, const Eigen::VectorXd& before) {
   const TriangleMesh& mesh = scattering_->system().mesh();
-  const OutsideSkin outside = outside_skin(model);
   const NearSkin near = near_skin(mesh, target, model.fixed->wave);
   const auto copies = static_cast<Eigen::Index>(near.faces.size());
   Eigen::VectorXd counted = Eigen::VectorXd::Zero(copies + mesh.face_count() + outside.beyond.size());
@@ -286,6 +284,7 @@ PhaseSolution FrameSolver::descended_by_radiation(const Model& model, const Targ
 PhaseSolution FrameSolver::followed(const Model& model, const Target& target, const Eigen::VectorXd& amplitudes,
                                     const Eigen::VectorXd& before, bool moved, MotionFrame& frame) {
   const ScatteringSystem& system = scattering_->system();
+  const OutsideSkin outside = outside_skin(model);
   try {
     timed(silent_, frame.seconds, "factorise", "", [&] {
       if (!factored_ || *factored_at_ != system.mesh().vertices()) {
@@ -298,12 +297,12 @@ PhaseSolution FrameSolver::followed(const Model& model, const Target& target, co
     timed(silent_, frame.seconds, "transfer", "", [&] {
       if (moved) {
         factored_->face(system, scattering_->array());
-        incident_beyond_ = outside_skin(model).beyond_pressure_single(model.fixed->wave);
+        incident_beyond_ = outside.beyond_pressure_single(model.fixed->wave);
       }
     });
     PhaseSolution solution = timed(silent_, frame.seconds, "phases", "", [&] {
-      return later_.kind->radiation ? descended_by_radiation(model, target, amplitudes, before)
-                                    : descended(model, target, amplitudes, before);
+      return later_.kind->radiation ? descended_by_radiation(model, outside, target, amplitudes, before)
+                                    : descended(model, outside, target, amplitudes, before);
     });
     leave_out_dead(scattering_->array().response, solution);
     return solution;

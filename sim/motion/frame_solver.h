@@ -86,10 +86,10 @@ class FrameSolver {
   bool set_up(const Model& model, const std::optional<Target>& target, MotionFrame& frame);
   /// Products of the factored equations: the pressures of some faces, then those of all and of the skin beyond.
   SkinMap mapped(const std::vector<Eigen::Index>& first) const;
-  PhaseSolution descended(const Model& model, const Target& target, const Eigen::VectorXd& amplitudes,
-                          const Eigen::VectorXd& before);
-  PhaseSolution descended_by_radiation(const Model& model, const Target& target, const Eigen::VectorXd& amplitudes,
-                                       const Eigen::VectorXd& before);
+  PhaseSolution descended(const Model& model, const OutsideSkin& outside, const Target& target,
+                          const Eigen::VectorXd& amplitudes, const Eigen::VectorXd& before);
+  PhaseSolution descended_by_radiation(const Model& model, const OutsideSkin& outside, const Target& target,
+                                       const Eigen::VectorXd& amplitudes, const Eigen::VectorXd& before);
   PhaseSolution followed(const Model& model, const Target& target, const Eigen::VectorXd& amplitudes,
                          const Eigen::VectorXd& before, bool moved, MotionFrame& frame);
 

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "solvers/linear/blas_product.h"
 #include "solvers/phase/phase_descent.h"
+#include "solvers/phase/skin_rows.h"
 #include "solvers/phase/surface.h"
 
 namespace touchfield {
@@ -35,41 +35,15 @@ void require_sequence(const PhaseSequence& sequence, const SequenceOptions& opti
   }
 }
 
-/// The rows of all faces and of R as the descent multiplies with them, in single precision.
-class SequenceSkin {
- public:
-  explicit SequenceSkin(const PhaseSequence& sequence)
-      : sequence_(sequence), all_(sequence.rows.rows() + sequence.outside.rows(), sequence.rows.cols()) {
-    all_ << sequence.rows.cast<std::complex<float>>(), sequence.outside.cast<std::complex<float>>();
-  }
-
-  SkinMap map() const {
-    return {[this](const Eigen::VectorXcf& q) {
-              Eigen::VectorXcf p(all_.rows());
-              multiply(Op::kPlain, all_, q, 0.0F, p);
-              return p;
-            },
-            [this](const Eigen::VectorXcf& v) {
-              Eigen::VectorXcf x(all_.cols());
-              multiply(Op::kAdjoint, all_, v, 0.0F, x);
-              return x;
-            }};
-  }
-
-  MappedSkin frame(Eigen::Index frame) const {
-    MappedSkin skin;
-    skin.map = map();
-    skin.amplitudes = Eigen::VectorXd::Zero(all_.rows());
-    skin.weights = Eigen::VectorXd::Ones(all_.rows());
-    skin.amplitudes.head(sequence_.rows.rows()) = sequence_.amplitudes.col(frame);
-    skin.weights.head(sequence_.rows.rows()) = sequence_.weights.col(frame);
-    return skin;
-  }
-
- private:
-  const PhaseSequence& sequence_;
-  Eigen::MatrixXcf all_;
-};
+/// The problem of a frame on the rows of all faces and of R.
+MappedSkin frame_skin(const PhaseSequence& sequence, const SkinMap& map, Eigen::Index frame) {
+  const Eigen::Index faces = sequence.rows.rows();
+  const Eigen::Index all = faces + sequence.outside.rows();
+  MappedSkin skin{map, Eigen::VectorXd::Zero(all), Eigen::VectorXd::Ones(all)};
+  skin.amplitudes.head(faces) = sequence.amplitudes.col(frame);
+  skin.weights.head(faces) = sequence.weights.col(frame);
+  return skin;
+}
 
 /// Phases that do to the next middle what these do to the last one.
 Eigen::VectorXd carried(const PhaseSequence& sequence, const Eigen::VectorXd& phases, Eigen::Index from,
@@ -144,8 +118,8 @@ PhaseSolution solve_alone(const PhaseSequence& sequence, Eigen::Index frame, int
 std::vector<PhaseSolution> solve_sequence(const PhaseSequence& sequence, const SequenceOptions& options,
                                           const IterationCallback& callback) {
   require_sequence(sequence, options);
-  const SequenceSkin skin(sequence);
-  const SkinMap map = skin.map();
+  const SkinRows rows(sequence.rows, sequence.outside);
+  const SkinMap map = rows.map();
   PhaseDescent descent;
   std::vector<PhaseSolution> solutions;
   for (Eigen::Index k = 0; k < sequence.frame_count(); ++k) {
@@ -157,11 +131,12 @@ std::vector<PhaseSolution> solve_sequence(const PhaseSequence& sequence, const S
                                             sequence.middle[static_cast<std::size_t>(k)]);
       const PhaseBounds bounds = bounds_of(before, solutions.front().phases, sequence.frame_count() - k, options);
       const Eigen::VectorXd from = nearest(start, before, bounds);
-      solutions.push_back(sequence.radiation.empty()
-                              ? descent.descend(skin.frame(k), from, options.iterations, options.free_level, bounds)
-                              : descent.descend(RadiationMisfit(map, sequence.radiation[static_cast<std::size_t>(k)],
-                                                                options.free_level),
-                                                from, options.iterations, bounds));
+      solutions.push_back(
+          sequence.radiation.empty()
+              ? descent.descend(frame_skin(sequence, map, k), from, options.iterations, options.free_level, bounds)
+              : descent.descend(
+                    RadiationMisfit(map, sequence.radiation[static_cast<std::size_t>(k)], options.free_level), from,
+                    options.iterations, bounds));
     }
     if (callback) {
       callback(static_cast<int>(k) + 1, solutions.back().cost_history.back());

@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
-#include "solvers/linear/blas_product.h"
 #include "solvers/phase/skin_problem.h"
+#include "solvers/phase/skin_rows.h"
 
 namespace touchfield {
 
@@ -19,7 +20,6 @@ using Eigen::Index;
 using Eigen::VectorXcd;
 using Eigen::VectorXcf;
 using Eigen::VectorXd;
-using Eigen::VectorXf;
 
 constexpr double kFaintestFocus = 0.01;  // of the largest P': what the loudest face presses at least
 constexpr double kFirstTilt = 0.3;       // [rad]: amplitudes begin at its cosine, as at 1 the cost has no slope
@@ -51,47 +51,6 @@ VectorXd pressed(const RadiationSkin& skin, const Pressure& pressure, const Pres
   }
   return radiation;
 }
-
-/// The matrix of both parts in single precision, or the device that has it.
-class RadiationRows {
- public:
-  explicit RadiationRows(const RadiationProblem& problem)
-      : device_(problem.device.get()), rows_(problem.rows.rows() + problem.outside.rows()), cols_(problem.rows.cols()) {
-    if (device_ != nullptr) {
-      device_->scale_single(VectorXd::Ones(rows_).eval().data());
-      return;
-    }
-    all_.resize(rows_, cols_);
-    all_ << problem.rows.cast<std::complex<float>>(), problem.outside.cast<std::complex<float>>();
-  }
-
-  SkinMap map() const {
-    return {[this](const VectorXcf& q) {
-              VectorXcf p(rows_);
-              if (device_ != nullptr) {
-                device_->send_single(1, q.data(), p.data());
-              } else {
-                multiply(Op::kPlain, all_, q, 0.0F, p);
-              }
-              return p;
-            },
-            [this](const VectorXcf& v) {
-              VectorXcf x(cols_);
-              if (device_ != nullptr) {
-                device_->send_back_single(1, v.data(), x.data());
-              } else {
-                multiply(Op::kAdjoint, all_, v, 0.0F, x);
-              }
-              return x;
-            }};
-  }
-
- private:
-  SkinDevice* device_;
-  Index rows_;
-  Index cols_;
-  Eigen::MatrixXcf all_;  // empty where a device has it
-};
 
 double cost_of(const RadiationSkin& skin, const VectorXd& radiation, double energy) {
   return skin.weights.dot((radiation - skin.wanted).cwiseAbs2()) + energy + skin.constant;
@@ -247,7 +206,7 @@ PhaseSolution RadiationMisfit::solution(const Point& point, PhaseSolution soluti
   if (free_amplitudes_) {
     const VectorXd cosines = point.phases.tail(channels).array().cos();
     for (Index n = 0; n < channels; ++n) {
-      solution.phases(n) += cosines(n) < 0 ? M_PI : 0.0;
+      solution.phases(n) += cosines(n) < 0 ? std::numbers::pi : 0.0;
     }
     solution.amplitudes = cosines.cwiseAbs();
   }
@@ -260,7 +219,7 @@ PhaseSolution solve_radiation(const RadiationProblem& problem, const Eigen::Matr
                               const RadiationOptions& options, const IterationCallback& callback) {
   require_valid(problem, "solve_radiation");
   require_options(problem, starts, options);
-  const RadiationRows rows(problem);
+  const SkinRows rows(problem.rows, problem.outside, problem.device.get());
   const SkinMap map = rows.map();
   const RadiationMisfit misfit(map, problem.skin, options.free_level);
   std::optional<PhaseSolution> best;
