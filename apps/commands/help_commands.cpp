@@ -71,10 +71,10 @@ Finding threads_of(int threads) {
   const bool wait_long = spins.empty() && (policy.empty() || policy == "active" || policy == "ACTIVE");
   const int cores = omp_get_num_procs();  // that this process may use, as a batch system or a container says
   Finding finding{"threads",
-                  fmt::format("{} on {} usable cores; while they wait they {}", threads, cores,
-                              !spins.empty() ? fmt::format("look {} times, then sleep", spins)
-                              : wait_long    ? "look for milliseconds, then sleep"
-                                             : "sleep at once"),
+                  fmt::format("{} on {} usable cores; a thread without work {}", threads, cores,
+                              !spins.empty() ? fmt::format("looks for more {} times, then sleeps", spins)
+                              : wait_long    ? "looks for more for milliseconds, then sleeps"
+                                             : "sleeps at once"),
                   ""};
   if (threads > cores) {
     finding.advice = "more threads than cores wait for each other: use --threads or OMP_NUM_THREADS";

@@ -301,7 +301,7 @@ Examples
 1.0
 )")
       .def("__repr__", [](const SharedProblem& self) {
-        return fmt::format("<touchfield.Problem: {} faces, {} channels, {} outside rows>", self->target_count(),
+        return fmt::format("<touchfield.Problem: {} faces, {} channels, {} rows for the skin outside>", self->target_count(),
                            self->channel_count(), self->outside.rows());
       });
 }

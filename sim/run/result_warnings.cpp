@@ -102,26 +102,25 @@ std::string steepened(const Run& run, double least, double end, double& largest)
   return methods;
 }
 
-/// What a plane wave without losses has lost at `sigma`: "1.2 % of its fundamental, with a second harmonic of 15 %".
+/// What a plane wave without losses has lost at `sigma`: "1.2 % of its pressure at the frequency of the array".
 std::string plane_wave_text(double sigma) {
-  const double fundamental = plane_wave_harmonic(1, sigma);
-  return fmt::format("{:.2g} % of its fundamental and has a second harmonic of {:.0f} % of the rest",
-                     100.0 * (1.0 - fundamental), 100.0 * plane_wave_harmonic(2, sigma) / fundamental);
+  return fmt::format("a plane wave loses {:.2g} % of its pressure at the frequency of the array by sigma {:.2f}",
+                     100.0 * (1.0 - plane_wave_harmonic(1, sigma)), sigma);
 }
 
 void remark_nonlinearity(const Run& run, Remarks& remarks) {
   double largest = 0.0;
   if (const std::string methods = steepened(run, kShock, HUGE_VAL, largest); !methods.empty()) {
     remarks.warnings.push_back(
-        fmt::format("nonlinear: on the path to the loudest place of the skin sigma reaches {}: a shock forms at 1, "
-                    "where a plane wave without losses has lost {}; this linear model overestimates the pressure there",
+        fmt::format("nonlinear: the sound is so loud that a shock forms on the way to the skin, which this model leaves "
+                    "out. It forms at sigma 1; here sigma is {}. The pressures are too high: {}. Lower array.level",
                     methods, plane_wave_text(kShock)));
   }
   if (const std::string methods = steepened(run, kNotableSigma, kShock, largest); !methods.empty()) {
     remarks.notes.push_back(
-        fmt::format("nonlinear: on the path to the loudest place of the skin sigma reaches {}: at {:.2f} a plane wave "
-                    "without losses has lost {}",
-                    methods, largest, plane_wave_text(largest)));
+        fmt::format("nonlinear: the sound is so loud that it steepens on the way to the skin, which this model leaves "
+                    "out. A shock would form at sigma 1; here it is {}. The pressures are slightly too high: {}",
+                    methods, plane_wave_text(largest)));
   }
 }
 

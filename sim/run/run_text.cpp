@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -114,29 +113,54 @@ std::string array_sentence(const TransducerArray& array) {
                      directivity_name(array.directivity.kind()));
 }
 
+/// "5,456 triangular faces (mean edge 6.63 mm, 1.50 mm on the target)".
+std::string faces_text(const TriangleMesh& mesh, const std::optional<Target>& target) {
+  std::string on_target;
+  if (target && target->size() > 0) {
+    const TriangleMesh patch(mesh.vertices(), mesh.triangles()(Eigen::all, target->faces));
+    on_target = fmt::format(", {:.2f} mm on the target", patch.mean_edge() / kMillimetre);
+  }
+  return fmt::format("{} triangular faces (mean edge {:.2f} mm{})", grouped(mesh.face_count()),
+                     mesh.mean_edge() / kMillimetre, on_target);
+}
+
 std::string evaluation_sentence(const Run& run) {
   if (run.evaluation_model) {
-    return fmt::format(
-        "All phases were evaluated by the scheme {} on a separate mesh of {} faces (mean edge {:.2f} mm). ",
-        run.evaluation_model->scheme, run.evaluation_model->mesh.face_count(),
-        1e3 * run.evaluation_model->mesh.mean_edge());
+    return fmt::format("All phases were evaluated on a separate mesh of {}. ",
+                       faces_text(run.evaluation_model->mesh, run.evaluation_model->target));
   }
   return run.evaluation == "none" ? "" : "All phases were evaluated on the mesh that they were found on. ";
 }
 
-/// Of one solve per scheme: how its system was solved.
+/// What a solve is for; empty of the resonance check, which changes no result.
+std::string purpose(const SolveRecord& solve) {
+  return solve.stage.starts_with("resonance_check") ? ""
+         : solve.stage.starts_with("transfer")      ? "the transfer matrix"
+         : solve.stage.starts_with("evaluation")    ? "the evaluation"
+                                                    : "the pressures of the methods";
+}
+
+/// How the systems of each purpose were solved, with the largest residual among their solves.
 std::string scattering_sentence(const Run& run) {
-  std::set<std::string> told;
-  std::string text;
+  std::vector<std::pair<std::string, double>> told;
   for (const SolveRecord& solve : run.solves) {
-    if (told.insert(solve.scheme).second) {
-      text += fmt::format(
-          "Scattering by the sound-hard skin was computed by boundary elements (scheme {}, {}, largest "
-          "relative residual {:.1e}). ",
-          solve.scheme, solve.solver, solve.residual);
+    if (const std::string what = purpose(solve); !what.empty()) {
+      const std::string text =
+          fmt::format("{} by scheme {} ({}, {} precision", what, solve.scheme, solve.solver, solve.precision);
+      const auto same = std::ranges::find(told, text, [](const auto& entry) { return entry.first; });
+      if (same == told.end()) {
+        told.emplace_back(text, solve.residual);
+      } else {
+        same->second = std::fmax(same->second, solve.residual);
+      }
     }
   }
-  return text;
+  std::string text;
+  for (const auto& [what, residual] : told) {
+    text += (text.empty() ? "Scattering by the sound-hard skin was computed by boundary elements: " : "; ") + what +
+            (std::isnan(residual) ? ")" : fmt::format(", largest relative residual {:.1e})", residual));
+  }
+  return text.empty() ? "" : text + ". ";
 }
 
 std::string cell(const std::string& text, const char* tag = "td") {
@@ -187,8 +211,9 @@ std::string shown(const std::vector<std::string>& pictures) {
 
 /// The paragraph alone, as plain text.
 std::string methods_paragraph(const Run& run) {
-  std::string text = fmt::format("The skin was a mesh of {} triangular faces (area {:.0f} cm2, mean edge {:.2f} mm). ",
-                                 run.mesh.face_count(), 1e4 * run.mesh.total_area(), 1e3 * run.mesh.mean_edge());
+  std::string text = fmt::format("{} was a mesh of {}. ",
+                                 run.solved_skin == SkinExtent::kPart ? "The skin near the target" : "The skin",
+                                 faces_text(run.mesh, run.target));
   text += array_sentence(run.array) + scattering_sentence(run);
   if (run.target) {
     const double largest = run.target->amplitudes.maxCoeff();
@@ -292,7 +317,7 @@ std::string methods_table(const Run& run) {
     const double largest = run.target->amplitudes.maxCoeff();
     wanted = "of P, the radiation pressure: error, width and length [mm], force, sum and loudest outside\n" +
              fmt::format("wanted: {:.4g} Pa, P {:.3g} Pa{}{}\n", largest, run.radiation_per_square * largest * largest,
-                         extent, best ? fmt::format("; {} fits it best", run.methods.front().name) : "");
+                         extent, best ? fmt::format("; the amplitude that {} fits best", run.methods.front().name) : "");
   }
   return aligned_table(rows) + wanted;
 }

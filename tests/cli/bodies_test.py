@@ -248,7 +248,7 @@ class Bodies(CommandTest):
         # Between the transducers, 1 mm and more from each: only the board is hit.
         said = self.refused("check", scene, "--set", "body={sphere: {radius_mm: 5}, edge_mm: 2, place: {at_mm: "
                             "[0, 0, 4.9]}}", "--set", "target.box={centre_mm: [0, 0, 9], size_mm: [4, 4, 4]}")
-        self.assertIn("crosses the board of unit 0", said)
+        self.assertIn("cuts through the board of array unit 0", said)
         said = self.refused("check", scene, "--set", "body.place.at_mm=[0, 0, -8]")
         self.assertIn("inside the body", said)
 

@@ -119,12 +119,12 @@ class Processors(CommandTest):
         self.assertIn("TOUCHFIELD_LEVEL", self.doctor({"TOUCHFIELD_LEVEL": "generic"})["processor"]["advice"])
         self.assertIn("more threads than cores", self.doctor({"OMP_NUM_THREADS": "4000"})["threads"]["advice"])
         # What makes a run slow beside other programs: threads that look for others all the time.
-        self.assertIn("look 4000 times, then sleep", found["threads"]["state"])
+        self.assertIn("looks for more 4000 times, then sleeps", found["threads"]["state"])
         cores = {"OMP_NUM_THREADS": str(len(os.sched_getaffinity(0)))}
         self.assertEqual(self.doctor(cores)["threads"]["advice"], "")
         for setting, state, advised in (({"GOMP_SPINCOUNT": "7"}, "look 7 times", False),
-                                        ({"OMP_WAIT_POLICY": "passive"}, "sleep at once", False),
-                                        ({"OMP_WAIT_POLICY": "active"}, "look for milliseconds", True)):
+                                        ({"OMP_WAIT_POLICY": "passive"}, "sleeps at once", False),
+                                        ({"OMP_WAIT_POLICY": "active"}, "looks for more for milliseconds", True)):
             threads = self.doctor({**cores, **setting})["threads"]
             self.assertIn(state, threads["state"])
             self.assertEqual("GOMP_SPINCOUNT=4000" in threads["advice"], advised, setting)

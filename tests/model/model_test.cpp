@@ -36,7 +36,7 @@ TEST(Model, BodiesStandWhereTheScenePutsThem) {
 
 TEST(Model, WhatDoesNotGoTogetherIsRefused) {
   EXPECT_THAT(refusal({"body.place.landmark=elbow"}), HasSubstr("elbow"));
-  EXPECT_THAT(refusal({"body.place.at_mm=[0, 0, 0]"}), HasSubstr("crosses the board"));
+  EXPECT_THAT(refusal({"body.place.at_mm=[0, 0, 0]"}), HasSubstr("cuts through the board"));
   EXPECT_THAT(refusal({"target.box.size_mm=[0.001, 0.001, 0.001]"}), HasSubstr("target"));
   EXPECT_THAT(refusal({"target.box.size_mm=[100, 100, 100]"}), HasSubstr("target"));
 }

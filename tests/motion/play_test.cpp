@@ -206,7 +206,7 @@ TEST(PlayMotion, TellsOfEverySecondAndEveryScore) {
 TEST(MovingModel, NamesWhenAMotionLeadsIntoTheArray) {
   const std::string message = message_of<InputError>(
       [] { MovingModel(scene_from(kMovingCapsule, {"motion.change=[{path: 'body.place.at_mm[2]', rate: -400}]"})); });
-  EXPECT_THAT(message, HasSubstr("motion: at 0.200 s: array: the body crosses the board"));
+  EXPECT_THAT(message, HasSubstr("motion: at 0.200 s: array: the body cuts through the board"));
 }
 
 TEST(MovingModel, NamesWhenBodiesMeet) {

@@ -58,6 +58,22 @@ TEST(Describe, ATableOfMethodsFitsAScreenOf100Columns) {
   }
 }
 
+TEST(Report, ItsMethodsSectionSaysWhatWasSolvedWithTheLargestResidualOfEach) {
+  RunData run = full_run();
+  const auto solved = [](const char* stage, const char* solver, double residual) {
+    return SolveRecord{
+        .stage = stage, .scheme = "chief", .solver = solver, .precision = "double", .residual = residual};
+  };
+  run.solves = {solved("transfer", "LU", 1e-15), solved("pressure of focus", "LU", 2e-15), solved("focus", "LU", 3e-14),
+                solved("resonance_check", "GMRES, matrix-free", 0.5), solved("evaluation", "GMRES, FFT", 7e-5)};
+  EXPECT_THAT(run_report(run, {}),
+              AllOf(HasSubstr("boundary elements: the transfer matrix by scheme chief (LU, double precision, largest "
+                              "relative residual 1.0e-15); the pressures of the methods by scheme chief (LU, double "
+                              "precision, largest relative residual 3.0e-14); the evaluation by scheme chief (GMRES, "
+                              "FFT, double precision, largest relative residual 7.0e-05). "),
+                    Not(HasSubstr("5.0e-01")), HasSubstr("separate mesh of 80 triangular faces (mean edge")));
+}
+
 /// A run at a frequency with fields of one point.
 RunData with_points(double frequency) {
   RunData run = full_run();
