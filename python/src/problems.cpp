@@ -301,8 +301,8 @@ Examples
 1.0
 )")
       .def("__repr__", [](const SharedProblem& self) {
-        return fmt::format("<touchfield.Problem: {} faces, {} channels, {} rows for the skin outside>", self->target_count(),
-                           self->channel_count(), self->outside.rows());
+        return fmt::format("<touchfield.Problem: {} faces, {} channels, {} rows for the skin outside>",
+                           self->target_count(), self->channel_count(), self->outside.rows());
       });
 }
 

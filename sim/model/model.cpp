@@ -91,7 +91,8 @@ void require_clear_array(const ArraySpec& spec, const TransducerArray& array, co
   if (!std::holds_alternative<PositionsArray>(spec.layout)) {
     if (const auto hit = plate_collision(mesh, array.positions, array.device, 0.0)) {
       throw InputError(
-          fmt::format("array: the body cuts through the board of array unit {} at {}; move the body by body.place.at_mm or the array by array.at_mm",
+          fmt::format("array: the body cuts through the board of array unit {} at {}; move the body by "
+                      "body.place.at_mm or the array by array.at_mm",
                       hit->plate, place_text(hit->at, 2)));
     }
   }

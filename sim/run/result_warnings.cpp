@@ -111,10 +111,10 @@ std::string plane_wave_text(double sigma) {
 void remark_nonlinearity(const Run& run, Remarks& remarks) {
   double largest = 0.0;
   if (const std::string methods = steepened(run, kShock, HUGE_VAL, largest); !methods.empty()) {
-    remarks.warnings.push_back(
-        fmt::format("nonlinear: the sound is so loud that a shock forms on the way to the skin, which this model leaves "
-                    "out. It forms at sigma 1; here sigma is {}. The pressures are too high: {}. Lower array.level",
-                    methods, plane_wave_text(kShock)));
+    remarks.warnings.push_back(fmt::format(
+        "nonlinear: the sound is so loud that a shock forms on the way to the skin, which this model leaves "
+        "out. It forms at sigma 1; here sigma is {}. The pressures are too high: {}. Lower array.level",
+        methods, plane_wave_text(kShock)));
   }
   if (const std::string methods = steepened(run, kNotableSigma, kShock, largest); !methods.empty()) {
     remarks.notes.push_back(

@@ -105,12 +105,13 @@ std::string help_of(const std::string& method) {
   return found == all.end() ? "" : std::string(found->help);
 }
 
-std::string array_sentence(const TransducerArray& array) {
-  if (array.kind == TransducerArray::Kind::kPlaneWave) {
-    return fmt::format("The sound was a plane wave of {:.4g} Pa. ", array.amplitudes(0));
-  }
-  return fmt::format("The array: {} transducers (directivity: {}). ", array.size(),
-                     directivity_name(array.directivity.kind()));
+std::string array_sentence(const Run& run) {
+  const TransducerArray& array = run.array;
+  const std::string sound = array.kind == TransducerArray::Kind::kPlaneWave
+                                ? fmt::format("The sound was a plane wave of {:.4g} Pa", array.amplitudes(0))
+                                : fmt::format("The array had {} transducers (directivity {})", array.size(),
+                                              directivity_name(array.directivity.kind()));
+  return sound + (std::isnan(run.frequency) ? ". " : fmt::format(" at {:.4g} kHz. ", 1e-3 * run.frequency));
 }
 
 /// "5,456 triangular faces (mean edge 6.63 mm, 1.50 mm on the target)".
@@ -214,7 +215,7 @@ std::string methods_paragraph(const Run& run) {
   std::string text = fmt::format("{} was a mesh of {}. ",
                                  run.solved_skin == SkinExtent::kPart ? "The skin near the target" : "The skin",
                                  faces_text(run.mesh, run.target));
-  text += array_sentence(run.array) + scattering_sentence(run);
+  text += array_sentence(run) + scattering_sentence(run);
   if (run.target) {
     const double largest = run.target->amplitudes.maxCoeff();
     text +=
@@ -315,9 +316,10 @@ std::string methods_table(const Run& run) {
   if (run.target) {
     const bool best = std::ranges::any_of(run.seconds, [](const auto& stage) { return stage.first == kScaleStage; });
     const double largest = run.target->amplitudes.maxCoeff();
-    wanted = "of P, the radiation pressure: error, width and length [mm], force, sum and loudest outside\n" +
-             fmt::format("wanted: {:.4g} Pa, P {:.3g} Pa{}{}\n", largest, run.radiation_per_square * largest * largest,
-                         extent, best ? fmt::format("; the amplitude that {} fits best", run.methods.front().name) : "");
+    wanted =
+        "of P, the radiation pressure: error, width and length [mm], force, sum and loudest outside\n" +
+        fmt::format("wanted: {:.4g} Pa, P {:.3g} Pa{}{}\n", largest, run.radiation_per_square * largest * largest,
+                    extent, best ? fmt::format("; the amplitude that {} fits best", run.methods.front().name) : "");
   }
   return aligned_table(rows) + wanted;
 }

@@ -284,7 +284,8 @@ A scene is a YAML file that describes a run: the transducers, the body that scat
 to press on, and the methods that find the phases. `touchfield run scenes/quick.yaml` runs a scene. `touchfield check`
 checks it without solving anything. `touchfield check --resolved` prints it with all defaults.
 
-- Every key has an example in the tables: its default, or a value after "e.g.". If a map is left out, its keys have their defaults.
+- Every key has an example in the tables: its default, or a value after "e.g.". If a map is left
+  out, its keys have their defaults.
 - The key of a number names its unit. Nothing else is converted.
 - A key that is not listed here, is given twice, has the wrong type or is out of its range is an error. All errors of a
   scene are reported together, each as `file:line:column: path: problem, rule`.
