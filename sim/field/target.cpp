@@ -86,6 +86,11 @@ bool hold_enough(const TriangleMesh& mesh, const std::vector<FacePart>& parts, s
       }
     }
   }
+  const auto at = [&](std::size_t i) { return boxes.begin() + static_cast<std::ptrdiff_t>(i); };
+  require(!hold_faces(mesh, {at(begin), at(end)}),
+          "{}: the parts of the target before it hold its skin about {} (scene coordinates), and a face belongs to the "
+          "first part that holds it; leave one out, or make the first smaller",
+          part_key(boxes, begin), place_text(boxes[begin].centre));
   throw InputError(
       fmt::format("{}: the box about {} (scene coordinates) holds no skin, or less than half a face; the nearest "
                   "centroid of a face "
@@ -273,8 +278,24 @@ Vector3 SkinStrokes::normal_about(const Vector3& x, double radius) const {
   return sum.normalized();
 }
 
+SkinPoint SkinStrokes::on_skin(const Vector3& at, const std::string& key) const {
+  const SkinPoint found = tree_.nearest(at);
+  if (found.distance <= reach_) {
+    return found;
+  }
+  constexpr double kThousand = 1e3;  // metres taken for millimetres, or millimetres for metres where they are 1 m and more
+  const auto fits = [&](double factor) { return tree_.nearest(factor * at).distance <= reach_; };
+  const char* unit = fits(kThousand)                          ? "; a thousand times these coordinates are on it"
+                     : at.norm() > 1 && fits(1.0 / kThousand) ? "; a thousandth of these coordinates is on it"
+                                                              : "";
+  throw InputError(fmt::format("{}: {} (scene coordinates) is {:.1f} mm off the skin, must be at most {:g}; the nearest skin "
+                               "is at {}{}",
+                               key, place_text(at), found.distance / kMillimetre, reach_ / kMillimetre,
+                               place_text(found.at), unit));
+}
+
 TargetBox SkinStrokes::disc(const Vector3& at, double diameter, double level, const std::string& key) const {
-  const Vector3 centre = tree_.nearest(at).at;
+  const Vector3 centre = on_skin(at, key).at;
   Eigen::Matrix3d axes;
   axes.col(2) = normal_about(centre, 0.5 * diameter);
   const bool along_x = std::abs(axes(0, 2)) > std::abs(axes(1, 2));  // the normal: then the width is along y
@@ -318,9 +339,10 @@ void SkinStrokes::add_nodes(const SkinPoint& to, double longest, const std::stri
 
 std::vector<TargetBox> SkinStrokes::strip(const std::vector<Vector3>& points, double width, double level,
                                           const std::string& key) const {
-  std::vector<SkinPoint> places = {tree_.nearest(points.front())};
+  const auto place = [&](std::size_t i) { return on_skin(points[i], fmt::format("{}: points[{}]", key, i)); };
+  std::vector<SkinPoint> places = {place(0)};
   for (std::size_t i = 1; i < points.size(); ++i) {
-    const SkinPoint next = tree_.nearest(points[i]);
+    const SkinPoint next = place(i);
     require(!is_same(next.at, places.back().at), "{}: points[{}] and points[{}] are at the same place of the skin, {}",
             key, i - 1, i, place_text(next.at));
     add_nodes(next, std::min(width, kLongest), key, places);

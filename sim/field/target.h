@@ -82,13 +82,21 @@ class SkinStrokes {
   static constexpr double kDepth = 6e-3;       // [m], of a box
   static constexpr double kLongest = 5e-3;     // [m], of a piece of a strip
   static constexpr std::size_t kMost = 1'000;  // pieces of a strip
+  static constexpr double kReach = 10e-3;      // [m], of a place from the skin that is meant
 
-  /// mesh   must outlive this
-  explicit SkinStrokes(const TriangleMesh& mesh) : mesh_(mesh), tree_(mesh) {}
+  /// mesh    must outlive this
+  /// reach   places farther than this from the skin are refused [m]
+  explicit SkinStrokes(const TriangleMesh& mesh, double reach = kReach) : mesh_(mesh), tree_(mesh), reach_(reach) {}
+
+  /// The point of the skin that is nearest to a place [m].
+  ///
+  /// key      what the message calls the place
+  /// throws   InputError with the distance and the nearest skin if it is out of reach
+  SkinPoint on_skin(const Vector3& at, const std::string& key) const;
 
   /// The disc about the point of the skin that is nearest to `at`.
   ///
-  /// at         [m]
+  /// at         [m], as on_skin
   /// diameter   [m], > 0
   TargetBox disc(const Vector3& at, double diameter, double level, const std::string& key) const;
 
@@ -98,7 +106,7 @@ class SkinStrokes {
   /// on the mean. The halves are divided likewise, until no piece is longer than the width or kLongest. The pieces' own
   /// x is across the strip, own y along it. They overlap. Sharp bends are rounded by a disc behind all pieces.
   ///
-  /// points   2 or more [m]
+  /// points   2 or more [m], as on_skin
   /// width    [m], > 0
   /// throws   InputError if two points in a row are the same, no skin lies between two, or the strip is longer than
   ///          kMost pieces
@@ -112,6 +120,7 @@ class SkinStrokes {
 
   const TriangleMesh& mesh_;
   FaceTree tree_;
+  double reach_;
 };
 
 /// The box round the faces of a surface whose level is above 0, 3 mm above and below them, as a mask. Its own z is

@@ -287,7 +287,7 @@ void require_clear(const Model& model) {
   }
 }
 
-std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Model& model) {
+std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Model& model, double reach) {
   const Body& body = model.body;
   const auto place = [&](const TargetPlace& given) -> Vector3 {
     return given.at.empty() ? given.centre : position(body.mesh, find_landmark(body, given.at)) + given.offset;
@@ -300,7 +300,7 @@ std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Model& model) {
   }
   std::optional<SkinStrokes> skin;
   if (!spec.points.empty() || !spec.lines.empty()) {
-    skin.emplace(body.mesh);
+    skin.emplace(body.mesh, reach);
   }
   for (std::size_t i = 0; i < spec.points.size(); ++i) {
     const TargetPointSpec& point = spec.points[i];

@@ -8,6 +8,7 @@
 #include "sim/acoustics/transducer_array.h"
 #include "sim/field/evaluate.h"
 #include "sim/field/skin_problems.h"
+#include "sim/field/target.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/skin_patches.h"
 #include "sim/model/bodies.h"
@@ -100,8 +101,10 @@ void require_clear(const Model& model);
 
 /// The boxes of a target on a model's body, with those of its points, lines and mask. Their places are at a landmark of
 /// the body where it is now, or where the scene says.
+///
+/// reach    points and lines farther than this from the skin are refused [m]
 /// throws   InputError on an unknown landmark, or as SkinStrokes
-std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Model& model);
+std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Model& model, double reach = SkinStrokes::kReach);
 
 /// The skin of a model outside the target, which the phases are to keep silent.
 OutsideSkin outside_skin(const Model& model);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <unordered_set>
 #include <utility>
@@ -287,7 +288,8 @@ Model MovingModel::at(const MotionState& state) const {
   }
   if (model.posture.target) {
     const bool on_skin = model.fixed->scene.motion->target == MotionSpec::Target::kOnSkin;
-    model.boxes = build_boxes(*model.posture.target, on_skin ? model : first_);
+    constexpr double kAny = std::numeric_limits<double>::infinity();  // the skin may move away from a place
+    model.boxes = build_boxes(*model.posture.target, on_skin ? model : first_, kAny);
   }
   return model;
 }

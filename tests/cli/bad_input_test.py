@@ -65,6 +65,12 @@ class BadInput(CommandTest):
                 (box, "points: [{at: bottom, diameter_mm: 0.02}]", "target.points[0]: the box about"),
                 (box, "lines: [{points: [{at: bottom}, {at: bottom}], width_mm: 3}]",
                  "target.lines[0]: points[0] and points[1] are at the same place of the skin"),
+                (box, "points: [{at: bottom, offset_mm: [0, 0, -30], diameter_mm: 3}]", [
+                    "target.points[0]: (0.0, 0.0, 30.0) mm (scene coordinates) is 30.0 mm off the skin", "the nearest skin is at (0"]),
+                (box, "lines: [{points: [{at: bottom}, {centre_mm: [0, 0.005, 0.06]}], width_mm: 3}]",
+                 ["target.lines[0]: points[1]: ", "a thousand times these coordinates are on it"]),
+                (box, "points: [{at: bottom, diameter_mm: 5}, {at: bottom, diameter_mm: 4, level: 0.5}]",
+                 "target.points[1]: the parts of the target before it hold its skin"),
                 (box, "profile: penetration\n  points: [{at: bottom, diameter_mm: 3}]", "target.profile: penetration is of boxes alone"),
                 (at, "at_mm: [5.08, 5.08, -8]", ["body.place.at_mm puts transducer ", "inside the body"]),
                 # The lowest point of the skin 0.3 mm above a transducer.

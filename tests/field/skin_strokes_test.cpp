@@ -64,6 +64,20 @@ void expect_along(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes,
   EXPECT_GT(within, 50);
 }
 
+TEST(SkinStrokes, PlacesOffTheSkinAreRefused) {
+  const TriangleMesh mesh = shifted(icosphere(10e-3, 8), {0, 0, 80e-3});
+  const auto refusal = [&](const Vector3& at) {
+    return support::message_of<InputError>([&] { SkinStrokes(mesh).on_skin(at, "target.points[2]"); });
+  };
+  EXPECT_THAT(refusal({0, 0, 58e-3}),
+              AllOf(HasSubstr("target.points[2]: (0.0, 0.0, 58.0) mm (scene coordinates) is 12.0 mm off the skin"),
+                    HasSubstr("the nearest skin is at (0.0, 0.0, 70.0) mm"), Not(HasSubstr("coordinates are on it"))));
+  EXPECT_THAT(refusal({0, 0, 70e-6}), HasSubstr("a thousand times these coordinates are on it"));
+  EXPECT_THAT(refusal({0, 0, 70}), HasSubstr("a thousandth of these coordinates is on it"));
+  EXPECT_NEAR(SkinStrokes(mesh).on_skin({0, 0, 61e-3}, "").distance, 9e-3, 1e-4);
+  EXPECT_NEAR(SkinStrokes(mesh, 1.0).on_skin({0, 0, 58e-3}, "").distance, 12e-3, 1e-4);
+}
+
 TEST(SkinStrokes, ADiscIsRoundAndOnTheNearestSkin) {
   const TriangleMesh mesh = icosphere(10e-3, 24);
   const Vector3 pole = Vector3(1, -2, -2) / 3;
