@@ -52,11 +52,13 @@ void write_pattern_tables(const Pattern& pattern, const RunDirectory& directory)
     for (const SpectralLine& line : sound.lines) {
       lines.push_back(Json{{"point", sound.point.name},
                            {"hz", line.hz},
-                           {"mean_square_pa2", line.mean_square},
-                           {"rms_pa", std::sqrt(line.mean_square)}});
+                           {"bin_hz", line.width},
+                           {"radiation_mean_square_pa2", line.mean_square},
+                           {"radiation_rms_pa", std::sqrt(line.mean_square)}});
     }
   }
-  const Json columns = {{"point", ""}, {"hz", 0.0}, {"mean_square_pa2", 0.0}, {"rms_pa", 0.0}};
+  const Json columns = {
+      {"point", ""}, {"hz", 0.0}, {"bin_hz", 0.0}, {"radiation_mean_square_pa2", 0.0}, {"radiation_rms_pa", 0.0}};
   write_text_file(directory.file("spectrum.csv"), csv_text(columns, lines));
 }
 
@@ -75,13 +77,11 @@ std::vector<double> over_frames(const Pattern& pattern, const Of& of) {
   return values;
 }
 
-/// Rms of |p|, mean of the radiation pressure, and its rms in each band.
-Json sound_value(const PatternSound& sound) {
-  Json value = {{"point", sound.point.name},
-                {"rms_pa", std::sqrt(sound.mean_square())},
-                {"radiation_pa", sound.radiation.mean()}};
+/// Mean of the radiation pressure, and its rms in each band.
+Json radiation_value(const PatternSound& sound) {
+  Json value = {{"point", sound.point.name}, {"mean_pa", sound.radiation.mean()}};
   for (const FrequencyBand& band : kTouchBands) {
-    value[fmt::format("{:.0f}-{:.0f}hz_pa", band.low, band.high)] = std::sqrt(mean_square_in(sound.lines, band));
+    value[fmt::format("rms_{:.0f}-{:.0f}hz_pa", band.low, band.high)] = std::sqrt(mean_square_in(sound.lines, band));
   }
   return value;
 }
@@ -122,9 +122,14 @@ Json pattern_value(const Pattern& pattern, const std::string& directory) {
   value["largest_turn_rad"] = statistics(over_frames(pattern, turn)).worst;
   value["phases_of_a_frame_s"] = phases / pattern.clock.frames;
   value["error_by_all_faces_off"] = pattern.reduced_off;
-  Json points = Json::array();
-  std::ranges::transform(pattern.sounds, std::back_inserter(points), sound_value);
-  value["points"] = points;
+  Json sound_pressure = Json::array();
+  Json radiation_pressure = Json::array();
+  for (const PatternSound& sound : pattern.sounds) {
+    sound_pressure.push_back(Json{{"point", sound.point.name}, {"rms_pa", std::sqrt(sound.mean_square())}});
+    radiation_pressure.push_back(radiation_value(sound));
+  }
+  value["sound_pressure"] = sound_pressure;
+  value["radiation_pressure"] = radiation_pressure;
   value["stages_s"] = stage_values(timings);
   value["warnings"] = pattern.motion.warnings;
   value["notes"] = pattern.motion.notes;

@@ -16,6 +16,7 @@
 #include "sim/model/stages.h"
 #include "sim/model/warnings.h"
 #include "sim/run/methods.h"
+#include "sim/run/result_warnings.h"
 #include "sim/run/skin_scattering.h"
 #include "sim/run/solve_model.h"
 #include "sim/run/transfer.h"
@@ -206,6 +207,36 @@ void score_frames(const PatternSpec& spec, const PatternProblem& problem, Patter
   }
 }
 
+/// "below_wanted: ..." of the worst frame that the array is too weak for, else nothing. A spot may be weak for its shape
+/// alone, which an array that could make more of it does not tell.
+std::optional<std::string> reach_warning(const PatternProblem& problem, const Pattern& pattern) {
+  int below = 0;
+  double least = kLeastReached;
+  std::string worst;
+  const std::vector<MotionScore>& scores = pattern.motion.methods.front().scores;
+  for (std::size_t k = 0; k < scores.size(); ++k) {
+    const Metrics& metrics = scores[k].metrics;
+    const double wanted = metrics.mean_inside_pa / metrics.reached_share;
+    const auto column = static_cast<std::size_t>(problem.column(static_cast<Eigen::Index>(k)));
+    const double most = problem.sequence.rows.row(problem.spots.middle[column]).cwiseAbs().sum();
+    if (!(metrics.reached_share < kLeastReached && most < wanted)) {
+      continue;
+    }
+    ++below;
+    if (metrics.reached_share < least) {
+      least = metrics.reached_share;
+      worst =
+          fmt::format("{} ({:.2g} %) of {}, where the array makes at most {} in the middle",
+                      pressure_text(metrics.mean_inside_pa), 100.0 * least, pressure_text(wanted), pressure_text(most));
+    }
+  }
+  if (below == 0) {
+    return std::nullopt;
+  }
+  return fmt::format("below_wanted: {} of {} frames reach less than half of the wanted pressure; the least {}", below,
+                     scores.size(), worst);
+}
+
 void listen(const Model& model, const PatternProblem& problem, const std::vector<PatternPoint>& points,
             Pattern& pattern) {
   const Medium& medium = model.fixed->wave.medium();
@@ -258,6 +289,7 @@ Motion begun(const Model& model, const PatternClock& clock, const PatternOptions
   const Scene& scene = model.fixed->scene;
   const std::string text = resolved_yaml(scene);
   Remarks remarks = model_remarks(model);
+  add({clock_warnings(*scene.pattern, clock), {}}, remarks);
   if (model.fixed->evaluation.elsewhere()) {
     remarks.notes.push_back(
         "own_model: a pattern is evaluated on the skin and with the channels that it is solved for; sensing, "
@@ -281,18 +313,39 @@ Motion begun(const Model& model, const PatternClock& clock, const PatternOptions
 }  // namespace
 
 std::vector<SpectralLine> lines_of_held(const Eigen::VectorXd& values, double rate, double highest) {
-  const auto count = static_cast<double>(values.size());
+  const Eigen::Index frames = values.size();
+  const auto count = static_cast<double>(frames);
+  const double spacing = rate / count;
+  Eigen::VectorXcd roots(frames);  // by whole steps, so that long signals lose no digits
+  for (Eigen::Index k = 0; k < frames; ++k) {
+    roots(k) = std::polar(1.0, -2.0 * std::numbers::pi * static_cast<double>(k) / count);
+  }
+  std::vector<double> series;  // |sum_k x_k exp(-2 pi i m k/F)| / F, which repeats after F lines
   std::vector<SpectralLine> lines;
-  for (int m = 1; m * rate / count <= highest; ++m) {
-    const double turn = std::numbers::pi * m / count;
-    // By the remainder of m k, which is exact, so that long signals lose no digits.
-    std::complex<double> sum = 0.0;
-    for (Eigen::Index k = 0; k < values.size(); ++k) {
-      const Eigen::Index step = static_cast<Eigen::Index>(m) * k % values.size();
-      sum += values(k) * std::polar(1.0, -2.0 * std::numbers::pi * static_cast<double>(step) / count);
+  for (Eigen::Index m = 1; static_cast<double>(m) * rate / count <= highest; ++m) {
+    const Eigen::Index first = m % frames;
+    if (m < frames) {
+      std::complex<double> sum = 0.0;
+      for (Eigen::Index k = 0, step = 0; k < frames; ++k, step = (step + m) % frames) {
+        sum += values(k) * roots(step);
+      }
+      series.push_back(std::abs(sum) / count);
     }
-    const double magnitude = std::abs(sum) / count * std::abs(std::sin(turn) / turn);
-    lines.push_back({m * rate / count, 2.0 * magnitude * magnitude});
+    const double turn = std::numbers::pi * static_cast<double>(m) / count;
+    const double magnitude =
+        first == 0 ? 0.0 : series[static_cast<std::size_t>(first - 1)] * std::abs(std::sin(turn) / turn);
+    const double hz = static_cast<double>(m) * rate / count;
+    const double square = 2.0 * magnitude * magnitude;
+    if (spacing * kBinsPerHz >= 1.0) {
+      lines.push_back({hz, square, spacing});
+      continue;
+    }
+    constexpr double kHair = 1e-9;  // a line on the edge of a bin begins it
+    const double low = std::floor(hz * kBinsPerHz + kHair) / kBinsPerHz;
+    if (lines.empty() || lines.back().hz < low) {
+      lines.push_back({low, 0.0, 1.0 / kBinsPerHz});
+    }
+    lines.back().mean_square += square;
   }
   return lines;
 }
@@ -359,6 +412,10 @@ Pattern solve_pattern(const Model& model, const PatternOptions& options, Progres
   }
   timed(progress, motion.timings, "scores", "errors, and pressure over time", [&] {
     score_frames(spec, problem, pattern);
+    if (std::optional<std::string> warning = reach_warning(problem, pattern)) {
+      progress.warn(*warning);
+      motion.warnings.push_back(std::move(*warning));
+    }
     listen(model, problem, points, pattern);
   });
   timed(progress, motion.timings, "instants", "pressure of the whole skin at instants",

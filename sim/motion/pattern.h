@@ -24,17 +24,21 @@ struct FrequencyBand {
 /// source   Gescheider, Bolanowski, Hardick, Somatosens. Mot. Res. 18 (2001) 191
 inline constexpr FrequencyBand kTouchBands[] = {{5, 15}, {15, 60}, {60, 200}, {200, 500}};
 
-/// One line of the spectrum of a periodic signal.
+/// A line of the spectrum of a periodic signal, or a bin that holds several.
 struct SpectralLine {
-  double hz;
+  double hz;           // of the line, or where the bin begins
   double mean_square;  // that it adds to the signal's
+  double width = 0;    // of the bin, or to the next line [Hz]
 };
+
+inline constexpr double kBinsPerHz = 10;  // of spectra whose lines are closer than that
 
 /// The Fourier series of a signal that holds each of its F values for 1/rate and then repeats:
 ///
 ///   c_m = sinc(m/F) exp(-i pi m/F) / F sum_k x_k exp(-2 pi i m k/F),   line m: 2 |c_m|^2 at m rate/F
 ///
-/// Lines above 0 and up to `highest`. Nothing is windowed: the series is exact.
+/// Lines above 0 and up to `highest`, those of a bin of 1 / kBinsPerHz added up where they are closer than its width.
+/// Nothing is windowed: the series is exact.
 ///
 /// values    x, F, at least 1
 /// rate      [1/s]
@@ -54,11 +58,18 @@ struct PatternClock {
 };
 
 inline constexpr int kMostPatternFrames = 20'000;
+inline constexpr double kLongestPattern = 3600;  // [s]
 
 /// Without seconds: the fewest periods of the path after which the amplitude and the frames come out whole too.
 ///
-/// throws   InputError if there is no such time of at most kMostPatternFrames frames, or fewer than 2
+/// throws   InputError if there is no such time of at most kMostPatternFrames frames and kLongestPattern, or fewer than
+///          2 frames; if a period has too few frames to show it: 2 and fewer, or fewer than its points
 PatternClock pattern_clock(const PatternSpec& spec);
+
+/// Warnings:
+///   few_frames    a period of the path or the amplitude has fewer than 6 frames
+///   part_period   the pattern repeats within a period, where it jumps
+std::vector<std::string> clock_warnings(const PatternSpec& spec, const PatternClock& clock);
 
 /// Share of the largest pressure that is wanted at a time: 1 - depth (1 - cos(2 pi hz t)) / 2, or 1.
 double wanted_share(const PatternSpec& spec, double time);
@@ -80,6 +91,8 @@ struct PatternPoint {
 
 /// The watched landmarks, then start and, of a circle, the opposite side; both ends of a line; every point; the middle
 /// of the target.
+///
+/// throws   InputError if the body is cut, or the path is shorter than 0.1 mm on the skin
 std::vector<PatternPoint> pattern_points(const PatternSpec& spec, const Model& model);
 
 /// A spot is the disc (SkinStrokes) about the skin's point nearest to the path.

@@ -17,20 +17,76 @@ namespace touchfield {
 namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
-constexpr double kWhole = 1e-9;  // how near a product of rates is to a whole number, relative
+constexpr double kWhole = 1e-9;           // how near a product of rates is to a whole number, relative
+constexpr double kShortestPath = 0.1e-3;  // [m]
 
 bool is_whole(double x) { return std::abs(x - std::round(x)) <= kWhole * std::max(1.0, x); }
 
-double path_hz(const PatternSpec& spec) {
-  return std::visit(
-      [&](const auto& path) {
-        if constexpr (requires { path.hz; }) {
-          return path.hz;
-        } else {
-          return spec.amplitude->hz;
-        }
-      },
-      spec.path);
+/// A rate of a pattern.
+struct Rate {
+  std::string key;
+  double hz;
+  Eigen::Index places;  // that it visits in turn, or 0
+};
+
+/// Those of the path and the amplitude, the path's first.
+std::vector<Rate> rates_of(const PatternSpec& spec) {
+  std::vector<Rate> rates;
+  if (const auto* circle = std::get_if<CirclePath>(&spec.path)) {
+    rates.push_back({"pattern.circle.hz", circle->hz, 0});
+  } else if (const auto* line = std::get_if<LinePath>(&spec.path)) {
+    rates.push_back({"pattern.line.hz", line->hz, 0});
+  } else if (const auto* points = std::get_if<PointsPath>(&spec.path)) {
+    rates.push_back({"pattern.points.hz", points->hz, static_cast<Eigen::Index>(points->at.size())});
+  }
+  if (spec.amplitude) {
+    rates.push_back({"pattern.amplitude.hz", spec.amplitude->hz, 0});
+  }
+  return rates;
+}
+
+double path_hz(const PatternSpec& spec) { return rates_of(spec).front().hz; }
+
+constexpr double kFrozen = 2;     // frames per period, and fewer: they show another rate, or none
+constexpr double kFewFrames = 6;  // fewer are said
+
+void require_frames(const PatternSpec& spec) {
+  for (const Rate& rate : rates_of(spec)) {
+    const double frames = spec.frames_hz / rate.hz;
+    require(
+        rate.places == 0 || frames >= static_cast<double>(rate.places) * (1.0 - kWhole),
+        "{} = {:.6g}: at frames_per_second = {:.6g} a period has {:.3g} frames for {} places, so some are left out; "
+        "{:.6g} frames per second have one for each",
+        rate.key, rate.hz, spec.frames_hz, frames, rate.places, static_cast<double>(rate.places) * rate.hz);
+    require(
+        rate.places > 0 || frames > kFrozen * (1.0 + kWhole),
+        "{} = {:.6g} must be below half of frames_per_second = {:.6g}: frames would show another rate, or none; give "
+        "a lower hz, or frames_per_second: {:.6g} or more",
+        rate.key, rate.hz, spec.frames_hz, kFewFrames * rate.hz);
+  }
+}
+
+/// The shortest time of whole periods and whole frames; without frames if there is none.
+PatternClock whole_clock(const PatternSpec& spec) {
+  const double hz = path_hz(spec);
+  for (double periods = 1; periods * spec.frames_hz / hz <= kMostPatternFrames; ++periods) {
+    const double frames = periods * spec.frames_hz / hz;
+    const double sines = spec.amplitude ? periods * spec.amplitude->hz / hz : 1.0;
+    if (frames >= 2 && is_whole(frames) && is_whole(sines)) {
+      return {.frames = static_cast<int>(std::round(frames)), .rate = spec.frames_hz};
+    }
+  }
+  return {};
+}
+
+/// "; 0.02 would fit": the time of whole periods and frames that is nearest to the scene's.
+std::string fitting_seconds(const PatternSpec& spec) {
+  const PatternClock whole = whole_clock(spec);
+  if (whole.frames == 0) {
+    return "; no time would fit these rates";
+  }
+  return fmt::format("; {:.6g} would fit",
+                     std::max(1.0, std::round(*spec.seconds / whole.seconds())) * whole.seconds());
 }
 
 std::string in_mm(const Vector3& x) {
@@ -56,6 +112,7 @@ class PathInSpace {
         places_.push_back(place_of(place, model.body));
       }
     }
+    require_length(skin);
   }
 
   Vector3 at(double share) const {
@@ -71,6 +128,18 @@ class PathInSpace {
   }
 
  private:
+  /// Places that are one stand for a slip.
+  void require_length(const FaceTree& skin) const {
+    double longest = is_circle_ ? 2.0 * radius_ : 0.0;
+    for (const Vector3& place : places_) {
+      longest = std::max(longest, (skin.nearest(place).at - skin.nearest(places_[0]).at).norm());
+    }
+    require(places_.empty() || longest >= kShortestPath,
+            "pattern: the path is {:.3g} mm long on the skin, so the spot would stand still; it must be {:g} mm or "
+            "more. Give places that differ; a radius, and points, are in millimetres",
+            longest / kMillimetre, kShortestPath / kMillimetre);
+  }
+
   /// The plane has the area-weighted normal of the skin within the circle, on the side of its middle.
   void set_circle(const CirclePath& circle, const Body& body, const FaceTree& skin) {
     is_circle_ = true;
@@ -127,29 +196,46 @@ Target disc(const PatternSpec& spec, const Model& model, const SkinStrokes& stro
 }  // namespace
 
 PatternClock pattern_clock(const PatternSpec& spec) {
-  PatternClock clock{.rate = spec.frames_hz};
+  require_frames(spec);
+  PatternClock clock = whole_clock(spec);
   if (spec.seconds) {
     const double frames = *spec.seconds * spec.frames_hz;
     require(is_whole(frames) && frames >= 2 && frames <= kMostPatternFrames,
             "pattern.seconds = {:.6g} are {:.6g} frames at frames_per_second = {:.6g}; they must be a whole number of "
-            "2 to {} frames",
-            *spec.seconds, frames, spec.frames_hz, kMostPatternFrames);
-    clock.frames = static_cast<int>(std::round(frames));
-    return clock;
+            "2 to {} frames{}",
+            *spec.seconds, frames, spec.frames_hz, kMostPatternFrames,
+            frames <= kMostPatternFrames ? fitting_seconds(spec) : "");
+    clock = {.frames = static_cast<int>(std::round(frames)), .rate = spec.frames_hz};
   }
-  const double hz = path_hz(spec);
-  for (double periods = 1; periods * spec.frames_hz / hz <= kMostPatternFrames; ++periods) {
-    const double frames = periods * spec.frames_hz / hz;
-    const double sines = spec.amplitude ? periods * spec.amplitude->hz / hz : 1.0;
-    if (frames >= 2 && is_whole(frames) && is_whole(sines)) {
-      clock.frames = static_cast<int>(std::round(frames));
-      return clock;
+  require(clock.frames > 0,
+          "pattern: no time of at most {} frames is a whole number of frames at frames_per_second = {:.6g} and "
+          "of periods of every hz; give seconds, or rates with a common period",
+          kMostPatternFrames, spec.frames_hz);
+  require(clock.seconds() <= kLongestPattern,
+          "pattern: {} frames at frames_per_second = {:.6g} take {:.6g} s; a pattern must repeat within {:g} s",
+          clock.frames, spec.frames_hz, clock.seconds(), kLongestPattern);
+  return clock;
+}
+
+std::vector<std::string> clock_warnings(const PatternSpec& spec, const PatternClock& clock) {
+  std::vector<std::string> warnings;
+  for (const Rate& rate : rates_of(spec)) {
+    const double frames = clock.rate / rate.hz;
+    if (rate.places == 0 && frames < kFewFrames * (1.0 - kWhole)) {
+      warnings.push_back(fmt::format(
+          "few_frames: {} = {:.6g} has {:.3g} frames per period; below {:g} the steps are coarse. frames_per_second: "
+          "{:.6g} has {:g}",
+          rate.key, rate.hz, frames, kFewFrames, kFewFrames * rate.hz, kFewFrames));
+    }
+    const double periods = clock.seconds() * rate.hz;
+    if (!is_whole(periods)) {
+      warnings.push_back(
+          fmt::format("part_period: pattern.seconds = {:.6g} has {:.4g} periods of {} = {:.6g}, so the "
+                      "pattern jumps at each repeat{}",
+                      clock.seconds(), periods, rate.key, rate.hz, fitting_seconds(spec)));
     }
   }
-  throw InputError(
-      fmt::format("pattern: no time of at most {} frames is a whole number of frames at frames_per_second = {:.6g} and "
-                  "of periods of every hz; give seconds, or rates with a common period",
-                  kMostPatternFrames, spec.frames_hz));
+  return warnings;
 }
 
 double wanted_share(const PatternSpec& spec, double time) {

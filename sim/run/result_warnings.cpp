@@ -22,14 +22,6 @@ constexpr double kLargestAmplification = 2.0;
 constexpr double kNotableSigma = 0.3;
 constexpr double kShock = 1.0;
 
-/// "3.6 kPa", "4,000 kPa", "120 Pa".
-std::string pressure_text(double pa) {
-  if (pa < 999.5) {
-    return fmt::format("{:.3g} Pa", pa);
-  }
-  return pa < 999.5e3 ? fmt::format("{:.3g} kPa", 1e-3 * pa) : grouped(std::lround(1e-3 * pa)) + " kPa";
-}
-
 void remark_reach(const Run& run, double most, Remarks& remarks) {
   std::string reached;
   double wanted = 0.0;
@@ -130,6 +122,13 @@ constexpr double kFreeSeconds = 0.25;  // spent on the resonance check whatever 
 constexpr double kShare = 0.5;         // of the run's own solving
 
 }  // namespace
+
+std::string pressure_text(double pa) {
+  if (pa < 999.5) {
+    return fmt::format("{:.3g} Pa", pa);
+  }
+  return pa < 999.5e3 ? fmt::format("{:.3g} kPa", 1e-3 * pa) : grouped(std::lround(1e-3 * pa)) + " kPa";
+}
 
 std::vector<const MethodResult*> methods_below_wanted(const Run& run) {
   std::vector<const MethodResult*> methods;

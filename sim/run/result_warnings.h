@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "sim/model/warnings.h"
@@ -9,6 +10,9 @@
 namespace touchfield {
 
 inline constexpr double kLeastReached = 0.5;  // of the wanted mean pressure
+
+/// "3.6 kPa", "4,000 kPa", "120 Pa".
+std::string pressure_text(double pa);
 
 /// Methods that are to reach the target's pressure and reach less than half of it, of a scene that says which.
 std::vector<const MethodResult*> methods_below_wanted(const Run& run);

@@ -76,6 +76,12 @@ PhaseBounds bounds_of(const Eigen::VectorXd& before, const Eigen::VectorXd& firs
   return bounds;
 }
 
+/// Whether a frame wants less than half of what it wants where the frame before wanted sound too.
+bool jumps(const PhaseSequence& sequence, Eigen::Index frame) {
+  const auto wanted = [&](Eigen::Index k) { return sequence.weights.col(k).cwiseProduct(sequence.amplitudes.col(k)); };
+  return wanted(frame).cwiseMin(wanted(frame - 1)).sum() < 0.5 * wanted(frame).sum();
+}
+
 /// The same drives as of `phases`, each phase as near to `before` as it comes by whole turns, and within the bounds.
 Eigen::VectorXd nearest(const Eigen::VectorXd& phases, const Eigen::VectorXd& before, const PhaseBounds& bounds) {
   const Eigen::VectorXd near =
@@ -131,12 +137,14 @@ std::vector<PhaseSolution> solve_sequence(const PhaseSequence& sequence, const S
                                             sequence.middle[static_cast<std::size_t>(k)]);
       const PhaseBounds bounds = bounds_of(before, solutions.front().phases, sequence.frame_count() - k, options);
       const Eigen::VectorXd from = nearest(start, before, bounds);
+      const int iterations =
+          jumps(sequence, k) ? std::max(options.iterations, options.first_iterations) : options.iterations;
       solutions.push_back(
           sequence.radiation.empty()
-              ? descent.descend(frame_skin(sequence, map, k), from, options.iterations, options.free_level, bounds)
+              ? descent.descend(frame_skin(sequence, map, k), from, iterations, options.free_level, bounds)
               : descent.descend(
                     RadiationMisfit(map, sequence.radiation[static_cast<std::size_t>(k)], options.free_level), from,
-                    options.iterations, bounds));
+                    iterations, bounds));
     }
     if (callback) {
       callback(static_cast<int>(k) + 1, solutions.back().cost_history.back());

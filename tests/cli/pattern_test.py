@@ -29,7 +29,7 @@ class Pattern(CommandTest):
     def test_files_and_what_a_board_gets(self):
         scene = self.write("scene.yaml", CIRCLE)
         done = self.run_ok("pattern", scene, "-o", "out", "--check", "10")
-        self.assertIn("5-15hz [Pa]", done.stdout)
+        self.assertIn("rms 5-15hz [Pa]", done.stdout)
         self.assertLessEqual(max(map(len, done.stdout.splitlines())), 100)
         out = self.folder / "out"
         with h5py.File(out / "pattern.h5") as file:
@@ -54,9 +54,10 @@ class Pattern(CommandTest):
         # Bands are sums of lines, and lines those of the held radiation pressure.
         lines = [row for row in rows_of(out / "spectrum.csv") if row["point"] == "start"]
         self.assertEqual([float(row["hz"]) for row in lines], [50.0 * m for m in range(1, 11)])
+        self.assertEqual({row["bin_hz"] for row in lines}, {"50"})
         series = numpy.fft.fft([float(row["radiation_pa_start"]) for row in frames]) / 20
         wanted = [2 * abs(series[m] * numpy.sinc(m / 20)) ** 2 for m in range(1, 11)]
-        numpy.testing.assert_allclose([float(row["mean_square_pa2"]) for row in lines], wanted, rtol=1e-6, atol=1e-20)
+        numpy.testing.assert_allclose([float(row["radiation_mean_square_pa2"]) for row in lines], wanted, rtol=1e-6, atol=1e-20)
         self.assertGreater((out / "strip.png").stat().st_size, 5000)
         self.run_ok("info", "out")
 
@@ -70,10 +71,24 @@ class Pattern(CommandTest):
         scene = self.write("scene.yaml", CIRCLE)
         said = json.loads(self.run_ok("pattern", scene, "-o", "out", "--json", "--set", "write=[h5]").stdout)
         self.assertEqual(said["frames"], 20)
-        self.assertEqual([point["point"] for point in said["points"]], ["bottom", "start", "opposite"])
+        self.assertEqual([point["point"] for point in said["radiation_pressure"]], ["bottom", "start", "opposite"])
         self.assertLess(said["relative_error"]["worst"], 1)
         self.assertGreater(said["relative_error_ring_up"]["mean"], said["relative_error"]["mean"])
         self.assertNotIn("above_frames_alone", said)
+
+    def test_warnings(self):
+        scene = self.write("scene.yaml", CIRCLE)
+        for change, said in [("pattern.amplitude.hz=200", "few_frames: pattern.amplitude.hz = 200 has 5 frames per period"),
+                             ("pattern.seconds=0.015", "part_period: pattern.seconds = 0.015 has 1.5 periods of pattern.circle.hz"),
+                             ("pattern.seconds=0.015", "so the pattern jumps at each repeat; 0.02 would fit"),
+                             ("pattern.pressure_pa=1e9", "below_wanted: 20 of 20 frames reach less than half")]:
+            done = self.run_ok("pattern", scene, "-o", "out", "--force", "--set", change, "--set", "write=[h5]")
+            self.assertIn(said, done.stderr)
+            with h5py.File(self.folder / "out/pattern.h5") as file:
+                self.assertTrue(any(said in text for text in file["warnings"].asstr()))
+        done = self.run_ok("pattern", scene, "-o", "out", "--force")
+        for name in ("few_frames", "part_period", "below_wanted"):
+            self.assertNotIn(name, done.stderr)
 
     def test_refused(self):
         still = self.write("still.yaml", CIRCLE[:CIRCLE.index("pattern:")])
@@ -87,6 +102,16 @@ class Pattern(CommandTest):
                              ("pattern={}", "must have one of circle, line, points, amplitude"),
                              ("pattern.diameter_mm=0.01", "pattern.diameter_mm: the box about"),
                              ("pattern.frames_per_second=333.33", "pattern: no time of at most"),
+                             ("pattern.circle.hz=500", "pattern.circle.hz = 500 must be below half of frames_per_second = 1000"),
+                             ("pattern.amplitude.hz=700", "or frames_per_second: 4200 or more"),
+                             ("pattern.frames_per_second=0.001", "must be below half of frames_per_second = 0.001"),
+                             ("pattern={points: {at: [bottom, top, x_plus], hz: 400}}", "2.5 frames for 3 places"),
+                             ("pattern.seconds=0.0123", "pattern.seconds = 0.0123 are 12.3 frames"),
+                             ("pattern.seconds=3600", "2 to 20000 frames"),
+                             ("pattern={circle: {at: bottom, hz: 0.0001}, frames_per_second: 0.001}", "must repeat within 3600 s"),
+                             ("pattern.circle.radius_mm=0.003", "the path is 0.006 mm long on the skin, so the spot"),
+                             ("pattern={line: {from: [0, 0, 50], to: [0, 0, 50]}}", "the path is 0 mm long"),
+                             ("pattern={points: {at: [bottom, bottom]}}", "the path is 0 mm long"),
                              ("pattern.line={from: bottom, to: top}", "pattern: ")]:
             done = self.touchfield("pattern", scene, "-o", "out", "--set", change)
             self.assertEqual(done.returncode, 2, done.stderr)

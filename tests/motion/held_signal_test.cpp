@@ -51,6 +51,26 @@ TEST(HeldSignal, APointPassedOncePerPeriodHasTheLinesOfARectangle) {
   EXPECT_NEAR(sum, 9.0 * kShare * (1.0 - kShare), 1e-3);  // the variance, as all lines together have it
 }
 
+// Lines every 0.05 Hz: their series would fill files. Bins of 0.1 Hz have the same sums.
+TEST(HeldSignal, NarrowLinesAreAddedUpInBins) {
+  constexpr int kFrames = 40;
+  constexpr int kHeld = 6;
+  Eigen::VectorXd pressure = Eigen::VectorXd::Zero(kFrames);
+  pressure.head(kHeld).setConstant(3.0);
+  const std::vector<SpectralLine> bins = lines_of_held(pressure, 2, 500);
+  ASSERT_EQ(bins.size(), 5001U);  // the last line begins a bin
+  constexpr double kShare = static_cast<double>(kHeld) / kFrames;
+  const auto line = [&](double m) { return 2.0 * std::pow(3.0 * kShare * sinc(m * kShare), 2); };
+  EXPECT_EQ(bins[0].hz, 0.0);
+  EXPECT_NEAR(bins[0].mean_square, line(1), 1e-12);
+  for (std::size_t i = 1; i < 100; ++i) {
+    const auto m = 2.0 * static_cast<double>(i);
+    EXPECT_EQ(bins[i].hz, static_cast<double>(i) / 10.0);
+    EXPECT_EQ(bins[i].width, 0.1);
+    EXPECT_NEAR(bins[i].mean_square, line(m) + line(m + 1.0), 1e-12) << i;
+  }
+}
+
 TEST(HeldSignal, BandsDoNotOverlap) {
   const std::vector<SpectralLine> lines = {{5, 1}, {15, 2}, {60, 4}, {200, 8}, {500, 16}};
   double sum = 0.0;
