@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/python3 -I
 """Draws docs/images/gpu_iteration.png from results/tables/gpu_phases.csv: time of one iteration of `paper` by faces and by channels.
 
 usage: scripts/gpu_figure.py

@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/python3 -I
 """Whole runs on the first graphics card and on two of its machine's cores: a sphere, and a sweep of heights.
 
 usage: scripts/gpu_runs.py [PROGRAM [FOLDER]]     (default: build/release/apps/touchfield, results/tables)

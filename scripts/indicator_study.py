@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/python3 -I
 """Relates the accuracy indicator to the scattering error: scheme, mesh, indicator, split mesh, error.
 
 usage: scripts/indicator_study.py [PROGRAM [CSV]]     (default: build/release/apps/touchfield, results/tables/indicator.csv)

@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/python3 -I
 """Error of solved spheres against the exact series, for every scheme: relative L2 of the complex pressure.
 
 usage: scripts/sphere_accuracy.py [PROGRAM [FOLDER]]     (default: build/release/apps/touchfield, results/tables)

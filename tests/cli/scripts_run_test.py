@@ -1,4 +1,4 @@
-"""Scripts: `scripts/run` where packages for building are missing, fuzzers side by side, a table of hands."""
+"""Scripts: `scripts/run` where packages for building are missing, calls from a foreign folder, fuzzers side by side, a table of hands."""
 
 import os
 import pathlib
@@ -19,7 +19,7 @@ class ScriptsRun(unittest.TestCase):
         self.addCleanup(shutil.rmtree, self.root, ignore_errors=True)
         for folder in ["scripts", "cmake", "sim", "solvers", "hardware", "apps", "tools", "build/release/apps"]:
             (self.root / folder).mkdir(parents=True)
-        for name in ["run", "setup", "packages-kernel.txt", "packages.txt", "packages-test.txt"]:
+        for name in ["run", "setup", "setup_autd3", "setup_python", "packages-kernel.txt", "packages.txt", "packages-test.txt"]:
             shutil.copy(SOURCE / "scripts" / name, self.root / "scripts" / name)
         for name in ["CMakeLists.txt", "CMakePresets.json", "sim/source.cpp", "scene.yaml"]:
             (self.root / name).write_text("")
@@ -38,10 +38,13 @@ class ScriptsRun(unittest.TestCase):
     def program(self, text):
         self.script("build/release/apps/touchfield", text)
 
-    def run_scene(self):
-        environment = {**os.environ, "PATH": f"{self.root}/tools:{os.environ['PATH']}"}
-        return subprocess.run([self.root / "scripts/run", "scene.yaml"], cwd=self.root, env=environment,
+    def run_script(self, name, *arguments, cwd=None, **environment):
+        environment = {**os.environ, "PATH": f"{self.root}/tools:{os.environ['PATH']}", **environment}
+        return subprocess.run([self.root / "scripts" / name, *arguments], cwd=cwd or self.root, env=environment,
                               capture_output=True, text=True, timeout=60, check=False)
+
+    def run_scene(self):
+        return self.run_script("run", "scene.yaml")
 
     def test_the_program_that_is_built_runs_without_them(self):
         done = self.run_scene()
@@ -67,6 +70,42 @@ class ScriptsRun(unittest.TestCase):
         (self.root / "sim/source.cpp").write_text("// changed")
         self.assertNotEqual(self.run_scene().returncode, 0)
         self.assertTrue((self.root / "apt").exists())
+
+
+    def test_an_optional_step_that_fails_installs_nothing(self):
+        self.script("build/release/build.ninja", "")
+        broken = self.root / "pip.conf"
+        broken.write_text("[global\n")  # pip does not start
+        for name, says in (("setup_autd3", "there is no pip that starts"), ("setup_python", "")):
+            done = self.run_script(name, PIP_CONFIG_FILE=str(broken))
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn(says, done.stderr)
+            self.assertIn("will be skipped", done.stderr)
+        self.assertFalse((self.root / "apt").exists(), "apt-get was asked to install")
+
+    def test_a_file_system_without_locks_stops_no_setup(self):
+        self.script("tools/flock", "exit 71")  # as of ENOLCK
+        self.script("tools/dpkg-query", 'shift 2\nfor name; do echo "installed $name"; done')
+        done = self.run_script("setup", "--packages")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("has no locks (flock)", done.stderr)
+
+    def test_nothing_is_run_from_the_folder_of_the_call(self):
+        foreign = self.root / "foreign"
+        foreign.mkdir()
+        for module in ["argparse", "csv", "json", "numpy", "pathlib", "pip", "re", "subprocess", "venv", "zipfile"]:
+            (foreign / f"{module}.py").write_text(f"open({str(self.root / 'foreign-ran')!r}, 'a').write('{module} ')\n")
+        for program in ["cmake", "dpkg-query", "flock", "git", "mktemp", "ninja", "nproc", "python3"]:
+            self.script(f"foreign/{program}", f"echo {program} >>{self.root}/foreign-ran; exit 1")
+        environment = {"PATH": f".:{self.root}/tools:{os.environ['PATH']}", "PYTHONPATH": ":", "PIP_NO_INDEX": "1"}
+        for name, *arguments in (["setup", "touchfield"], ["setup_autd3"], ["setup_python"], ["run", self.root / "scene.yaml"]):
+            with self.subTest(name):
+                self.run_script(name, *arguments, cwd=foreign, **environment)
+        for script in sorted((SOURCE / "scripts").iterdir()):
+            if script.is_file() and "python" in script.read_text().split("\n", 1)[0]:
+                with self.subTest(script.name):
+                    subprocess.run([script, "--help"], cwd=foreign, env={**os.environ, **environment}, capture_output=True, timeout=60, check=False)
+        self.assertFalse((self.root / "foreign-ran").exists(), (self.root / "foreign-ran").read_text() if (self.root / "foreign-ran").exists() else "")
 
 
 class RunFuzzers(unittest.TestCase):
