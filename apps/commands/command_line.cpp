@@ -185,9 +185,7 @@ void require_free_output(const std::string& path, bool force, const std::vector<
           fmt::format("{}: is the same file as {}, which is read; give another file to write", path, input));
     }
   }
-  if (!force && std::filesystem::exists(std::filesystem::symlink_status(path, error))) {
-    throw InputError(fmt::format("{}: the file exists; give another with -o, or --force to replace it", path));
-  }
+  require_free(path, force, "give another name, or --force to replace it");
 }
 
 std::string joined_command_line(int argc, char** argv) {

@@ -125,11 +125,10 @@ void keep_freed_memory();
 /// The first line of a log: which program computes the scene, and by what on this machine.
 std::string first_log_line(const std::string& scene, int threads);
 
-/// What a process that was killed left of it half-written is removed.
+/// require_free for a file that a command writes.
 ///
 /// read     files that the command reads
-/// throws   InputError if there is a file of the name that the command is to write and --force does not replace it, or
-///          if it is one of those that are read, by whatever name
+/// throws   also if it is one of these, by whatever name
 void require_free_output(const std::string& path, bool force, const std::vector<std::string>& read = {});
 
 /// The command as it was typed, quoted for a shell.

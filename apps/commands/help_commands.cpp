@@ -76,6 +76,9 @@ Finding threads_of(int threads) {
                               : wait_long    ? "looks for more for milliseconds, then sleeps"
                                              : "sleeps at once"),
                   ""};
+  if (finding.advice = binding_warning(threads); !finding.advice.empty()) {
+    return finding;
+  }
   if (threads > cores) {
     finding.advice = "more threads than cores wait for each other: use --threads or OMP_NUM_THREADS";
   } else if (threads < cores) {

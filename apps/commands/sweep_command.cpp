@@ -168,6 +168,7 @@ int sweep_command(SweepCommand command, const Invocation& invoked) {
   if (command.list) {
     return list(input, flags);
   }
+  require_cases(input, options.only);
   const SweepDirectory directory = SweepDirectory::open(output_directory(command, input), input.plan);
   SweepConsole console(flags);
   options.worker = {"/proc/self/exe", kWorkerName};

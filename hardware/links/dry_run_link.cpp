@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/errors.h"
 #include "sim/core/files.h"
 
 namespace touchfield {
@@ -57,10 +56,7 @@ void DryRunLink::open() {
     return;
   }
   for (std::size_t frame = 0; frame < files_.frames; ++frame) {
-    std::error_code error;
-    if (!files_.replace && std::filesystem::exists(std::filesystem::symlink_status(files_.of(frame), error))) {
-      throw InputError(fmt::format("dry-run: {} exists already; --force replaces it", files_.of(frame)));
-    }
+    require_free(files_.of(frame), files_.replace, "--force replaces it");
   }
 }
 

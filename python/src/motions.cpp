@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <filesystem>
 
 #include <fmt/format.h>
 #include <omp.h>
@@ -104,9 +103,7 @@ RealArrays of_frames(const SharedMotion& motion, Eigen::VectorXd PhaseSolution::
 
 void save(const SharedMotion& motion, const PathLike& path, bool force) {
   do_work(0, [motion, place = path_of(path), force](Progress&) {
-    if (!force && std::filesystem::exists(place)) {
-      throw InputError(fmt::format("{}: the file exists; force=True replaces it", place));
-    }
+    require_free(place, force, "force=True replaces it");
     write_motion_file(place, *motion);
   });
 }

@@ -1,4 +1,3 @@
-#include <filesystem>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -70,9 +69,8 @@ void save(const SharedRun& run, const PathLike& path, bool force) {
   do_work(0, [run, place = path_of(path), force](Progress& progress) {
     if (!place.ends_with(".h5")) {
       filled(written_job(*run, scene_of(*run)), place, force, progress);
-    } else if (!force && std::filesystem::exists(place)) {
-      throw InputError(fmt::format("{}: the file exists; force=True replaces it", place));
     } else {
+      require_free(place, force, "force=True replaces it");
       write_run_file(place, *run);
     }
   });

@@ -26,10 +26,34 @@ namespace {
 constexpr std::string_view kMark = ".tmp-";
 constexpr std::size_t kDigits = 16;
 
+/// "a link", "a folder", ..: what has this name and is not a regular file; empty if nothing has.
+std::string other_than_file(const std::filesystem::path& path) {
+  std::error_code error;
+  switch (std::filesystem::symlink_status(path, error).type()) {
+    case std::filesystem::file_type::none:
+    case std::filesystem::file_type::not_found:
+    case std::filesystem::file_type::regular:
+      return "";
+    case std::filesystem::file_type::symlink:
+      return "a link";
+    case std::filesystem::file_type::directory:
+      return "a folder";
+    case std::filesystem::file_type::fifo:
+      return "a pipe";
+    case std::filesystem::file_type::socket:
+      return "a socket";
+    default:
+      return "a device";
+  }
+}
+
 /// A file under its temporary name; gone again unless it was renamed.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::filesystem::path& target) : target_(target) {
+    if (const std::string other = other_than_file(target); !other.empty()) {
+      throw IoError(fmt::format("{}: cannot write: it is {}, and only files are replaced", target.string(), other));
+    }
     do {
       std::uint64_t number = 0;
       if (::getrandom(&number, sizeof number, 0) != sizeof number) {
@@ -98,6 +122,16 @@ void write_atomically(const std::string& path, std::initializer_list<std::string
   file.commit();
 }
 
+void require_free(const std::string& path, bool force, const std::string& remedy) {
+  if (const std::string other = other_than_file(path); !other.empty()) {
+    throw InputError(fmt::format("{}: is {}, and only files are replaced; give another name", path, other));
+  }
+  std::error_code error;
+  if (!force && std::filesystem::exists(path, error)) {
+    throw InputError(fmt::format("{}: the file exists; {}", path, remedy));
+  }
+}
+
 std::optional<std::string> target_of_temporary(std::string_view name) {
   const std::size_t end = kMark.size() + kDigits;
   if (!name.starts_with('.') || name.size() < 2 + end || name.substr(name.size() - end, kMark.size()) != kMark ||
@@ -145,7 +179,7 @@ FileLock::FileLock(const std::string& path, bool is_folder) {
   do {  // between opening and locking, its name may have gone to another
     const bool made = !is_folder || ::mkdir(path.c_str(), 0777) == 0 || errno == EEXIST;
     const int why_not = errno;
-    const int how = is_folder ? O_RDONLY | O_DIRECTORY : O_RDWR | O_CREAT | O_NONBLOCK;
+    const int how = is_folder ? O_RDONLY | O_DIRECTORY : O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK;
     file_ = Descriptor(::open(path.c_str(), how | O_CLOEXEC, 0666));
     if (file_.number() < 0 || ::fstat(file_.number(), &own) != 0) {
       throw IoError(

@@ -20,11 +20,17 @@ class NoRoomError : public IoError {
 
 /// Writes the parts one after another as one file, which appears under `path` whole or not at all. The parts go to a
 /// temporary file in the same directory, which is flushed to the disk and renamed. Nobody can guess its name
-/// (.NAME.tmp- and 16 hexadecimal digits). An older file is replaced; on failure it stays as it was and nothing else is
-/// left behind.
+/// (.NAME.tmp- and 16 hexadecimal digits). An older file is replaced, but no link, folder, pipe or device. On failure
+/// all stays as it was and nothing else is left behind.
 ///
 /// throws   NoRoomError if there is no room, IoError on anything else, naming the path and the system's reason
 void write_atomically(const std::string& path, std::initializer_list<std::string_view> parts);
+
+/// Asks early whether write_atomically may write a file of this name.
+/// force    whether an older file may be replaced
+/// remedy   what a user can do where it may not: "give another with -o, or --force to replace it"
+/// throws   InputError where there is an older file without `force`, or a link, folder, pipe or device
+void require_free(const std::string& path, bool force, const std::string& remedy);
 
 /// The file that this is the temporary name of: what a process leaves that is killed while it writes.
 std::optional<std::string> target_of_temporary(std::string_view name);
@@ -51,7 +57,7 @@ class FileLock {
     kUnknown,    // this file system has no locks (ENOLCK, ENOSYS): nobody holds any
   };
 
-  /// Tries once. What is missing is made; a file is never written to.
+  /// Tries once. What is missing is made; a file is never written to, nor one that a link leads to.
   /// throws   IoError with the system's reason if it can be neither made nor opened
   static FileLock of_file(const std::string& path) { return {path, false}; }
   static FileLock of_folder(const std::string& path) { return {path, true}; }

@@ -21,6 +21,7 @@
 #include <omp.h>
 
 #include "sim/core/require.h"
+#include "sim/core/text.h"
 #include "solvers/linear/instruction_level.h"
 
 // What OpenBLAS takes its buffers by, and chooses its kernels by; not there in every build of it.
@@ -134,6 +135,20 @@ void restore_processors() {
   if (CPU_COUNT(&set) > 0) {  // none: nobody is bound
     sched_setaffinity(0, sizeof set, &set);
   }
+}
+
+std::string binding_warning(int threads) {
+  const int places = omp_get_proc_bind() == omp_proc_bind_master ? 1 : omp_get_num_places();
+  int processors = 0;
+  for (int place = 0; place < std::min(places, omp_get_num_places()); ++place) {
+    processors += omp_get_place_num_procs(place);
+  }
+  if (processors == 0 || threads <= processors) {
+    return "";
+  }
+  return fmt::format(
+      "{} threads are bound to {}: unset OMP_PROC_BIND, OMP_PLACES and GOMP_CPU_AFFINITY, or set OMP_PROC_BIND=close",
+      threads, counted(processors, "processor", "processors"));
 }
 
 void require_sound_variables() {

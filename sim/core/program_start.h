@@ -24,6 +24,10 @@ void restart_with_better_settings(char** argv);
 /// GOMP_CPU_AFFINITY bind the first thread to one of them when OpenMP is loaded.
 void restore_processors();
 
+/// One line for a user where OMP_PROC_BIND, OMP_PLACES or GOMP_CPU_AFFINITY have so many threads share processors; else
+/// empty.
+std::string binding_warning(int threads);
+
 /// Checks the variables that libraries take without a check, and then crash by.
 /// throws   InputError if OMP_NUM_THREADS is above kMostThreads, or the processor lacks what OPENBLAS_CORETYPE needs
 void require_sound_variables();

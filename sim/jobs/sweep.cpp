@@ -124,6 +124,7 @@ class SweepRun {
   void dispatch(Worker& worker);
   void receive(Worker& worker);
   void finish(Worker& worker);
+  static SweepRecord failure(const Worker& worker, const std::string& reason);
   void fail(Worker& worker, const std::string& reason);
   void limit_time(Worker& worker, Clock::duration passed);
   void wait();
@@ -251,8 +252,9 @@ void SweepRun::receive(Worker& worker) {
 void SweepRun::finish(Worker& worker) {
   Case& one = *worker.at;
   const int number = one.item->number;
-  directory_.land(number, worker.scratch);
-  std::optional<SweepRecord> record = directory_.record(number);
+  const std::string in_the_way = directory_.land(number, worker.scratch);
+  std::optional<SweepRecord> record =
+      in_the_way.empty() ? directory_.record(number) : std::optional(failure(worker, in_the_way));
   require_io(record.has_value(), fmt::format("case {}: its folder was removed", number));
   worker.at = nullptr;
   ++computed_;
@@ -275,7 +277,7 @@ void SweepRun::finish(Worker& worker) {
   }
 }
 
-void SweepRun::fail(Worker& worker, const std::string& reason) {
+SweepRecord SweepRun::failure(const Worker& worker, const std::string& reason) {
   SweepRecord record;
   record.number = worker.at->item->number;
   record.inputs = inputs_of(*worker.at->item);
@@ -283,7 +285,11 @@ void SweepRun::fail(Worker& worker, const std::string& reason) {
   record.reason = reason;
   record.seconds = worker.spent;
   record.revision = build_info().revision;
-  write_record(std::move(record), worker.scratch);
+  return record;
+}
+
+void SweepRun::fail(Worker& worker, const std::string& reason) {
+  write_record(failure(worker, reason), worker.scratch);
   finish(worker);
 }
 
@@ -409,14 +415,17 @@ std::vector<std::string> cards_for(const std::vector<Scene>& scenes) {
   return free ? separate_cards() : std::vector<std::string>();
 }
 
+void require_cases(const SweepInput& input, const std::optional<CaseRange>& only) {
+  if (only) {
+    require(only->first >= 1 && only->first <= only->last &&
+                static_cast<std::size_t>(only->last) <= input.plan.cases.size(),
+            "case {}-{}: the sweep has cases 1 to {}", only->first, only->last, input.plan.cases.size());
+  }
+}
+
 SweepResult run_sweep(const SweepInput& input, const SweepDirectory& directory, const SweepOptions& options,
                       Progress& progress) {
-  if (options.only) {
-    require(options.only->first >= 1 && options.only->first <= options.only->last &&
-                static_cast<std::size_t>(options.only->last) <= input.plan.cases.size(),
-            "case {}-{}: the sweep has cases 1 to {}", options.only->first, options.only->last,
-            input.plan.cases.size());
-  }
+  require_cases(input, options.only);
   SweepRun run(input, directory, options, progress);
   try {
     run.compute();
@@ -432,7 +441,7 @@ SweepResult run_sweep(const SweepInput& input, const SweepDirectory& directory, 
 
 WorkerProcess::WorkerProcess(std::vector<std::string> arguments, const std::string& log) {
   SocketPair ends;
-  const Descriptor errors(open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0644));
+  const Descriptor errors(open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0644));
   if (errors.number() < 0) {
     fail(log.c_str());
   }

@@ -54,21 +54,25 @@ struct SweepResult {
   int computed = 0;  // by this call
 };
 
+/// throws   InputError if the sweep lacks one of these cases
+void require_cases(const SweepInput& input, const std::optional<CaseRange>& only);
+
 /// Computes the cases of a sweep that are not there, or damaged, in worker processes. Several processes, on several
 /// machines, may do so in one directory at a time: each takes a case by its lock. Cases that others have locked are
 /// waited for, and computed here if the others end without them. So the sweep is complete when this returns.
 ///
 /// A worker begins with cases of other bodies than the others, and continues with those that share its last one's body.
 /// So mesh and factorisation are used again. A worker that dies, or takes longer than options.case_seconds, takes only
-/// its case with it. Time in which this process itself does not run does not count.
+/// its case with it. A damaged case that cannot be replaced counts as failed, too. Time in which this process itself
+/// does not run does not count.
 ///
 /// Of options.only those that have failed are computed again. The table is written at the end, and once a minute or
 /// less often; not of options.only.
 ///
 /// progress   is told of damaged cases and of the share that is done, twice a second or more often; what it throws ends
 ///            the sweep
-/// throws     InputError where the file system has no locks; IoError if there is no room for a case, or if it cannot be
-///            kept. What has landed stays, cases under way are dropped
+/// throws     InputError as require_cases, and where the file system has no locks; IoError if there is no room for a
+///            case, or if it cannot be kept. What has landed stays, cases under way are dropped
 SweepResult run_sweep(const SweepInput& input, const SweepDirectory& directory, const SweepOptions& options,
                       Progress& progress);
 

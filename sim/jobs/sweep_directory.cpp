@@ -111,6 +111,21 @@ void flush_folder(const std::string& path) {
 /// The number that a case's folder begins with; nothing if it is none.
 std::optional<int> case_number(std::string_view name) { return number_of<int>(name.substr(0, name.find('.'))); }
 
+/// What a directory without a plan holds of another sweep; empty for nothing.
+std::string foreign_result(const std::string& directory) {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(directory, error)) {
+    const std::string name = entry.path().filename().string();
+    const std::string ending = entry.path().extension().string();
+    const bool is_plot = name.starts_with("sweep_") && (ending == ".png" || ending == ".pdf" || ending == ".svg");
+    if (is_plot || name == "sweep.csv" || name == "sweep.log" ||
+        (name == "cases" && !fs::is_empty(entry.path(), error))) {
+      return name;
+    }
+  }
+  return "";
+}
+
 /// A case that is there gets the files of a new one, and loses those that only it had. It is damaged meanwhile.
 void replace_files(const fs::path& finished, const fs::path& place) {
   std::set<std::string> older = {"failed.json"};
@@ -129,7 +144,8 @@ void replace_files(const fs::path& finished, const fs::path& place) {
   flush_folder(place);
   fs::rename(finished / kRecordName, place / kRecordName);
   flush_folder(place);
-  fs::remove_all(finished);
+  std::error_code error;
+  fs::remove_all(finished, error);
 }
 
 }  // namespace
@@ -140,21 +156,15 @@ void require_io(bool holds, const std::string& message) {
   }
 }
 
-SweepDirectory::SweepDirectory(std::string path) : path_(std::move(path)) {
-  std::error_code error;
-  fs::create_directory(file("cases"), error);
-  require(!error, "output directory {} cannot be written to: cases: {}", path_, error.message());
-}
-
 SweepDirectory SweepDirectory::open(const std::string& path, const SweepPlan& plan) {
   make_directory(path);
-  SweepDirectory directory(path);
-  const bool has_cases = std::ranges::any_of(fs::directory_iterator(directory.file("cases")), [](const auto& entry) {
-    std::error_code error;
-    return case_number(entry.path().filename().string()) && !fs::is_empty(entry.path(), error);
-  });
-  if (!fs::exists(directory.file("sweep.json"))) {  // another process writes it before its first case
-    require(!has_cases, "output directory {}: cases without a sweep.json are in the way", path);
+  const SweepDirectory directory(path);
+  const std::string foreign = foreign_result(path);
+  if (!fs::exists(directory.file("sweep.json"))) {  // another process writes it before all else
+    require(
+        foreign.empty(),
+        "output directory {}: its {} is of another sweep, which has no sweep.json; move it, or give another with -o",
+        path, foreign);
     try {
       write_plan(directory.file("sweep.json"), plan);
     } catch (const Error& failure) {
@@ -166,6 +176,9 @@ SweepDirectory SweepDirectory::open(const std::string& path, const SweepPlan& pl
       "output directory {} holds another sweep: {}/sweep.json is not of {} as it is now, with --set, its base scene "
       "and the files that they name; give another with -o",
       path, path, plan.path);
+  std::error_code error;
+  fs::create_directory(directory.file("cases"), error);
+  require(!error, "output directory {} cannot be written to: cases: {}", path, error.message());
   return directory;
 }
 
@@ -175,11 +188,14 @@ std::string SweepDirectory::lock_file(int number) const {
 
 std::optional<FileLock> SweepDirectory::lock(int number) const {
   FileLock lock = FileLock::of_file(lock_file(number));
-  require(
-      lock.state() != FileLock::State::kUnknown,
-      "output directory {}: its file system has no locks; give a folder of another one with -o, or give each process "
-      "its own cases with --case FIRST-LAST, which takes no locks",
-      path_);
+  if (lock.state() == FileLock::State::kUnknown) {
+    std::error_code error;
+    fs::remove(lock_file(number), error);
+    throw InputError(fmt::format(
+        "output directory {}: its file system has no locks; give a folder of another one with -o, or give each process "
+        "its own cases with --case FIRST-LAST, which takes no locks",
+        path_));
+  }
   return lock.state() == FileLock::State::kHeld ? std::optional(std::move(lock)) : std::nullopt;
 }
 
@@ -207,29 +223,35 @@ std::string SweepDirectory::scratch(int number, bool locked) const {
   return path;
 }
 
-void SweepDirectory::land(int number, const std::string& scratch) const {
+std::string SweepDirectory::land(int number, const std::string& scratch) const {
   const fs::path place = file("cases/" + case_name(number));
   if (::rename(scratch.c_str(), place.c_str()) == 0) {  // an empty folder may be there
     flush_folder(file("cases"));
-    return;
+    return "";
   }
-  const int reason = errno;
+  std::error_code reason(errno, std::generic_category());
+  std::error_code error;
+  require_io(fs::exists(fs::symlink_status(place, error)),
+             fmt::format("{} cannot be put in its place: {}", place.string(), reason.message()));
   try {
     const std::optional<SweepRecord> there = record(number);
     if (there && there->status == "ok") {
-      std::error_code error;
       fs::remove_all(scratch, error);
-      return;
+      return "";
     }
   } catch (const Error&) {  // NOLINT(bugprone-empty-catch): it is damaged
   }
-  require_io(reason == ENOTEMPTY || reason == EEXIST,
-             fmt::format("{} cannot be put in its place: {}", place.string(), std::strerror(reason)));
-  try {
-    replace_files(scratch, place);
-  } catch (const fs::filesystem_error& error) {
-    throw IoError(fmt::format("{} cannot be put in its place: {}", place.string(), error.code().message()));
+  if (reason == std::errc::directory_not_empty || reason == std::errc::file_exists) {
+    try {
+      replace_files(scratch, place);
+      return "";
+    } catch (const fs::filesystem_error& failure) {
+      reason = failure.code();
+    }
   }
+  fs::remove_all(scratch, error);
+  return fmt::format("{} cannot be replaced: {}; remove it, and the same command computes it", place.string(),
+                     reason.message());
 }
 
 void SweepDirectory::clear_leftovers(const std::map<int, SweepRecord>& known) const {

@@ -3,6 +3,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sim/core/files.h"
@@ -32,8 +33,8 @@ struct CaseRecords {
 class SweepDirectory {
  public:
   /// Makes the directory, or opens it to continue.
-  /// throws   InputError if it holds another plan than this one or cases without a plan,
-  ///          or if it cannot be made or written to
+  /// throws   InputError if it holds another plan than this one, or results of a sweep without a plan: nothing is then
+  ///          changed. Also if it cannot be made or written to
   static SweepDirectory open(const std::string& path, const SweepPlan& plan);
 
   const std::string& path() const { return path_; }
@@ -56,8 +57,9 @@ class SweepDirectory {
 
   /// Gives a finished case of a scratch folder its place. A case that another process has finished meanwhile stays. One
   /// that is damaged or has failed is replaced file by file; files that no case wrote stay.
-  /// throws   IoError; the scratch folder is then still there
-  void land(int number, const std::string& scratch) const;
+  /// returns  why what is there cannot be replaced, and how to mend that; else empty
+  /// throws   IoError if there is nothing; the scratch folder is then still there
+  std::string land(int number, const std::string& scratch) const;
 
   /// Removes what processes left: half-written files, locks of finished cases, and scratch folders. A scratch folder
   /// goes if its case is finished, or if no process has locked it.
@@ -65,7 +67,7 @@ class SweepDirectory {
   void clear_leftovers(const std::map<int, SweepRecord>& known) const;
 
  private:
-  explicit SweepDirectory(std::string path);
+  explicit SweepDirectory(std::string path) : path_(std::move(path)) {}
   std::string lock_file(int number) const;
 
   std::string path_;

@@ -100,8 +100,8 @@ hdf5::Content opened(const std::string& path, const Warn& warn) {
   if (checksum == Checksum::kAbsent) {
     const std::string edited =
         fmt::format("{}: the checksum line at its end is missing, so another program has changed the file", path);
-    require(warn != nullptr, "{}; info, compare and run --from read it nevertheless", edited);
-    warn(edited + "; damage to it would not be noticed");
+    require(warn != nullptr, "{}; info, compare and run --from read it nevertheless. Keep notes in a copy", edited);
+    warn(edited + "; damage to it may not be noticed");
   }
   return root;
 }

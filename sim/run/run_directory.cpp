@@ -68,9 +68,10 @@ void add_contents(const fs::path& folder, const std::string& prefix, const std::
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     const std::string name = entry.path().filename().string();
     const auto target = target_of_temporary(name);
+    const bool is_file = entry.symlink_status().type() == fs::file_type::regular;
     const bool is_folder = entry.symlink_status().type() == fs::file_type::directory;
     const auto within = contents.listed.lower_bound(name + "/");
-    if (!is_folder && (contents.listed.contains(prefix + target.value_or(name)) || target == kManifest)) {
+    if (is_file && (contents.listed.contains(prefix + target.value_or(name)) || target == kManifest)) {
       contents.own.push_back(entry.path());
     } else if (is_folder && prefix.empty() && within != contents.listed.end() && within->starts_with(name + "/")) {
       contents.folders.push_back(entry.path());

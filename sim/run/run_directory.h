@@ -27,7 +27,8 @@ std::string unfinished_run(const std::string& directory);
 /// current directory and directories in a read-only parent cannot be renamed. Such a NAME is written in
 /// NAME/run.partial and gets its files one by one, *.h5 last.
 ///
-/// files.json lists the files of a run, in the directory or a folder of it. Only these are ever removed, by name.
+/// files.json lists the files of a run, in the directory or a folder of it. Only these are ever removed, by name, and
+/// no link or device.
 /// Safe to call from several threads: an interrupt is handled beside the run.
 class RunDirectory {
  public:

@@ -369,8 +369,10 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
   const SolveSpec& spec = model.fixed->scene.solve;
   require_fitting_phases(model);
   Run run = begin_run(model, options);
-  if (const std::string slow = blas_warning(); !slow.empty()) {
-    progress.warn(slow);  // of this process, not of the result
+  for (const std::string& slow : {blas_warning(), binding_warning(options.threads)}) {
+    if (!slow.empty()) {
+      progress.warn(slow);  // of this process, not of the result
+    }
   }
   say(model_remarks(model), run, progress);
   Models models(model, options, run, progress);

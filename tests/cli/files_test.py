@@ -1,6 +1,7 @@
 """Files that a command may replace, and messages about a damaged run.h5."""
 
 import os
+import stat
 import unittest
 import zlib
 
@@ -44,6 +45,34 @@ class Files(CommandTest):
             self.run_ok(*command, "--force")
             self.assertEqual(self.entries(), before)
             self.assertNotEqual((self.folder / "x.stl").read_bytes(), b"mine")
+
+    def test_force_replaces_files_alone(self):
+        self.assertEqual(self.run_scene().returncode, 0)
+        self.write("p.csv", "x_mm,y_mm,z_mm,p_pa\n0,0,60,1\n5,0,60,2\n0,5,60,3\n")
+        commands = {"a.stl": [["hand", "-o", "a.stl", "--edge-mm", 8], ["mesh", "skin.obj", "--unit", "mm", "-o", "a.stl"]],
+                    "a.csv": [["compare", "out", "--points", "p.csv", "--out", "a.csv"]],
+                    "a.svg": [["compare", "out", "--points", "p.csv", "--picture", "a.svg"]],
+                    "a.yaml": [["init", "a"]],
+                    "a.txt": [["send", "out", "--to", "dry-run:a.txt"], ["array", "test", "--run", "out", "--to", "dry-run:a.txt"]],
+                    "out/metrics.csv": [["run", self.scene, "-o", "out"]], "out/run.log": [["run", self.scene, "-o", "out"]]}
+        self.write("precious", "mine")
+        kinds = {"link": lambda path: path.symlink_to(self.folder / "precious"), "pipe": os.mkfifo, "folder": lambda path: path.mkdir(),
+                 "device": lambda path: os.mknod(path, stat.S_IFCHR | 0o666, os.makedev(1, 3))}
+        for kind, make in kinds.items():
+            for name, lines in commands.items():
+                path = self.folder / name
+                path.unlink(missing_ok=True)
+                try:
+                    make(path)
+                except PermissionError:
+                    continue  # devices are made by root alone
+                before = path.lstat()
+                for line in lines:
+                    with self.subTest(kind=kind, line=line):
+                        self.refused(self.touchfield(*line, "--force"), name.removeprefix("out/"))
+                        self.assertEqual((path.lstat().st_ino, path.lstat().st_mode), (before.st_ino, before.st_mode))
+                path.rmdir() if kind == "folder" else path.unlink()
+        self.assertEqual((self.folder / "precious").read_text(), "mine")
 
     def test_no_command_writes_to_what_it_reads(self):
         self.assertEqual(self.run_scene().returncode, 0)
@@ -101,7 +130,8 @@ class Files(CommandTest):
             done = self.touchfield(*command)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertIn("warning: out/run.h5: the checksum line at its end is missing", done.stderr)
-        self.refused(self.touchfield("send", "out", "--to", "dry-run:frames.bin"), "out/run.h5: the checksum line")
+        self.refused(self.touchfield("send", "out", "--to", "dry-run:frames.bin"), "out/run.h5: the checksum line",
+                     "run --from read it nevertheless. Keep notes in a copy")
         self.assertFalse((self.folder / "frames.bin").exists())
 
 

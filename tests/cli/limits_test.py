@@ -100,7 +100,13 @@ class Limits(CommandTest):
             with self.subTest(binding):
                 env = binding | {"OMP_NUM_THREADS": str(len(own))}
                 self.run_ok("run", "scene.yaml", "-o", "out", "--force", "--quiet", env=env)
-                self.assertIn(f", {len(own)} threads,", (self.folder / "out/run.log").read_text())
+                log = (self.folder / "out/run.log").read_text()
+                self.assertIn(f", {len(own)} threads,", log)
+                self.assertNotIn("are bound to", log)
+        for binding in ({"OMP_PROC_BIND": "master"}, {"OMP_PLACES": f"{{{own[0]}}}"}, {"GOMP_CPU_AFFINITY": str(own[0])}):
+            with self.subTest(binding):
+                said = self.run_ok("run", "scene.yaml", "-o", "out", "--force", "--quiet", env=binding | {"OMP_NUM_THREADS": "2"}).stderr
+                self.assertRegex(said, "warning: 2 threads are bound to 1 processor: unset OMP_PROC_BIND")
         slow = self.write("slow.yaml", SCENE.replace("edge_mm: 2.6", "edge_mm: 0.6"))
         run = subprocess.Popen([PROGRAM, "run", slow, "-o", "slow", "--quiet"], cwd=self.folder, stderr=subprocess.DEVNULL,
                                env=os.environ | {"OMP_PROC_BIND": "true", "OMP_NUM_THREADS": str(len(own))})

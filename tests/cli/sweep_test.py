@@ -368,11 +368,68 @@ class SweepTest(CommandTest):
         self.sweep("s.yaml", "grid: {array.level: [1, 0.9, 0.8]}\n")
         self.is_refused("sweep", "s.yaml", "-o", "out", env=none, says="its file system has no locks; give a folder of another one with "
                         "-o, or give each process its own cases with --case FIRST-LAST, which takes no locks")
+        self.assertEqual(list((self.folder / "out/cases").iterdir()), [])
         for cases in ("1-2", "3"):
             self.run_ok("sweep", "s.yaml", "-o", "out", "--case", cases, "--quiet", env=none)
         self.assertFalse((self.folder / "out/sweep.csv").exists())
         self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet", env=none)  # the table
         self.assertEqual([row["case"] for row in table(self.folder / "out")], ["1", "1", "2", "2", "3", "3"])
+
+    def test_a_folder_of_others_stays_as_it_is(self):
+        self.sweep("s.yaml", "grid: {array.level: [1, 0.9]}\n")
+        for name in ("sweep.csv", "sweep.log", "sweep_relative_error.pdf", "cases/00001/run.h5", "cases/notes"):
+            path = self.folder / "out" / name
+            path.parent.mkdir(parents=True)
+            path.write_text("mine")
+            before = sorted(self.folder.rglob("*"))
+            for more in ([], ["--case", 1]):
+                self.is_refused("sweep", "s.yaml", "-o", "out", *more, says=f"output directory out: its {name.split('/')[0]} is of another sweep")
+            self.assertEqual(sorted(self.folder.rglob("*")), before)
+            self.assertEqual(path.read_text(), "mine")
+            shutil.rmtree(self.folder / "out")
+        self.is_refused("sweep", "s.yaml", "-o", "out", "--case", 3, says="the sweep has cases 1 to 2")
+        self.assertFalse((self.folder / "out").exists())
+        (self.folder / "out/cases").mkdir(parents=True)
+        self.write("out/sweep_plan.yaml", "mine")
+        self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet")
+
+    def test_a_damaged_case_that_cannot_be_replaced_is_named_and_passed_over(self):
+        self.sweep("s.yaml", "set: {solve.methods: [focus]}\ngrid: {array.level: [1, 0.9, 0.8]}\n")
+        self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet")
+        good = table(self.folder / "out")
+        case = self.folder / "out/cases/00002"
+
+        def taken():
+            (case / "run.h5").unlink()
+            (case / "run.h5").mkdir()
+            (case / "run.h5/precious").write_text("mine")
+
+        def a_file():
+            shutil.rmtree(case)
+            case.write_text("mine")
+
+        def read_only():
+            (case / "case.json").write_text("damaged")
+            case.chmod(0o555)
+
+        for damage in [taken, a_file, read_only]:
+            with self.subTest(damage.__name__):
+                shutil.rmtree(self.folder / "out/cases/00003")
+                damage()
+                as_user = {} if damage != read_only or os.geteuid() else {"user": 65534, "group": 65534}
+                if as_user:
+                    subprocess.run(["chown", "-R", "65534:65534", self.folder], check=True)
+                done = subprocess.run([PROGRAM, "sweep", "s.yaml", "-o", "out", "--json"], cwd=self.folder, capture_output=True,
+                                      text=True, timeout=300, check=False, **as_user)
+                self.assertEqual(done.returncode, 1, done.stderr)
+                self.assertRegex(done.stderr, "case 2 .*failed: out/cases/00002 cannot be replaced: .*; remove it, and the same command")
+                end = json.loads(done.stdout.splitlines()[-1])
+                self.assertEqual((end["done"], end["failed"], end["computed"]), (3, 1, 2))
+                self.assertEqual([row["status"] for row in table(self.folder / "out")], ["ok", "failed", "ok"])
+                self.assertEqual(sorted(path.name for path in case.parent.iterdir()), ["00001", "00002", "00003"])
+                case.unlink() if case.is_file() else shutil.rmtree(case)
+                self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet")
+                self.same_tables(good, table(self.folder / "out"))
 
     def test_a_folder_that_cannot_be_written_to(self):
         self.sweep("s.yaml", "grid: {array.level: [1, 0.9]}\n")

@@ -2,9 +2,12 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <string>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <utility>
+#include <vector>
 
 #include "sim/core/files.h"
 #include "tests/support/files.h"
@@ -32,11 +35,36 @@ TEST_F(AtomicFile, ReplacesAFileAndLeavesNothingElse) {
 TEST_F(AtomicFile, NoLinkThatLiesInWaitIsFollowed) {
   std::ofstream(folder_ / "precious") << "mine";
   fs::create_symlink(folder_ / "precious", folder_ / (".a.txt.tmp-" + std::to_string(::getpid())));
-  fs::create_symlink(folder_ / "precious", folder_ / "a.txt");
   write_atomically((folder_ / "a.txt").string(), {"text"});
   EXPECT_EQ(read_bytes(folder_ / "precious"), "mine");
   EXPECT_EQ(read_bytes(folder_ / "a.txt"), "text");
-  EXPECT_FALSE(fs::is_symlink(folder_ / "a.txt"));
+}
+
+TEST_F(AtomicFile, NothingButAFileIsReplaced) {
+  const std::string path = (folder_ / "a").string();
+  const std::vector<std::pair<std::string, std::function<void()>>> kinds = {
+      {"a link", [&] { fs::create_symlink(folder_ / "precious", path); }},
+      {"a folder", [&] { fs::create_directory(path); }},
+      {"a pipe", [&] { ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0); }},
+  };
+  std::ofstream(folder_ / "precious") << "mine";
+  for (const auto& [kind, make] : kinds) {
+    make();
+    const fs::file_type type = fs::symlink_status(path).type();
+    for (const bool force : {false, true}) {
+      EXPECT_THAT(message_of<InputError>([&] { require_free(path, force, "remedy"); }),
+                  HasSubstr(path + ": is " + kind));
+    }
+    EXPECT_THAT(message_of<IoError>([&] { write_atomically(path, {"text"}); }), HasSubstr("it is " + kind));
+    EXPECT_EQ(fs::symlink_status(path).type(), type);
+    fs::remove(path);
+  }
+  EXPECT_THAT(message_of<InputError>([] { require_free("/dev/null", true, ""); }), HasSubstr("is a device"));
+  EXPECT_EQ(temporary_.entries(), 1U);
+  EXPECT_EQ(read_bytes(folder_ / "precious"), "mine");
+  require_free(path, false, "");
+  EXPECT_THAT(message_of<InputError>([&] { require_free((folder_ / "precious").string(), false, "remedy"); }),
+              HasSubstr("the file exists; remedy"));
 }
 
 TEST_F(AtomicFile, HasTheModeThatTheUserWants) {

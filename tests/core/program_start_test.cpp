@@ -23,6 +23,7 @@ TEST(ProgramStart, NobodyIsBoundWithoutPlaces) {
   restore_processors();
   ASSERT_EQ(sched_getaffinity(0, sizeof after, &after), 0);
   EXPECT_TRUE(CPU_EQUAL(&before, &after));
+  EXPECT_EQ(binding_warning(1000), "");
 }
 
 }  // namespace touchfield::program_start_test
