@@ -29,8 +29,8 @@ struct LinkAbilities {
 /// A real array, or what stands for one. Made by make_link, or for another process by GuardedLink.
 ///
 /// Order of calls: layout, abilities and describe at any time, without touching the device; open; set_modulation and
-/// send any number of times; silence; close. No call takes longer than kLinkPatience: a device that does not take what
-/// it is sent within that time is lost. After a DeviceError only silence and close may be called.
+/// send any number of times; silence; close. A device that does not take what it is sent within kLinkPatience is
+/// lost. After a DeviceError only silence and close may be called.
 ///
 /// throws   DeviceError from everything that touches the device: missing, refused, silent, lost. InputError if the
 ///          caller asks for what the device cannot do, before a byte is sent.
@@ -72,9 +72,9 @@ class ArrayLink {
 };
 
 /// Frames that are stored in one call.
-inline constexpr std::size_t kStoredAtOnce = 16;
+inline constexpr std::size_t kStoredAtOnce = 8;
 
-/// Longest time that a call of ArrayLink may wait for the device [s]; an open() may take longer.
+/// Longest time that a device may take nothing, or not confirm what it was sent [s]; an open() may take longer.
 inline constexpr double kLinkPatience = 0.1;
 
 /// Refuses a frame that does not fit a device: a wrong count, a step out of range.

@@ -22,7 +22,7 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kOpenPatience = 30;  // where a network is connected [s]
+constexpr double kOpenPatience = 30;  // where a network is connected, or a silent device made ready [s]
 constexpr double kEndPatience = 1;    // for the end of a guard [s]
 
 /// Starts a program in a session of its own, where no signal of a terminal reaches it. Of what is open here it has but
@@ -80,7 +80,9 @@ GuardedLink::~GuardedLink() { close(); }
 
 void GuardedLink::open() { ask(GuardRequest::kOpen, {}, kOpenPatience); }
 
-void GuardedLink::set_modulation(const Modulation& modulation) { ask(GuardRequest::kModulation, packed(modulation)); }
+void GuardedLink::set_modulation(const Modulation& modulation) {
+  ask(GuardRequest::kModulation, packed(modulation), kOpenPatience);
+}
 
 void GuardedLink::send(const DriveFrame& frame) {
   on_ = true;

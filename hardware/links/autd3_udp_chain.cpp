@@ -6,11 +6,10 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
-#include <ifaddrs.h>
+#include <limits>
 #include <map>
-#include <net/if.h>
-#include <netdb.h>
 #include <poll.h>
+#include <random>
 #include <sys/socket.h>
 #include <thread>
 #include <utility>
@@ -27,44 +26,23 @@ using namespace autd3_udp;
 
 namespace {
 
-constexpr double kAnswerTime = 0.1;    // [s] for answers to a question to all
-constexpr double kForgetTime = 0.1;    // [s] until all units have forgotten their numbers
-constexpr double kFindPatience = 3;    // [s] until every unit was found: one that was just switched on starts up
-constexpr double kClockPatience = 10;  // [s] until all clocks are in step
-constexpr double kClockLook = 0.05;    // [s]
-constexpr double kRepeat = 0.01;       // [s] after which what was not answered is sent again
-constexpr double kStartPatience = 1;   // [s] for a unit to clear itself
-constexpr double kDiagnosis = 0.015;   // [s] to find out why a unit does not answer
+constexpr double kAnswerTime = 0.1;     // [s] for answers to a question to all
+constexpr double kForgetTime = 0.1;     // [s] until all units have forgotten their numbers
+constexpr double kFindPatience = 3;     // [s] until every unit was found: one that was just switched on starts up
+constexpr double kClockPatience = 10;   // [s] until all clocks are in step
+constexpr double kClockLook = 0.05;     // [s]
+constexpr double kRepeat = 0.01;        // [s] after which what was not answered is sent again
+constexpr double kStartPatience = 0.5;  // [s] for a unit to clear itself
+constexpr double kSettle = 0.05;        // [s] in which late copies of the first reset come
+constexpr double kDiagnosis = 0.05;     // [s] to find out why a unit does not answer
 constexpr int kAttempts = 5;
-constexpr int kTimes = 3;                  // that a command is sent before the sequence begins again
-constexpr double kNotSent = -1;            // as a time
-constexpr std::uint8_t kAfterReset = 255;  // as the number of the command that was executed last
+constexpr int kAdoptions = 10;
+constexpr double kNotSent = -1;       // as a time
+constexpr double kClockSlack = 1;     // [s] between the clocks of the units and of this machine,
+constexpr double kClockDrift = 1e-3;  // and per second
 
 // Series of firmware with each version of the protocol.
 const std::map<int, std::vector<std::string>> kSeries{{2, {"0.10", "0.11"}}, {3, {"0.12"}}};
-
-[[noreturn]] void fail(const std::string& what) { throw DeviceError("autd3-udp: " + what); }
-
-bool same(const sockaddr_in6& a, const sockaddr_in6& b) {
-  return a.sin6_port == b.sin6_port && std::memcmp(&a.sin6_addr, &b.sin6_addr, sizeof a.sin6_addr) == 0;
-}
-
-std::string interface_name(unsigned number) {
-  std::array<char, IF_NAMESIZE> name{};
-  return ::if_indextoname(number, name.data()) != nullptr ? name.data() : std::to_string(number);
-}
-
-// Where all units of an interface listen.
-sockaddr_in6 all_units(unsigned interface) {
-  sockaddr_in6 group{};
-  group.sin6_family = AF_INET6;
-  group.sin6_port = htons(kPort);
-  group.sin6_scope_id = interface;
-  group.sin6_addr.s6_addr[0] = 0xff;
-  group.sin6_addr.s6_addr[1] = 0x02;
-  group.sin6_addr.s6_addr[15] = 0x01;
-  return group;
-}
 
 }  // namespace
 
@@ -72,32 +50,30 @@ sockaddr_in6 all_units(unsigned interface) {
 struct Autd3UdpChain::Progress {
   const Program* program = nullptr;
   std::size_t next = 0;
-  double sent_at = kNotSent;  // the command that it works at, or the reset before it
+  double deadline = 0;        // of the answer to the command that it works at
+  double sent_at = kNotSent;  // that command, the last time
   std::uint16_t message = 0;
-  int times = 0;  // that it was sent
   Bytes bytes;
   Bytes data;  // that it answered last
 
   bool over() const { return next == program->size(); }
+  bool resets() const { return (*program)[next].number == kReset.number; }
 };
 
 Autd3UdpChain::Autd3UdpChain(std::string host, int port, std::size_t units)
-    : host_(std::move(host)), port_(port), units_(units) {}
-
-std::string Autd3UdpChain::place() const {
-  return port_ > 0       ? fmt::format("[{}] port {}", host_, port_)
-         : host_.empty() ? "the network interface where they answer"
-                         : fmt::format("the network interface {}", host_);
-}
+    : place_{std::move(host), port}, units_(units) {}
 
 void Autd3UdpChain::open() {
   open_socket();
   for (Unit& unit : units_) {
     unit = {};
   }
+  taken_ = false;
   find_group();
   number_units();
   set_clock();
+  run({{kReset}}, "the start", kStartPatience);
+  std::this_thread::sleep_for(std::chrono::duration<double>(kSettle));
   require_firmware();
   run({{kClear, kSynchronize}}, "the start", kStartPatience);
 }
@@ -105,14 +81,22 @@ void Autd3UdpChain::open() {
 bool Autd3UdpChain::adopt() {
   open_socket();
   std::size_t found = 0;
-  for (int attempt = 0; attempt < kAttempts && found < units_.size(); ++attempt) {
-    for (const sockaddr_in6& group : groups()) {
-      for (const Heard& heard : collect(request(group, Kind::kReadUnit), kRepeat, units_.size())) {
+  const auto first = static_cast<std::uint16_t>(message_ + 1);
+  for (int attempt = 0; attempt < kAdoptions && found < units_.size(); ++attempt) {
+    for (const sockaddr_in6& group : place_.groups()) {
+      request(group, Kind::kReadUnit);
+      for (const Heard& heard : collect(first, kRepeat, units_.size())) {
         if (heard.answer.version < version_ && heard.answer.version >= kOldest) {
           version_ = heard.answer.version;
         }
         const auto info = unit_info_of(heard.answer);
-        if (info && (info->flags & kAssigned) != 0 && info->id < units_.size() && !units_[info->id].there) {
+        if (info && (info->flags & kAssigned) != 0 && info->id < units_.size() && !units_[info->id].there &&
+            heard.from.sin6_scope_id == group.sin6_scope_id) {
+          if (found == 0) {
+            lock_ = lock_of(group);
+            clock_ = info->clock;
+            clock_since_ = steady_now();
+          }
           units_[info->id].address = heard.from;
           units_[info->id].there = true;
           group_ = group;
@@ -122,6 +106,11 @@ bool Autd3UdpChain::adopt() {
     }
   }
   return found > 0;
+}
+
+void Autd3UdpChain::close() noexcept {
+  socket_.close();
+  lock_ = {};
 }
 
 void Autd3UdpChain::open_socket() {
@@ -135,64 +124,38 @@ void Autd3UdpChain::open_socket() {
   ::setsockopt(socket_.number(), IPPROTO_IPV6, IPV6_MULTICAST_LOOP, &no, sizeof no);
 }
 
-std::vector<sockaddr_in6> Autd3UdpChain::groups() const {
-  std::vector<sockaddr_in6> groups;
-  if (port_ > 0) {
-    addrinfo wanted{};
-    wanted.ai_family = AF_INET6;
-    wanted.ai_socktype = SOCK_DGRAM;
-    addrinfo* found = nullptr;
-    const int failed = ::getaddrinfo(host_.c_str(), std::to_string(port_).c_str(), &wanted, &found);
-    if (failed != 0) {
-      fail(fmt::format("no IPv6 address of {}: {}", host_, ::gai_strerror(failed)));
-    }
-    std::memcpy(&groups.emplace_back(), found->ai_addr, sizeof(sockaddr_in6));
-    ::freeaddrinfo(found);
-    return groups;
-  }
-  ifaddrs* all = nullptr;
-  if (::getifaddrs(&all) != 0) {
-    fail(fmt::format("the network interfaces cannot be listed: {}", std::strerror(errno)));
-  }
-  for (const ifaddrs* at = all; at != nullptr; at = at->ifa_next) {
-    if (at->ifa_addr == nullptr || at->ifa_addr->sa_family != AF_INET6 || (at->ifa_flags & IFF_LOOPBACK) != 0) {
-      continue;
-    }
-    const auto* address = reinterpret_cast<const sockaddr_in6*>(at->ifa_addr);
-    if (IN6_IS_ADDR_LINKLOCAL(&address->sin6_addr) && (host_.empty() || host_ == at->ifa_name)) {
-      groups.push_back(all_units(address->sin6_scope_id));
-    }
-  }
-  ::freeifaddrs(all);
-  if (groups.empty()) {
-    fail(host_.empty() ? "no network interface has a link-local IPv6 address; connect the units and switch IPv6 on"
-                       : fmt::format("the network interface {} is missing, or has no link-local IPv6 address", host_));
-  }
-  return groups;
+DeviceLock Autd3UdpChain::lock_of(const sockaddr_in6& group) const {
+  return {lock_key(group), "autd3-udp: the units on " +
+                               (group.sin6_scope_id != 0 ? "network interface " + interfaces_of({group}) : place())};
 }
 
 // Asks everywhere, and keeps the one place where somebody answers.
 void Autd3UdpChain::find_group() {
-  const std::vector<sockaddr_in6> candidates = groups();
+  const std::vector<sockaddr_in6> candidates = place_.groups();
   std::vector<sockaddr_in6> answering;
   for (const sockaddr_in6& group : candidates) {
+    DeviceLock lock = lock_of(group);
     std::vector<Heard> heard;
     for (int attempt = 0; attempt < kAttempts && heard.empty(); ++attempt) {
       heard = collect(request(group, Kind::kReadUnit), kAnswerTime, 1);
     }
     if (!heard.empty()) {
       group_ = group;
+      lock_ = std::move(lock);
       require_known(heard);
       answering.push_back(group);
     }
   }
   if (answering.empty()) {
-    fail(fmt::format("no unit answers on {}{}", place(), refusal_.empty() ? "" : ": " + refusal_));
+    fail(
+        fmt::format("no unit answers on {}{}; check the cable, the supply of the units, and that the firewall lets UDP "
+                    "port {} through",
+                    place_.port > 0 ? place() : "the network interfaces " + interfaces_of(candidates),
+                    refusal_.empty() ? "" : ": " + refusal_, ntohs(candidates.front().sin6_port)));
   }
   if (answering.size() > 1) {
-    fail(fmt::format("units answer on the network interfaces {} and {}; name one, as autd3-udp:{}",
-                     interface_name(answering[0].sin6_scope_id), interface_name(answering[1].sin6_scope_id),
-                     interface_name(answering[0].sin6_scope_id)));
+    fail(fmt::format("units answer on the network interfaces {}; name one, as autd3-udp:{}", interfaces_of(answering),
+                     interfaces_of({answering.front()})));
   }
   group_ = answering.front();
 }
@@ -297,9 +260,13 @@ Bytes Autd3UdpChain::ask(std::size_t unit, Kind kind, const Bytes& body) {
   fail(fmt::format("unit {} does not answer request {}", unit, static_cast<int>(kind)));
 }
 
-// The clock of the first unit begins at 0, and the others follow it.
+// The clock of the first unit begins at a time that no other program chooses, and the others follow it.
 void Autd3UdpChain::set_clock() {
-  ask(0, Kind::kSetTime, Bytes(sizeof(std::uint64_t), 0));
+  constexpr std::uint64_t kSecond = 1'000'000'000;
+  std::random_device entropy;
+  clock_ = kSecond * std::uniform_int_distribution<std::uint64_t>(1, 1U << 30U)(entropy);
+  clock_since_ = steady_now();
+  ask(0, Kind::kSetTime, clock_bytes(clock_));
   const double deadline = steady_now() + kClockPatience;
   std::size_t in_step = 0;
   while (in_step < units_.size()) {
@@ -311,7 +278,9 @@ void Autd3UdpChain::set_clock() {
     in_step = 0;
     for (const Heard& heard : collect(request(group_, Kind::kReadUnit), kAnswerTime, units_.size())) {
       const auto info = unit_info_of(heard.answer);
-      in_step += info && (info->flags & kClockInStep) == kClockInStep ? 1 : 0;
+      const bool ticks = info && (info->flags & kClockInStep) == kClockInStep;
+      if (ticks && is_foreign(info->clock)) fail_taken("the clocks");
+      in_step += ticks ? 1 : 0;
     }
   }
 }
@@ -333,66 +302,40 @@ void Autd3UdpChain::require_firmware() {
 }
 
 std::vector<Bytes> Autd3UdpChain::run(const std::vector<Program>& programs, const std::string& what, double patience) {
-  const double deadline = steady_now() + patience;
   std::vector<Progress> progress(units_.size());
   std::size_t missing = 0;
   for (std::size_t unit = 0; unit < units_.size(); ++unit) {
     progress[unit].program = &programs[programs.size() == 1 ? 0 : unit];
+    progress[unit].deadline = steady_now() + patience;
     missing += progress[unit].over() ? 0 : 1;
   }
   Heard heard;
   while (missing > 0) {
-    double next = deadline;
+    double next = std::numeric_limits<double>::infinity();
+    double deadline = next;
     // The last first: the others are still being sent when it answers.
     for (std::size_t unit = units_.size(); unit-- > 0;) {
       Progress& at = progress[unit];
-      if (at.over() || !units_[unit].there) {
-        continue;
-      }
-      if (steady_now() >= at.sent_at + kRepeat) {
+      if (at.over()) continue;
+      if (units_[unit].there && steady_now() >= at.sent_at + kRepeat) {
         send_next(units_[unit], at);
       }
-      next = std::min(next, at.sent_at + kRepeat);
+      deadline = std::min(deadline, at.deadline);
+      next = std::min({next, deadline, units_[unit].there ? at.sent_at + kRepeat : deadline});
     }
+    bool confirmed = false;
     while (receive(heard)) {
-      const auto answer = frame_answer_of(heard.answer);
-      const auto unit =
-          std::ranges::find_if(units_, [&](const Unit& one) { return one.there && same(one.address, heard.from); });
-      if (!answer || unit == units_.end()) {
-        continue;
+      if (hear(heard, progress, what)) {
+        Progress& at = progress[unit_at(heard.from)];
+        at.deadline = steady_now() + patience;
+        missing -= at.over() ? 1 : 0;
+        confirmed = true;
       }
-      const auto number = static_cast<std::size_t>(unit - units_.begin());
-      Progress& at = progress[number];
-      if (at.over() || at.sent_at == kNotSent || heard.answer.message != at.message) {
-        continue;
-      }
-      if (!unit->in_step) {
-        unit->in_step = answer->sequence == kAfterReset;
-        unit->sequence = 0;
-        at.sent_at = unit->in_step ? kNotSent : at.sent_at;
-        continue;
-      }
-      if (answer->sequence != unit->sequence) continue;  // it is still in the queue of the unit
-      if (answer->status != 0) {
-        lose_step(progress);
-        fail(fmt::format("{}: unit {} refuses command {:#04x}: {}", what, number, (*at.program)[at.next].number,
-                         status_text(answer->status)));
-      }
-      ++unit->sequence;
-      ++at.next;
-      at.sent_at = kNotSent;
-      at.data = answer->data;
-      missing -= at.over() ? 1 : 0;
     }
-    const bool unsent = std::any_of(progress.begin(), progress.end(), [&](const Progress& at) {
-      return !at.over() && at.sent_at == kNotSent && units_[static_cast<std::size_t>(&at - progress.data())].there;
-    });
-    if (missing > 0 && !unsent) {
-      if (steady_now() >= deadline) break;
-      wait(next);
-    }
+    if (confirmed) continue;
+    if (steady_now() >= deadline) fail_lost(what, progress);
+    wait(next);
   }
-  if (missing > 0) fail_lost(what, progress);
   std::vector<Bytes> data;
   for (Progress& at : progress) {
     data.push_back(std::move(at.data));
@@ -400,46 +343,74 @@ std::vector<Bytes> Autd3UdpChain::run(const std::vector<Program>& programs, cons
   return data;
 }
 
-void Autd3UdpChain::send_next(Unit& unit, Progress& at) {
-  // Where a copy of the reset came late, the unit waits for number 0.
-  if (at.times == kTimes) {
-    unit.in_step = false;
+std::size_t Autd3UdpChain::unit_at(const sockaddr_in6& address) const {
+  return static_cast<std::size_t>(
+      std::ranges::find_if(units_, [&](const Unit& one) { return one.there && same(one.address, address); }) -
+      units_.begin());
+}
+
+bool Autd3UdpChain::hear(const Heard& heard, std::vector<Progress>& progress, const std::string& what) {
+  const auto answer = frame_answer_of(heard.answer);
+  const std::size_t number = unit_at(heard.from);
+  if (!answer || number == units_.size()) return false;
+  Progress& at = progress[number];
+  if (at.over() || at.sent_at == kNotSent || heard.answer.message != at.message) return false;
+  if (is_foreign(answer->clock)) fail_taken(what);
+  Unit& unit = units_[number];
+  const auto wanted = at.resets() ? kAfterReset : static_cast<std::uint8_t>(unit.sequence + 1);
+  if (answer->sequence != wanted) {
+    if (at.resets() || answer->sequence == unit.sequence) return false;  // it is still in the queue of the unit
+    fail_taken(what);
   }
-  if (at.sent_at == kNotSent || at.times == kTimes) {
-    at.times = 0;
+  if (answer->status != 0) {
+    fail(fmt::format("{}: unit {} refuses command {:#04x}: {}", what, number, (*at.program)[at.next].number,
+                     status_text(answer->status)));
+  }
+  unit.sequence = wanted;
+  ++at.next;
+  at.sent_at = kNotSent;
+  at.data = answer->data;
+  return true;
+}
+
+void Autd3UdpChain::send_next(const Unit& unit, Progress& at) {
+  if (at.sent_at == kNotSent) {
     at.message = ++message_;
-    at.bytes = unit.in_step ? frame(version_, at.message, unit.sequence, (*at.program)[at.next])
-                            : frame(version_, at.message, 0, kReset);
+    at.bytes = frame(version_, at.message, at.resets() ? 0 : static_cast<std::uint8_t>(unit.sequence + 1),
+                     (*at.program)[at.next]);
   }
   transmit(unit.address, at.bytes);
-  ++at.times;
   at.sent_at = steady_now();
 }
 
-// A unit that may have executed a command without being heard would take the next one for its repetition.
-std::vector<std::size_t> Autd3UdpChain::lose_step(const std::vector<Progress>& progress) {
-  std::vector<std::size_t> lost;
-  for (std::size_t unit = 0; unit < units_.size(); ++unit) {
-    if (!progress[unit].over()) {
-      units_[unit].in_step = false;
-      lost.push_back(unit);
-    }
-  }
-  return lost;
+bool Autd3UdpChain::is_foreign(std::uint64_t clock) const {
+  const double ours = steady_now() - clock_since_;
+  const double theirs = 1e-9 * static_cast<double>(static_cast<std::int64_t>(clock - clock_));
+  return std::abs(theirs - ours) > kClockSlack + kClockDrift * ours;
+}
+
+void Autd3UdpChain::fail_taken(const std::string& what) {
+  taken_ = true;
+  fail(what + ": another program drives these units");
 }
 
 void Autd3UdpChain::fail_lost(const std::string& what, const std::vector<Progress>& progress) {
-  const std::vector<std::size_t> lost = lose_step(progress);
-  bool restarted = false;
+  std::vector<std::size_t> lost;
+  for (std::size_t unit = 0; unit < units_.size(); ++unit) {
+    if (!progress[unit].over()) lost.push_back(unit);
+  }
+  std::string cause = refusal_.empty() ? "" : ": " + refusal_;
   for (const Heard& heard : collect(request(group_, Kind::kReadUnit), kDiagnosis, units_.size())) {
     const auto info = unit_info_of(heard.answer);
-    restarted = restarted || (info && (info->flags & kAssigned) == 0);
+    if (info && is_foreign(info->clock)) fail_taken(what);
+    if (info && (info->flags & kAssigned) == 0) {
+      cause = lost.front() == 0 ? ": another program drives these units, or unit 0 has restarted"
+                                : ": a unit has restarted";
+    }
   }
   fail(
-      fmt::format("{}: the link is lost: unit{} {} {} not answer{}{}; a unit that hears nothing switches off after "
-                  "0.5 s",
-                  what, lost.size() == 1 ? "" : "s", fmt::join(lost, ", "), lost.size() == 1 ? "does" : "do",
-                  restarted ? ": a unit has restarted" : "", refusal_.empty() ? "" : ": " + refusal_));
+      fmt::format("{}: the link is lost: unit{} {} {} not answer{}; a unit that hears nothing switches off after 0.5 s",
+                  what, lost.size() == 1 ? "" : "s", fmt::join(lost, ", "), lost.size() == 1 ? "does" : "do", cause));
 }
 
 std::uint16_t Autd3UdpChain::request(const sockaddr_in6& to, Kind kind, const Bytes& body) {
@@ -455,14 +426,15 @@ void Autd3UdpChain::transmit(const sockaddr_in6& to, const Bytes& bytes) {
   refusal_ = sent < 0 ? std::strerror(errno) : "";
 }
 
-std::vector<Autd3UdpChain::Heard> Autd3UdpChain::collect(std::uint16_t message, double seconds, std::size_t enough) {
+std::vector<Autd3UdpChain::Heard> Autd3UdpChain::collect(std::uint16_t since, double seconds, std::size_t enough) {
   const double until = steady_now() + seconds;
   std::vector<Heard> all;
   Heard heard;
   do {
     wait(until);
     while (receive(heard)) {
-      if (heard.answer.message == message && heard.answer.kind != static_cast<std::uint8_t>(Kind::kFrame)) {
+      if (static_cast<std::uint16_t>(heard.answer.message - since) <= static_cast<std::uint16_t>(message_ - since) &&
+          heard.answer.kind != static_cast<std::uint8_t>(Kind::kFrame)) {
         all.push_back(heard);
       }
     }

@@ -19,11 +19,10 @@ using namespace autd3_udp;
 
 namespace {
 
-constexpr std::size_t kMostUnits = 255;  // their numbers are bytes
-// With the time that it takes to find out why a unit does not answer, within kLinkPatience.
-constexpr double kUdpPatience = 0.08;       // [s]
+constexpr std::size_t kMostUnits = 255;     // their numbers are bytes
+constexpr double kUdpPatience = 0.08;       // [s] for an answer, which may be 40 ms on its way
 constexpr std::size_t kFewestSamples = 2;   // in the firmware's modulation buffer
-constexpr std::size_t kMostSamples = 4000;  // it holds more, but they would not be in it within kLinkPatience
+constexpr std::size_t kMostSamples = 4000;  // it holds more, but they would not be in it within kGuardPatience
 constexpr double kAxisTolerance = 1e-5;     // [rad]
 constexpr double kCarrierClock = 40e3;      // [Hz] that plays stored frames
 constexpr double kMostUdpFrames = 800;      // per second: each is confirmed before the next
@@ -149,7 +148,16 @@ void Autd3UdpLink::silence() {
   if (!chain_.is_open()) {
     throw DeviceError("autd3-udp: the link is not open");
   }
-  run(programs_of(silent_frame(static_cast<std::size_t>(layout_.positions.cols()))), "the silent frame");
+  if (chain_.is_taken()) {
+    throw DeviceError("autd3-udp: it belongs to another program, which hears nothing from this one");
+  }
+  // Without the reset, a unit might take the frame for one that another program has sent.
+  std::vector<Autd3UdpChain::Program> programs =
+      programs_of(silent_frame(static_cast<std::size_t>(layout_.positions.cols())));
+  for (Autd3UdpChain::Program& program : programs) {
+    program.insert(program.begin(), kReset);
+  }
+  run(programs, "the silent frame");
 }
 
 std::vector<Bytes> Autd3UdpLink::run(const std::vector<Autd3UdpChain::Program>& programs, const std::string& what) {

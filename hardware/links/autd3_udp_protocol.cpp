@@ -46,6 +46,14 @@ void append(Bytes& bytes, const UnitFrame& frame) {
   append(bytes, frame.intensities);
 }
 
+std::uint64_t clock_at(const Bytes& body, std::size_t at) {
+  std::uint64_t clock = 0;
+  for (std::size_t byte = 0; byte < sizeof clock; ++byte) {
+    clock |= std::uint64_t{body[at + byte]} << (8 * byte);
+  }
+  return clock;
+}
+
 Command write_patterns(std::uint8_t bank, std::size_t index, std::span<const UnitFrame> frames) {
   Bytes payload = packed(bank, u8(frames.size()), static_cast<std::uint16_t>(index));
   for (const UnitFrame& frame : frames) {
@@ -115,6 +123,8 @@ std::string status_text(std::uint8_t status) {
   return fmt::format("status {:#04x}: {}", status, known);
 }
 
+Bytes clock_bytes(std::uint64_t clock) { return packed(clock); }
+
 Bytes datagram(int version, Kind kind, std::uint16_t message, std::span<const std::uint8_t> body) {
   Bytes bytes = packed(static_cast<std::uint8_t>(version), static_cast<std::uint8_t>(kind), message);
   append(bytes, body);
@@ -143,7 +153,8 @@ std::optional<FrameAnswer> frame_answer_of(const Answer& answer) {
   if (answer.kind != static_cast<std::uint8_t>(Kind::kFrame) || answer.body.size() < kBeforeData) {
     return std::nullopt;
   }
-  return FrameAnswer{answer.body[0], answer.body[1], Bytes(answer.body.begin() + kBeforeData, answer.body.end())};
+  return FrameAnswer{answer.body[0], answer.body[1], clock_at(answer.body, 4),
+                     Bytes(answer.body.begin() + kBeforeData, answer.body.end())};
 }
 
 std::optional<UnitInfo> unit_info_of(const Answer& answer) {
@@ -151,7 +162,8 @@ std::optional<UnitInfo> unit_info_of(const Answer& answer) {
   if (answer.body.size() < kLength || answer.body[0] != 0) {
     return std::nullopt;
   }
-  return UnitInfo{answer.body[1], answer.body[2], firmware_text(std::span(answer.body).subspan(5))};
+  return UnitInfo{answer.body[1], answer.body[2], firmware_text(std::span(answer.body).subspan(5)),
+                  clock_at(answer.body, 9)};
 }
 
 std::string firmware_text(std::span<const std::uint8_t> bytes) {

@@ -19,7 +19,7 @@ namespace touchfield::autd3_udp {
 ///                    since the reset), its status u8, flags u8, unit u8, clock u64 [ns], data
 ///
 /// A unit executes the commands of a sequence in order and each once: it answers a repeated one again, and drops any
-/// other that is not the next. It switches its output off 500 ms after the last frame.
+/// other that is not the next, whoever sends it. It switches its output off 500 ms after the last frame.
 ///
 /// Source: the bytes of the SDK of the vendor, 0.10 to 0.12 (PyPI autd3);
 /// github.com/shinolab/autd3-sdk, firmware/cpu/wire.
@@ -35,7 +35,7 @@ enum class Kind : std::uint8_t {
   kDiscover = 3,  // to all: answered by units without a number
   kAssignId = 4,  // to one: number u8, role u8 (1: its clock leads)
   kUnblock = 5,   // to one: opens the way to the next unit -> u8: whether there is one
-  kSetTime = 6,   // to the one that leads: clock u64 [ns]
+  kSetTime = 6,   // to the one that leads: clock u64 [ns], below 2^32 s
 };
 
 using Bytes = std::vector<std::uint8_t>;
@@ -59,8 +59,9 @@ struct UnitFrame {
   std::span<const std::uint8_t> intensities;
 };
 
-/// Begins a sequence: the next command is number 0. Executed at once, and answered with sequence 255.
+/// Begins a sequence: the next command is number 0. Executed at once, and answered with kAfterReset.
 inline const Command kReset{0x00, {}};
+inline constexpr std::uint8_t kAfterReset = 255;  // as the number of the command that was executed last
 /// In step with the pulse of the clock.
 inline const Command kSynchronize{0x01, {}};
 /// Everything as after power-up, silent; the failsafe is released.
@@ -96,6 +97,9 @@ Command smoothing(std::uint16_t intensity_steps, std::uint16_t phase_steps);
 /// What a unit says on a refused command.
 std::string status_text(std::uint8_t status);
 
+/// The body of kSetTime.
+Bytes clock_bytes(std::uint64_t clock);
+
 Bytes datagram(int version, Kind kind, std::uint16_t message, std::span<const std::uint8_t> body);
 Bytes frame(int version, std::uint16_t message, std::uint8_t sequence, const Command& command);
 
@@ -111,13 +115,15 @@ struct Answer {
 struct FrameAnswer {
   std::uint8_t sequence = 0;
   std::uint8_t status = 0;
+  std::uint64_t clock = 0;  // [ns]
   Bytes data;
 };
 
 struct UnitInfo {
   std::uint8_t id = 255;  // 255: it has none
   std::uint8_t flags = 0;
-  std::string firmware;  // "0.12.0"
+  std::string firmware;     // "0.12.0"
+  std::uint64_t clock = 0;  // [ns]
 };
 
 /// Nothing if the bytes are too few.

@@ -22,6 +22,7 @@
 
 #include <fmt/format.h>
 
+#include "hardware/device_lock.h"
 #include "sim/core/errors.h"
 
 namespace touchfield::sonicsurface {
@@ -166,6 +167,7 @@ class SerialPort {
 
  private:
   std::string name_;
+  DeviceLock lock_;
   asio::io_context context_;
   asio::serial_port serial_{context_};
   std::chrono::steady_clock::time_point written_{};  // the last time
@@ -180,6 +182,7 @@ SerialPort::SerialPort(std::string name, unsigned baud) : name_(std::move(name))
   if (!S_ISCHR(status.st_mode)) {
     fail(name_, "it is not a serial port");
   }
+  lock_ = DeviceLock(fmt::format("serial {:x}", status.st_rdev), "serial port " + name_);  // by whatever name
   asio::error_code error;
   serial_.open(name_, error);
   if (error) {

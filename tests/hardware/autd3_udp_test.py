@@ -242,9 +242,9 @@ class Autd3UdpTest(CommandTest):
         asked = {}
 
         class Newer(Wire):
-            def to_unit(self, data, one):
+            def to_unit(self, data, one, host):
                 asked["version"] = data[0]
-                super().to_unit(bytes([3]) + data[1:], one)
+                super().to_unit(bytes([3]) + data[1:], one, host)
 
         with Emulator(SDK, 1) as emulator, Newer(emulator, change=protocol) as wire:
             self.assertIn("a unit has firmware 0.13.1, with version 9 of the protocol", self.fails(["width_8mm"], wire.port))

@@ -1,8 +1,9 @@
 """AUTD3 units for tests: the vendor's emulator in a process of its own, and a wire to it that keeps every datagram, and
-loses, delays or repeats some."""
+loses, delays or repeats some. Several programs may be at the wire, as from machines of their own: each through a door."""
 
 import contextlib
 import heapq
+import itertools
 import pathlib
 import random
 import select
@@ -12,7 +13,7 @@ import sys
 import threading
 import time
 
-FRAME, READ_UNIT, ASSIGN_ID = 0, 1, 4
+FRAME, READ_UNIT, RESET_ID, ASSIGN_ID = 0, 1, 2, 4
 
 
 class Emulator:
@@ -38,25 +39,29 @@ class Emulator:
 
 
 class Wire:
-    """Between a host and an emulator. `datagrams` holds (time, to the units?, unit or None, bytes).
+    """Between hosts and an emulator. `datagrams` holds (time, to the units?, unit or None, bytes), and `hosts` the address
+    of the host of each.
 
-    With an interface it is where real units are: in the group of all nodes on that network."""
+    With an interface it is where real units are: in the group of all nodes on that network. `ports` are those of the doors:
+    a program knows the units by the door, so programs at two of them are as on two machines."""
 
-    def __init__(self, emulator, seed=0, lost=0.0, delayed=0.0, repeated=0.0, change=None, interface=None):
+    def __init__(self, emulator, seed=0, lost=0.0, delayed=0.0, repeated=0.0, constant=0.0, change=None, interface=None, doors=1):
         self.emulator = ("::1", emulator.port)
         self.random = random.Random(seed)
         self.lost, self.delayed, self.repeated = lost, delayed, repeated
+        self.constant = constant  # delay of every datagram [s]
+        self.order = itertools.count()
         self.change = change  # of what a unit answers
-        self.datagrams = []
+        self.datagrams, self.hosts = [], []
         self.numbers = {}  # of the emulator's addresses
         self.asked = {}  # numbers that were given, by message
         self.late = []
-        self.host = None
         self.interface = interface
-        self.group = self.bound(interface, 44336 if interface else 0)
-        self.far = self.bound()
+        self.doors = [self.bound(interface, 44336 if interface else 0) for _ in range(doors)]
+        self.far = {}  # by the host's address
         self.near = {}  # by the emulator's address
-        self.port = self.group.getsockname()[1]
+        self.ports = [door.getsockname()[1] for door in self.doors]
+        self.port = self.ports[0]
         self.end = threading.Event()
         self.thread = threading.Thread(target=self.run, daemon=True)
         self.thread.start()
@@ -76,47 +81,54 @@ class Wire:
     def __exit__(self, *_):
         self.end.set()
         self.thread.join(10)
-        for one in (self.group, self.far, *self.near.values()):
+        for one in (*self.doors, *self.far.values(), *self.near.values()):
             one.close()
 
     def run(self):
         while not self.end.is_set():
             wait = max(0, min(0.02, self.late[0][0] - time.monotonic())) if self.late else 0.02
-            for one in select.select([self.group, self.far, *self.near.values()], [], [], wait)[0]:
+            hosts = {one: host for host, one in self.far.items()}
+            for one in select.select([*self.doors, *hosts, *self.near.values()], [], [], wait)[0]:
                 with contextlib.suppress(OSError):
                     data, address = one.recvfrom(4096)
-                    if one is self.far:
-                        self.from_unit(data, address[:2])
+                    if one in hosts:
+                        self.from_unit(data, address[:2], hosts[one])
                     else:
-                        self.host = address
-                        self.to_unit(data, one)
+                        self.to_unit(data, one, address)
             while self.late and self.late[0][0] <= time.monotonic():
                 _, _, one, data, address = heapq.heappop(self.late)
                 one.sendto(data, address)
 
-    def to_unit(self, data, one):
+    def kept(self, down, unit, data, host):
+        self.hosts.append(host)
+        self.datagrams.append((time.monotonic(), down, unit, data))
+
+    def to_unit(self, data, one, host):
+        if host not in self.far:
+            self.far[host] = self.bound()
         address = next((far for far, near in self.near.items() if near is one), self.emulator)
         if data[1] == ASSIGN_ID:
             self.asked[data[2:4]] = data[4]
-        self.datagrams.append((time.monotonic(), True, self.numbers.get(address), data))
-        self.send(self.far, data, address)
+        self.kept(True, self.numbers.get(address), data, host)
+        self.send(self.far[host], data, address)
 
-    def from_unit(self, data, address):
+    def from_unit(self, data, address, host):
         if address not in self.near:
             self.near[address] = self.bound(self.interface)
         if data[1] == ASSIGN_ID and data[2:4] in self.asked:
             self.numbers[address] = self.asked[data[2:4]]
         if self.change:
             data = self.change(data)
-        self.datagrams.append((time.monotonic(), False, self.numbers.get(address), data))
-        self.send(self.near[address], data, self.host)
+        self.kept(False, self.numbers.get(address), data, host)
+        self.send(self.near[address], data, host)
 
     def send(self, one, data, address):
         if self.random.random() < self.lost:
             return
         for _ in range(2 if self.random.random() < self.repeated else 1):
-            if self.random.random() < self.delayed:
-                heapq.heappush(self.late, (time.monotonic() + self.random.uniform(0, 0.03), self.random.random(), one, data, address))
+            late = self.constant + (self.random.uniform(0, 0.03) if self.random.random() < self.delayed else 0)
+            if late > 0:
+                heapq.heappush(self.late, (time.monotonic() + late, next(self.order), one, data, address))
             else:
                 one.sendto(data, address)
 
