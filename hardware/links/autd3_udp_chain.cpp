@@ -147,11 +147,13 @@ void Autd3UdpChain::find_group() {
     }
   }
   if (answering.empty()) {
-    fail(
-        fmt::format("no unit answers on {}{}; check the cable, the supply of the units, and that the firewall lets UDP "
-                    "port {} through",
-                    place_.port > 0 ? place() : "the network interfaces " + interfaces_of(candidates),
-                    refusal_.empty() ? "" : ": " + refusal_, ntohs(candidates.front().sin6_port)));
+    fail(fmt::format(
+        "no unit answers on {}{}; check the cable, the supply of the units, and that the firewall lets UDP "
+        "port {} through",
+        place_.port > 0
+            ? place()
+            : fmt::format("the network interface{} {}", candidates.size() == 1 ? "" : "s", interfaces_of(candidates)),
+        refusal_.empty() ? "" : ": " + refusal_, ntohs(candidates.front().sin6_port)));
   }
   if (answering.size() > 1) {
     fail(fmt::format("units answer on the network interfaces {}; name one, as autd3-udp:{}", interfaces_of(answering),
@@ -402,8 +404,11 @@ void Autd3UdpChain::fail_lost(const std::string& what, const std::vector<Progres
   std::string cause = refusal_.empty() ? "" : ": " + refusal_;
   for (const Heard& heard : collect(request(group_, Kind::kReadUnit), kDiagnosis, units_.size())) {
     const auto info = unit_info_of(heard.answer);
-    if (info && is_foreign(info->clock)) fail_taken(what);
-    if (info && (info->flags & kAssigned) == 0) {
+    if (!info) continue;
+    const bool numbered = (info->flags & kAssigned) != 0;
+    // A clock that is not set yet: the number is new.
+    if (is_foreign(info->clock) || (numbered && (info->flags & kClockInStep) != kClockInStep)) fail_taken(what);
+    if (!numbered) {
       cause = lost.front() == 0 ? ": another program drives these units, or unit 0 has restarted"
                                 : ": a unit has restarted";
     }

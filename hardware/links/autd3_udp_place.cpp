@@ -79,10 +79,8 @@ std::vector<sockaddr_in6> Place::groups() const {
     fail(fmt::format("there is no network interface {}; there are {}", host, fmt::join(names, ", ")));
   }
   if (groups.empty()) {
-    fail(fmt::format(
-        "none of the network interfaces {} has a link-local IPv6 address; connect the units, switch them on, "
-        "and switch IPv6 on",
-        host.empty() ? fmt::format("{}", fmt::join(names, ", ")) : host));
+    fail(fmt::format("no link-local IPv6 address on {}; connect the units, switch them on, and switch IPv6 on",
+                     host.empty() ? fmt::format("{}", fmt::join(names, ", ")) : host));
   }
   return groups;
 }

@@ -103,6 +103,7 @@ TEST(Autd3UdpProtocol, HeadersAndAnswers) {
   ASSERT_TRUE(frame);
   EXPECT_EQ(frame->sequence, 7);
   EXPECT_EQ(frame->status, 0);
+  EXPECT_EQ(frame->clock, 0x069a652cU);
   EXPECT_THAT(frame->data, ElementsAre(0x88));
   const auto about = autd3_udp::answer_of(
       Bytes{3, 1, 8, 0, 0, 1, 3, 0, 0, 0, 12, 0, 0, 0xcc, 0x6b, 0xe4, 0x15, 0, 0, 0, 0, 0, 0, 0, 0});
@@ -112,6 +113,8 @@ TEST(Autd3UdpProtocol, HeadersAndAnswers) {
   EXPECT_EQ(info->id, 1);
   EXPECT_EQ(info->flags, 3);
   EXPECT_EQ(info->firmware, "0.12.0");
+  EXPECT_EQ(info->clock, 0x15e46bccU);
+  EXPECT_THAT(autd3_udp::clock_bytes(info->clock), ElementsAre(0xcc, 0x6b, 0xe4, 0x15, 0, 0, 0, 0));
 }
 
 TEST(Autd3UdpProtocol, WhatIsTooShortIsNoAnswer) {

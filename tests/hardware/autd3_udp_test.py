@@ -28,6 +28,8 @@ CHANGES = ["body.edge_mm=6", "solve.allow_coarse_mesh=true", "evaluation=null", 
 SCENES = ["width_5mm", "width_8mm", "width_11mm"]
 PATTERN = bytes([0x16, 0, 0, 0, 0, 0, 0xFF, 0, 0, 0, 0, 0, 0, 0, 0])  # at once, bank 0
 SILENT = PATTERN + bytes(2 * PER_UNIT)
+NETWORK = ["unshare", "-rn", "sh", "-c",
+           "ip link set lo up && ip link add host0 type veth peer name units0 && ip link set host0 up && ip link set units0 up && sleep 3 && exec \"$@\"", "sh"]
 
 
 def bodies(run, method, level):
@@ -177,6 +179,18 @@ class Autd3UdpTest(CommandTest):
                     self.assertGreater(counters["executed"], 37)
                     self.assertEqual(counters["refused"], 0)
 
+    def test_a_slow_wire(self):
+        """Each datagram takes 20 ms: nothing is lost, and what is overtaken is dropped."""
+        for sdk in (SDK, OLDER_SDK):
+            with self.subTest(sdk=sdk.name), Emulator(sdk, UNITS) as emulator, Wire(emulator, constant=0.02) as wire:
+                samples = self.write("samples.txt", "\n".join(str(n % 256) for n in range(4000)))
+                report = self.sent(SCENES, wire.port, "--rate", "5", "--seconds", "2", "--repeat", "--modulation-samples", samples)
+                self.assertEqual((report["sent"] + report["dropped"], report["silent"]), (10, True))
+                self.assertGreater(report["sent"], 8)
+                report = self.sent(SCENES * 4, wire.port, "--stored", "--rate", "1000", "--seconds", "0.7")
+                self.assertEqual((report["sent"], report["silent"]), (12, True))
+                self.assertEqual(len(set(wire.hosts)), 2)
+
     def test_a_unit_that_restarts(self):
         with Emulator(SDK, UNITS) as emulator, Wire(emulator) as wire, self.emitting(wire) as (sending, _):
             start = time.monotonic()
@@ -188,6 +202,18 @@ class Autd3UdpTest(CommandTest):
             said = sending.stderr.read()
             self.assertIn("units 2, 3, 4, 5 do not answer: a unit has restarted", said)
             self.assertIn("switches off after 0.5 s", said)
+
+    def test_another_program_begins_a_sequence(self):
+        """One that leaves numbers and clocks as they are."""
+        with Emulator(SDK, UNITS) as emulator, Wire(emulator) as wire, self.emitting(wire) as (sending, _), Observer(emulator) as observer:
+            start = time.monotonic()
+            observer.read(3, 0xE7)
+            self.assertEqual(sending.wait(10), 4)
+            self.assertLess(time.monotonic() - start, 1)
+            said = sending.stderr.read()
+            self.assertIn("another program drives these units; the array could not be silenced", said)
+            self.assertNotIn("the array is silent", said)
+            self.assertEqual([data for _, data in wire.commands(3, start) if data.startswith(PATTERN)], [], "it disturbs the other")
 
     def test_units_that_hear_nothing(self):
         with Emulator(SDK, UNITS) as emulator, Wire(emulator) as wire, self.emitting(wire) as (sending, processes):
@@ -275,25 +301,37 @@ class Autd3UdpTest(CommandTest):
         with Emulator(SDK, UNITS + 1) as emulator:
             self.assertIn("has more units than the 6 of the run", self.fails(["width_8mm"], emulator.port))
 
-    def test_units_on_a_network_interface(self):
-        network = ["unshare", "-rn", "sh", "-c",
-                   "ip link set lo up && ip link add host0 type veth peer name units0 && ip link set host0 up && ip link set units0 up && sleep 3 && exec \"$@\"", "sh"]
-        if subprocess.run([*network, "true"], capture_output=True, check=False).returncode != 0:
+    def need_network(self):
+        if subprocess.run([*NETWORK, "true"], capture_output=True, check=False).returncode != 0:
             self.skipTest("this machine lets nobody make a network of its own")
+
+    def test_units_on_a_network_interface(self):
+        self.need_network()
         units = [sys.executable, pathlib.Path(__file__).parent / "autd3_units.py", SDK, str(UNITS), "units0"]
         for to in ("autd3-udp", "autd3-udp:host0"):
             send = [PROGRAM, "send", self.solved / "width_8mm", "--method", "surface", "--to", to, "--emit", "--seconds", "0.2", "--json"]
-            done = subprocess.run([*network, *units, *send], capture_output=True, text=True, timeout=60, check=False)
+            done = subprocess.run([*NETWORK, *units, *send], capture_output=True, text=True, timeout=60, check=False)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertIs(json.loads(done.stdout)["silent"], True)
 
     def test_nobody_answers(self):
+        self.need_network()
         with Emulator(SDK, 1) as emulator:
             port = emulator.port
         self.assertIn(f"no unit answers on [::1] port {port}", self.fails(["width_8mm"], port))
         done = self.touchfield("send", self.solved / "width_8mm", "--method", "surface", "--to", "autd3-udp:none0", "--emit")
         self.assertEqual(done.returncode, 4, done.stderr)
-        self.assertIn("network interface none0 is missing", done.stderr)
+        self.assertRegex(done.stderr, "there is no network interface none0; there are .*lo")
+        for to, says in (("127.0.0.1:8080", "127.0.0.1 has no IPv6 address, which it needs, e.g. autd3-udp:[::1]:8080"),
+                         ("lo", "no link-local IPv6 address on lo; connect the units, switch them on, and switch IPv6 on")):
+            done = self.touchfield("array", "off", "--to", f"autd3-udp:{to}")
+            self.assertEqual(done.returncode, 4, done.stderr)
+            self.assertIn(says, done.stderr)
+        for to in ("autd3-udp", "autd3-udp:units0"):
+            done = subprocess.run([*NETWORK, PROGRAM, "array", "off", "--to", to], capture_output=True, text=True, timeout=60, check=False)
+            self.assertEqual(done.returncode, 4, done.stderr)
+            self.assertRegex(done.stderr, "no unit answers on the network interfaces? " + ("(host0, units0|units0, host0)" if to == "autd3-udp" else "units0")
+                             + "; check the cable, the supply of the units, and that the firewall lets UDP port 44336 through")
 
     def test_nothing_is_sent_without_leave(self):
         with Emulator(SDK, UNITS) as emulator, Wire(emulator) as wire:

@@ -59,6 +59,7 @@ class Wire:
         self.interface = interface
         self.doors = [self.bound(interface, 44336 if interface else 0) for _ in range(doors)]
         self.far = {}  # by the host's address
+        self.door_of = {}  # the door that a host knocked at first
         self.near = {}  # by the emulator's address
         self.ports = [door.getsockname()[1] for door in self.doors]
         self.port = self.ports[0]
@@ -106,6 +107,7 @@ class Wire:
     def to_unit(self, data, one, host):
         if host not in self.far:
             self.far[host] = self.bound()
+            self.door_of[host] = self.doors.index(one)
         address = next((far for far, near in self.near.items() if near is one), self.emulator)
         if data[1] == ASSIGN_ID:
             self.asked[data[2:4]] = data[4]

@@ -111,6 +111,11 @@ class BoardTest(CommandTest):
         self.assertTrue(board.wait(lambda b: b.loud() and len(b.events) > 2), "it never emitted")
         return process
 
+    @staticmethod
+    def child_of(process):
+        children = pathlib.Path(f"/proc/{process}/task/{process}/children").read_text().split()
+        return int(children[0]) if len(children) == 1 else None
+
     def refused(self, board, *arguments, says, code=BAD_INPUT, command="send", full=True):
         done = self.touchfield(command, *arguments, *(FULL if full else []), "--emit")
         self.assertEqual(done.returncode, code, done.stderr)
@@ -350,7 +355,13 @@ class Faults(BoardTest):
     def test_busy_with_ourselves(self):
         board = self.board()
         process = self.start(board, self.run_of())
-        self.device_fails(board.port, "busy")
+        guard = self.child_of(process.pid)
+        other_name = self.folder / "board"
+        other_name.symlink_to(board.port)
+        self.device_fails(other_name, f"busy: process {guard} drives it; `kill {guard}` silences and frees it")
+        heard = bytes(board.heard)
+        self.is_refused("array", "off", "--to", f"sonicsurface:{board.port}", says=f"busy: process {guard} drives it", code=DEVICE_FAILED)
+        self.assertEqual(bytes(board.heard), heard)
         self.assertTrue(board.loud())
         process.send_signal(signal.SIGTERM)
         process.wait(5)
@@ -378,11 +389,6 @@ class Faults(BoardTest):
 
 class Emission(BoardTest):
     """Program and guard of an emission."""
-
-    @staticmethod
-    def child_of(process):
-        children = pathlib.Path(f"/proc/{process}/task/{process}/children").read_text().split()
-        return int(children[0]) if len(children) == 1 else None
 
     def emission(self, *arguments, **options):
         """Its board, program and guard. The board lets the next owner in, as a real port does once its last one closes it."""
