@@ -17,7 +17,7 @@ namespace touchfield {
 /// AUTD3 units in a row on one network, unit after unit in the order of the cables.
 ///
 /// One program drives them at a time. On this machine a lock keeps the others away. Another machine is noticed by what
-/// the units answer: each program sets their clock to a time of its own, and only its commands move their sequence on.
+/// the units answer. Each program sets their clock to a time of its own, and only its commands move their sequence on.
 ///
 /// throws   DeviceError from everything that touches the network: nobody answers, several chains answer, a firmware
 ///          that is not known, another number of units, a unit that refuses or no longer answers, another program

@@ -18,8 +18,8 @@ namespace touchfield::autd3_udp {
 ///   to a frame       version u8, kind u8, message u16, sequence u8 of the command that was executed last (255: none
 ///                    since the reset), its status u8, flags u8, unit u8, clock u64 [ns], data
 ///
-/// A unit executes the commands of a sequence in order and each once: it answers a repeated one again, and drops any
-/// other that is not the next, whoever sends it. It switches its output off 500 ms after the last frame.
+/// A unit executes the commands of a sequence in order and each once, whoever sends them. It answers a repeated one
+/// again, and drops any other that is not the next. It switches its output off 500 ms after the last frame.
 ///
 /// Source: the bytes of the SDK of the vendor, 0.10 to 0.12 (PyPI autd3);
 /// github.com/shinolab/autd3-sdk, firmware/cpu/wire.
