@@ -116,7 +116,7 @@ def test_fields(run):
     assert np.allclose(run.field(at)["surface"], side["surface"][outside], rtol=1e-6)
     drives = run.amplitudes["surface"] * np.exp(1j * run.phases["surface"])
     wave = tf.Wave(frequency=40e3, temperature=20)
-    again = tf.field(run.mesh, run.array, run.pressures["surface"], drives, at, wave)
+    again = tf.field(run.evaluation_mesh, run.array, run.evaluation_pressures["surface"], drives, at, wave)
     assert np.allclose(again, side["surface"][outside], rtol=1e-6)
 
 

@@ -192,9 +192,17 @@ void add_by_grid(const FieldFaces& faces, const GridSpec& spec, const Points& po
   }
 }
 
-FieldValues silent_inside(FieldValues values) {
-  for (Eigen::Index j = 0; j < values.pressure.rows(); ++j) {
-    if (values.inside[static_cast<std::size_t>(j)] != 0) {
+/// Silence inside, and the skin's pressure on it.
+FieldValues with_skin(const TriangleMesh& mesh, const Points& points, const Eigen::MatrixXcd& surface,
+                      FieldValues values) {
+  const FaceTree tree(mesh);
+#pragma omp parallel for schedule(dynamic, 64)
+  for (Eigen::Index j = 0; j < points.cols(); ++j) {
+    unsigned char& inside = values.inside[static_cast<std::size_t>(j)];
+    if (const Eigen::Index face = tree.touched(points.col(j)).face; face >= 0) {
+      inside = 0;
+      values.pressure.row(j) = surface.row(face);
+    } else if (inside != 0) {
       values.pressure.row(j).setZero();
     }
   }
@@ -211,7 +219,7 @@ FieldPoints field_points(const Points& points, Eigen::Index columns) {
           static_cast<double>(columns)};
 }
 
-FieldSums choose_field_sums(const TriangleMesh& mesh, const Wave& wave, const FieldPoints& points) {
+FieldSums choose_field_sums(const TriangleMesh& mesh, const Wave& wave, const FieldPoints& points, double faces) {
   // Seconds of one thread: of a pair, for each column of it; of a point and of a face beside the grid.
   constexpr double kPairSeconds = 16e-9;
   constexpr double kColumnSeconds = 0.3e-9;
@@ -221,7 +229,8 @@ FieldSums choose_field_sums(const TriangleMesh& mesh, const Wave& wave, const Fi
   constexpr double kPays = 0.7;  // of the time pair by pair
   constexpr double kMostBytes = 4e9;
   FieldSums sums;
-  sums.pairs = points.count * static_cast<double>(mesh.face_count());
+  faces = faces > 0 ? faces : static_cast<double>(mesh.face_count());
+  sums.pairs = points.count * faces;
   if (sums.pairs == 0) {
     return sums;
   }
@@ -230,8 +239,7 @@ FieldSums choose_field_sums(const TriangleMesh& mesh, const Wave& wave, const Fi
   body.extent = (low + body.extent).cwiseMax(points.high) - low.cwiseMin(points.low);
   body.faces = 0;  // what is within reach is the points' work
   const GridChoice grid = choose_grid(body, wave.wavenumber(), 0.0, kFieldTolerance);
-  const double seconds = (points.columns + kOnce) * grid.seconds + kPointSeconds * points.count +
-                         kFaceSeconds * static_cast<double>(mesh.face_count());
+  const double seconds = (points.columns + kOnce) * grid.seconds + kPointSeconds * points.count + kFaceSeconds * faces;
   const double pair_seconds = kPairSeconds + kColumnSeconds * points.columns;
   if (seconds < kPays * pair_seconds * sums.pairs && grid.memory < kMostBytes) {
     sums.grid = grid;
@@ -256,7 +264,7 @@ FieldValues boundary_integral(const TriangleMesh& mesh, const TransducerArray& a
 
 FieldValues evaluate_field(const TriangleMesh& mesh, const TransducerArray& array, const Wave& wave,
                            const Points& points, const Eigen::MatrixXcd& surface, const Eigen::MatrixXcd& drive) {
-  return silent_inside(boundary_integral(mesh, array, wave, points, surface, drive));
+  return with_skin(mesh, points, surface, boundary_integral(mesh, array, wave, points, surface, drive));
 }
 
 FieldValues with_near_faces(const TriangleMesh& mesh, const Wave& wave, const Points& points,
@@ -276,7 +284,7 @@ FieldValues with_near_faces(const TriangleMesh& mesh, const Wave& wave, const Po
     }
     values.inside[static_cast<std::size_t>(j)] = is_inside(all) ? 1 : 0;
   }
-  return silent_inside(std::move(values));
+  return with_skin(mesh, points, surface, std::move(values));
 }
 
 Points FieldGrid::points() const {

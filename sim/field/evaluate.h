@@ -41,7 +41,8 @@ struct FieldSums {
   std::optional<GridChoice> grid;
   double pairs = 0;  // of points and faces that take as long
 };
-FieldSums choose_field_sums(const TriangleMesh& mesh, const Wave& wave, const FieldPoints& points);
+/// faces   how many the mesh is to have; 0: those that it has
+FieldSums choose_field_sums(const TriangleMesh& mesh, const Wave& wave, const FieldPoints& points, double faces = 0);
 
 /// The value of the boundary integral at any point, inside the body too (there it should vanish):
 ///
@@ -58,7 +59,8 @@ FieldSums choose_field_sums(const TriangleMesh& mesh, const Wave& wave, const Fi
 FieldValues boundary_integral(const TriangleMesh& mesh, const TransducerArray& array, const Wave& wave,
                               const Points& points, const Eigen::MatrixXcd& surface, const Eigen::MatrixXcd& drive);
 
-/// The same with 0 at the points inside the body.
+/// The same with 0 at the points inside the body. A point on the skin (FaceTree::touched) is not inside and has the
+/// pressure of its face.
 FieldValues evaluate_field(const TriangleMesh& mesh, const TransducerArray& array, const Wave& wave,
                            const Points& points, const Eigen::MatrixXcd& surface, const Eigen::MatrixXcd& drive);
 

@@ -143,7 +143,7 @@ void require_clear_points(const std::vector<FieldGrid>& fields, const Transducer
     if (!tree) {
       tree.emplace(mesh);
     }
-    if (tree->winding_number(at) > 0.5) {
+    if (tree->touched(at).face < 0 && tree->winding_number(at) > 0.5) {
       const SkinPoint skin = tree->nearest(at);
       throw InputError(fmt::format(
           "field {}: at_mm {} is {:.2f} mm inside a body, where there is no sound; the nearest place in the air is {}",

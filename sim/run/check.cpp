@@ -86,7 +86,8 @@ struct FieldsCost {
   double pairs = 0;  // of points with channels or faces
 };
 
-FieldsCost fields_cost(const Model& model) {
+/// faces   of the evaluation; 0: those that are solved
+FieldsCost fields_cost(const Model& model, double faces) {
   FieldsCost cost;
   const auto methods = static_cast<double>(model.fixed->scene.solve.methods.size());
   double largest_grid = 0;
@@ -94,7 +95,8 @@ FieldsCost fields_cost(const Model& model) {
     const auto points = static_cast<double>(grid.size());
     const Vector3 high =
         grid.origin + grid.spacing.cwiseProduct(Vector3(grid.count[0] - 1, grid.count[1] - 1, grid.count[2] - 1));
-    const FieldSums sums = choose_field_sums(model.body.mesh, model.fixed->wave, {grid.origin, high, points, methods});
+    const FieldSums sums =
+        choose_field_sums(model.body.mesh, model.fixed->wave, {grid.origin, high, points, methods}, faces);
     cost.pairs += sums.pairs + points * static_cast<double>(model.fixed->array.size());
     cost.bytes += kComplex * points * methods;
     largest_grid = std::max(largest_grid, sums.grid ? sums.grid->memory : 0.0);
@@ -167,7 +169,7 @@ CheckReport check_model(const Model& model, int sharing) {
   const double compressing = drives > 0 ? 2.0 * m * n + 2.0 * m * drives : 0.0;
   const double solving = own.bytes + kComplex * kSolvedBlocks * m * drives;
   double bytes = kComplex * kept + std::max(kComplex * compressing, solving);
-  const FieldsCost off_skin = fields_cost(model);
+  const FieldsCost off_skin = fields_cost(model, evaluated);
   bytes += off_skin.bytes;
   report.seconds = own.seconds + kernel * ((fields + 1.0) * m * n + off_skin.pairs);
   const double share = product_share(report.decision.options.kind, model.body.mesh.face_count(), own_grid.seconds);

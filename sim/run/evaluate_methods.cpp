@@ -30,12 +30,15 @@ Eigen::MatrixXcd columns_of(const Run& run, Eigen::Index rows, const Column& col
   return columns;
 }
 
+/// The pressure that a method is scored by.
 const Eigen::VectorXcd& evaluated_pressure(const MethodResult& method, const TriangleMesh& mesh) {
-  if (method.evaluation_pressure.size() != mesh.face_count()) {
+  const Eigen::VectorXcd& pressure =
+      method.evaluation_pressure.size() > 0 ? method.evaluation_pressure : method.pressure;
+  if (pressure.size() != mesh.face_count()) {
     throw InputError(
         fmt::format("method {}: the evaluation mesh has no pressure of it, which its field needs", method.name));
   }
-  return method.evaluation_pressure;
+  return pressure;
 }
 
 FieldValues field_by(Gpu* gpu, const TriangleMesh& mesh, const TransducerArray& array, const Wave& wave,
@@ -91,15 +94,8 @@ Eigen::VectorXcd sounding_drive(PhaseSolution solution, int phase_levels) {
   return drive(solution);
 }
 
-const TriangleMesh& field_mesh(const Run& run) {
-  return run.has_fields_of_evaluation() ? run.evaluation_model->mesh : run.mesh;
-}
-
 FieldValues run_field(const Run& run, const Wave& wave, const Points& points, Gpu* gpu) {
-  const TriangleMesh& mesh = field_mesh(run);
-  if (!run.has_fields_of_evaluation()) {
-    return field_by(gpu, mesh, run.array, wave, points, pressures_of(run), drives_of(run));
-  }
+  const TriangleMesh& mesh = evaluated_mesh(run);
   TransducerArray array = run.array;
   if (run.array_truth) {
     array.response = run.array_truth->response;

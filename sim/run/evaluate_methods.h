@@ -21,16 +21,13 @@ Eigen::MatrixXcd pressures_of(const Run& run);
 /// phase_levels   as of ArrayTruth
 Eigen::VectorXcd sounding_drive(PhaseSolution solution, int phase_levels);
 
-/// The mesh on which run_field knows the pressures: the solving one, or the evaluation's where the array has a truth.
-const TriangleMesh& field_mesh(const Run& run);
-
-/// The field of all methods off the skin, a column each. Where the array has a truth it is the truth's: its channels,
-/// what sounds, and the evaluation's pressures on the evaluation mesh.
+/// The field of all methods off the skin, a column each, of the pressures on evaluated_mesh. Where the array has a
+/// truth, it is of its channels and of what sounds.
 ///
 /// points   3 x J [m]
 /// gpu      a card to sum over faces where that pays; null: the processor does
-/// throws   InputError if the array has a truth and a method no pressure of the evaluation; GpuMemoryFailure where the
-///          card has no room, DeviceError where it fails
+/// throws   InputError if a method has no pressure of the evaluation; GpuMemoryFailure where the card has no
+///          room, DeviceError where it fails
 FieldValues run_field(const Run& run, const Wave& wave, const Points& points, Gpu* gpu = nullptr);
 
 /// Scores a method by its pressure on a mesh, against the target where there is one. On a part of the skin only what

@@ -120,12 +120,6 @@ struct Run {
   std::vector<std::string> bodies{};     // names of the bodies; empty if there is one without a name
   std::vector<int> owner{};              // M: number of the body a face is of; empty with `bodies`
   std::vector<RunTransfer> transfers{};  // one a scheme, where the scene asks for them
-
-  /// Whether the fields are scattered by the evaluation mesh: where the solver mistakes the channels or has a part of
-  /// the skin.
-  bool has_fields_of_evaluation() const {
-    return evaluation_model && (array_truth || solved_skin == SkinExtent::kPart);
-  }
 };
 
 // What writers and readers of run.h5 and motion.h5 share. docs/run-file.md and docs/motion-file.md are the
@@ -147,7 +141,7 @@ inline bool has_evaluation_model(const std::string& evaluation) {
 /// omni, piston or t4010a1.
 std::string directivity_name(Directivity::Kind kind);
 
-/// The skin that the metrics of a run are of: the evaluation's, or the solver's.
+/// The skin that the metrics and fields of a run are of: the evaluation's, or the solver's.
 inline const TriangleMesh& evaluated_mesh(const Run& run) {
   return run.evaluation_model ? run.evaluation_model->mesh : run.mesh;
 }

@@ -112,7 +112,7 @@ ScanFit fit_scan(const Eigen::VectorXcd& computed, const Eigen::VectorXcd& measu
 ScanComparison compare_scan(const Run& run, const Wave& wave, const std::string& method,
                             const MeasuredPoints& measured) {
   const Eigen::VectorXcd reading = run_field(run_of_method(run, method), wave, measured.points).pressure;
-  const TriangleMesh& mesh = field_mesh(run);
+  const TriangleMesh& mesh = evaluated_mesh(run);
   const std::vector<PointClearance> clearances = point_clearances(mesh, measured.points);
   ScanComparison comparison;
   for (Eigen::Index j = 0; j < measured.points.cols(); ++j) {
@@ -138,7 +138,7 @@ ScanComparison compare_scan(const Run& run, const Wave& wave, const std::string&
 }
 
 std::vector<bool> clear_points(const Run& run, const Points& points) {
-  const TriangleMesh& mesh = field_mesh(run);
+  const TriangleMesh& mesh = evaluated_mesh(run);
   std::vector<bool> clear;
   for (const PointClearance& clearance : point_clearances(mesh, points)) {
     clear.push_back(fault_of(mesh, clearance, 0.0).empty());

@@ -61,6 +61,31 @@ TEST(SoundLevels, JustOffTheSkinAreThoseOfTheSkin) {
   EXPECT_GT(level_of(run.fields[0]), sound_level(kAutd3SourceStrength / 51.9e-3) + 4.0);
 }
 
+// A mesh that is too coarse for them is no matter where another one evaluates it.
+TEST(SoundLevels, AreThoseOfTheEvaluation) {
+  const auto levels = [](const std::vector<std::string>& changes) {
+    const auto run = solve_model(one_transducer(
+        "omni", "{sphere: {radius_mm: 16}, place: {at_mm: [0, 0, 80]}, edge_mm: 1.5}",
+        "[{name: lit, at_mm: [3, 0, 60]}, {name: side, at_mm: [18, 2, 82]}, {name: shadow, at_mm: [7, 0, 98]}]\n",
+        changes));
+    return Eigen::Vector3d(level_of(run.fields[0]), level_of(run.fields[1]), level_of(run.fields[2]));
+  };
+  const Eigen::Vector3d fine = levels({});
+  EXPECT_GT((levels({"body.edge_mm=5"}) - fine).cwiseAbs().maxCoeff(), 0.5);
+  EXPECT_LT((levels({"body.edge_mm=5", "evaluation={edge_mm: 1.5}"}) - fine).cwiseAbs().maxCoeff(), 0.05);
+}
+
+TEST(SoundLevels, OnTheSkinAreThoseOfTheSkin) {
+  const Model model = one_transducer("omni", "{box: {size_mm: [16, 12, 10]}, place: {at_mm: [0, 0, 60]}, edge_mm: 1.5}",
+                                     "[{name: flat, at_mm: [1, 2, 55]}, {name: corner, at_mm: [8, 6, 65]}]\n");
+  const auto run = solve_model(model);
+  const FaceTree tree(run.mesh);
+  for (const FieldResult& field : run.fields) {
+    EXPECT_EQ(field.inside.front(), 0);
+    EXPECT_EQ(field.pressure.front().second(0), run.methods.front().pressure(tree.nearest(field.grid.origin).face));
+  }
+}
+
 TEST(SoundLevels, DoNotDependOnOrderOrOnTheOtherPoints) {
   const std::string a = "{name: a, at_mm: [20, 0, 120]}";
   const std::string b = "{name: b, at_mm: [-80, 30, 300]}";

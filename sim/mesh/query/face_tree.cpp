@@ -20,7 +20,8 @@ std::vector<Box> boxes_round_faces(const TriangleMesh& mesh, double touch) {
   return boxes;
 }
 
-FaceTree::FaceTree(const TriangleMesh& mesh) : tree_(boxes_round_faces(mesh, 0.0)) {
+FaceTree::FaceTree(const TriangleMesh& mesh)
+    : tree_(boxes_round_faces(mesh, 0.0)), touch_(1e-4 * std::sqrt(mesh.areas().maxCoeff())) {
   const Eigen::Index count = mesh.face_count();
   leaves_.reserve(static_cast<std::size_t>(count));
   for (Eigen::Index place = 0; place < count; ++place) {
@@ -77,6 +78,8 @@ SkinPoint FaceTree::search(const Vector3& x, double within, const Allowed& allow
 SkinPoint FaceTree::nearest(const Vector3& x, double within) const {
   return search(x, within, [](const Leaf&) { return true; });
 }
+
+SkinPoint FaceTree::touched(const Vector3& x) const { return nearest(x, touch_); }
 
 SkinPoint FaceTree::nearest_facing(const Vector3& x, const Vector3& direction, double least_cosine) const {
   return search(x, std::numeric_limits<double>::infinity(),

@@ -27,6 +27,10 @@ class FaceTree {
   /// The nearest point of the surface, exact, among those nearer than `within` [m].
   SkinPoint nearest(const Vector3& x, double within = std::numeric_limits<double>::infinity()) const;
 
+  /// The nearest point of the surface if x lies on it but for rounding, of single precision too. That is no farther
+  /// than 1e-4 of the square root of the largest face's area.
+  SkinPoint touched(const Vector3& x) const;
+
   /// The nearest point of the faces whose unit normal n has n . direction >= least_cosine.
   SkinPoint nearest_facing(const Vector3& x, const Vector3& direction, double least_cosine) const;
 
@@ -61,6 +65,7 @@ class FaceTree {
   SkinPoint search(const Vector3& x, double within, const Allowed& allowed) const;
 
   BoxTree tree_;
+  double touch_ = 0;              // [m]
   std::vector<Leaf> leaves_;      // by place
   std::vector<Moments> moments_;  // by node
 };
