@@ -6,6 +6,8 @@
 #include "apps/commands/job_console.h"
 #include "sim/acoustics/array_geometry.h"
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
+#include "sim/core/text.h"
 #include "sim/jobs/pattern_scene.h"
 #include "sim/jobs/play_scene.h"
 #include "sim/jobs/run_model.h"
@@ -34,7 +36,10 @@ Scene scene_of_run(const SceneJob& command) {
     return read_scene(command.scene, command.overrides);
   }
   const std::string file = run_file_at(command.from);
-  return read_scene_text(read_run_file(file, say_warning).scene, file, "", command.overrides);
+  const Run run = read_run_file(file, say_warning);
+  require(text_hash(run.scene) == run.provenance.scene_hash,
+          "{}: its scene was changed or damaged after the run; give a scene file instead", file);
+  return read_scene_text(run.scene, file, "", command.overrides);
 }
 
 int run_command(const SceneJob& command, const Invocation& invoked) {

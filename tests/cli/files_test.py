@@ -133,6 +133,12 @@ class Files(CommandTest):
         self.refused(self.touchfield("send", "out", "--to", "dry-run:frames.bin"), "out/run.h5: the checksum line",
                      "run --from read it nevertheless. Keep notes in a copy")
         self.assertFalse((self.folder / "frames.bin").exists())
+        with h5py.File(self.folder / "out/run.h5", "r+") as run:
+            run["scene"][()] = run["scene"][()].replace(b"-60", b"-61")
+        done = self.touchfield("run", "--from", "out", "-o", "third", "--quiet")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("out/run.h5: its scene was changed or damaged after the run", done.stderr)
+        self.assertFalse((self.folder / "third").exists())
 
 
 if __name__ == "__main__":
