@@ -213,7 +213,7 @@ class Live {
       }
       int code = 0;
       try {
-        code = reported(report);
+        code = reported(report, ended);
       } catch (const std::exception& error) {
         if (!report.failure) {
           throw;
@@ -262,12 +262,20 @@ class Live {
     std::ranges::copy(sensed_->sensor->notes(), std::back_inserter(notes_));
     const Remarks remarks = moving_remarks(sensed_->truth ? *sensed_->truth : sensed_->solved());
     std::ranges::copy(remarks.notes, std::back_inserter(notes_));
-    warnings_ = remarks.warnings;
-    for (const std::string& warning : warnings_) {
-      progress_.warn(warning);
-    }
+    say_new(remarks.warnings);
+    say_new(sensor_warnings(*sensed_->sensor, motion_.sensor.hz));
     for (const std::string& note : notes_) {
       progress_.remark(note);
+    }
+  }
+
+  /// Warnings that were not said before.
+  void say_new(const std::vector<std::string>& warnings) {
+    for (const std::string& warning : warnings) {
+      if (std::ranges::find(warnings_, warning) == warnings_.end()) {
+        warnings_.push_back(warning);
+        progress_.warn(warning);
+      }
     }
   }
 
@@ -328,7 +336,7 @@ class Live {
     return loop;
   }
 
-  int reported(EmissionReport report) {
+  int reported(EmissionReport report, bool ended) {
     const LiveReport loop = loop_->report();
     report.play.late = static_cast<std::size_t>(loop.late);
     report.play.dropped = static_cast<std::size_t>(loop.dropped);
@@ -347,6 +355,9 @@ class Live {
       progress_.warn(
           fmt::format("residual: the equations of a frame have a residual of {:.1e}, above the tolerance of {:.1e}",
                       loop.residual, tolerance));
+    }
+    if (ended) {
+      say_new(sensor_warnings(*sensed_->sensor, motion_.sensor.hz));
     }
     Json value = emission_value(report);
     Json live = live_value(loop, report.play, motion_.stale);

@@ -8,6 +8,7 @@
 #include "python/src/parts.h"
 #include "sim/core/errors.h"
 #include "sim/core/files.h"
+#include "sim/hand/tracked_joints.h"
 #include "sim/jobs/play_scene.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/run/motion_file.h"
@@ -75,6 +76,21 @@ nb::object frames_of(const MotionMethod& method) {
   return named(table);
 }
 
+/// The joints of a hand tracker by their names, F x 3; nothing without one.
+nb::object joints_of(const MotionMethod& method) {
+  nb::dict table;
+  const std::vector<MotionFrame>& frames = method.frames;
+  const std::vector<std::string> names = tracked_joints();
+  for (std::size_t j = 0; j < names.size() && !frames.empty() && !frames.front().joints.empty(); ++j) {
+    Eigen::MatrixXd places(static_cast<Eigen::Index>(frames.size()), 3);
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+      places.row(static_cast<Eigen::Index>(f)) = frames[f].joints[j].transpose();
+    }
+    table[names[j].c_str()] = owned(std::move(places));
+  }
+  return named(table);
+}
+
 /// What motion.csv has of them, likewise.
 nb::object scores_of(const MotionMethod& method) {
   const std::vector<MotionScore>& scores = method.scores;
@@ -119,6 +135,11 @@ void add_class(nb::module_& module) {
       .def_prop_ro(
           "frames", [](const SharedMotion& self) { return TablesByName(by_method(*self, frames_of)); },
           "By method: columns of the frames, as frames.csv has them, in s and m.")
+      .def_prop_ro(
+          "joints", [](const SharedMotion& self) { return TablesByName(by_method(*self, joints_of)); },
+          "By method: the joints of a hand tracker by their names of OpenXR, as index_tip, of the sample of each "
+          "frame, "
+          "shape (F, 3) [m]; NaN where it had no hand. Empty unless joints are the sensor.")
       .def_prop_ro(
           "phases", [](const SharedMotion& self) { return of_frames(self, &PhaseSolution::phases); },
           "By method, of every channel in each frame, shape (F, N) [rad].")

@@ -22,8 +22,6 @@ constexpr std::size_t kMostRows = 100'000;                   // 18 minutes at 90
 constexpr std::size_t kMostBytes = std::size_t{200} << 20U;  // of them, with radii
 constexpr double kMostSeconds = 1e10;                        // [s]: more than since 1970
 
-bool is_tracked(std::string_view joint) { return joint != "palm" && !joint.ends_with("_metacarpal"); }
-
 std::string column_of(const std::string& joint, char axis) { return fmt::format("{}_{}", joint, axis); }
 
 schema::TableForm joints_form() {

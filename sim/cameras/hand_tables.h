@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -8,40 +7,11 @@
 
 #include "sim/core/rigid_motion.h"
 #include "sim/hand/body.h"
+#include "sim/hand/tracked_joints.h"
 
 namespace touchfield {
 
-/// The joints that OpenXR has of a hand, in its order.
-inline constexpr std::array kOpenXrJoints = {"palm",
-                                             "wrist",
-                                             "thumb_metacarpal",
-                                             "thumb_proximal",
-                                             "thumb_distal",
-                                             "thumb_tip",
-                                             "index_metacarpal",
-                                             "index_proximal",
-                                             "index_intermediate",
-                                             "index_distal",
-                                             "index_tip",
-                                             "middle_metacarpal",
-                                             "middle_proximal",
-                                             "middle_intermediate",
-                                             "middle_distal",
-                                             "middle_tip",
-                                             "ring_metacarpal",
-                                             "ring_proximal",
-                                             "ring_intermediate",
-                                             "ring_distal",
-                                             "ring_tip",
-                                             "little_metacarpal",
-                                             "little_proximal",
-                                             "little_intermediate",
-                                             "little_distal",
-                                             "little_tip"};
-
-/// Those that say where the built-in hand is, in the same order: the wrist, three of the thumb, four of each finger.
-/// The palm and the metacarpals (the joints at their bases) lie inside the rigid palm, where trackers put them
-/// differently.
+/// Tracked joints (is_tracked), in their order.
 inline constexpr Eigen::Index kTrackedJoints = 20;
 using JointPoints = Eigen::Matrix<double, 3, kTrackedJoints>;  // [m]
 

@@ -14,6 +14,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
+#include "sim/core/text.h"
 #include "sim/core/units.h"
 #include "solvers/phase/levenberg_marquardt.h"
 
@@ -27,6 +28,7 @@ constexpr int kSteps = 60;                // tried from each start
 constexpr double kBeyond = 10 * kDegree;  // the joints' ranges, as PoseFit has it
 constexpr std::array<Eigen::Index, 5> kPalm = {0, 4, 8, 12, 16};  // wrist and knuckles
 constexpr Eigen::Index kMiddleKnuckle = 8;
+constexpr Eigen::Index kMiddleTip = 11;
 
 /// The first of a digit's joints, and how many there are: the thumb's base, in the palm, is none of them.
 constexpr Eigen::Index first_of(Eigen::Index digit) { return digit == 0 ? 1 : 4 * digit; }
@@ -279,10 +281,10 @@ std::string JointsHand::learn(const std::vector<JointPoints>& frames, const std:
   other.side = other_side(hand.side);
   if (const double its = rms_off(JointFit(other, by), frames); its < 0.8 * off && off > kMillimetre) {
     throw InputError(fmt::format(
-        "{}: the joints are of a {} hand ({:.1f} mm rms off its skeleton, {:.1f} off a {} hand's): the hand that is "
-        "fitted must have side: {}; or an axis of the tracker is reversed, see motion.sensor.joints.pose",
-        source, side_name(other.side), its / kMillimetre, off / kMillimetre, side_name(hand.side),
-        side_name(other.side)));
+        "{0}: the joints are the mirror image of a {1} hand ({2:.1f} mm rms off its skeleton, {3:.1f} off a {4} "
+        "hand's). If it is a {1} hand, two axes are exchanged or one is reversed, as in Unity: put the columns right, "
+        "which motion.sensor.joints.pose cannot. If it is a {4} hand, the hand that is fitted must have side: {4}",
+        source, side_name(hand.side), off / kMillimetre, its / kMillimetre, side_name(other.side)));
   }
   shape_ = skin_.hand().shaped(by);
   return fmt::format(
@@ -291,28 +293,91 @@ std::string JointsHand::learn(const std::vector<JointPoints>& frames, const std:
       frames.size(), reach / kMillimetre, hand.breadth * std::exp(by(kBreadthRatio)) / kMillimetre);
 }
 
+namespace {
+
+/// Where no transducer can press on a hand with these joints; empty where some can.
+std::string unreachable(const TransducerArray& array, const JointPoints& joints) {
+  constexpr double kFar = 0.7;               // [m]
+  constexpr double kWidths = 2;              // of the array, if that is farther: a focus is two wavelengths wide there
+  constexpr std::ptrdiff_t kMostJoints = 4;  // behind an array: a finger over its edge
+  if (array.kind == TransducerArray::Kind::kPlaneWave) {
+    return "";
+  }
+  const auto behind = std::ranges::count_if(
+      joints.colwise(), [&](const Vector3& joint) { return 2 * count_behind(array, joint) > array.size(); });
+  if (behind > kMostJoints) {
+    return fmt::format("behind the array, which radiates away from {} of its {} joints", behind, kTrackedJoints);
+  }
+  double distance = std::numeric_limits<double>::infinity();
+  for (const Vector3& joint : joints.colwise()) {
+    distance = std::min(distance, (array.positions.colwise() - joint).colwise().norm().minCoeff());
+  }
+  const double width = (array.positions.rowwise().maxCoeff() - array.positions.rowwise().minCoeff()).maxCoeff();
+  const double most = std::max(kFar, kWidths * width);
+  return distance > most ? fmt::format("{:.2f} m away from the array, must be within {:.2f} m", distance, most) : "";
+}
+
+}  // namespace
+
 JointsHand::Frame JointsHand::fitted(const std::optional<JointPoints>& joints) const {
   if (!joints) {
     return {};
   }
   const JointFitResult fit = fit_->fit(*joints);
-  Frame frame{fit.residual <= kMostOff ? Fault::kNone : Fault::kOff, fit.residual, fit.state};
+  Frame frame{fit.residual <= kMostOff ? Fault::kNone : Fault::kOff, fit.residual, fit.state, *joints, {}};
   const JointAngles& free = skin_.hand().free_joints();
   frame.state.joints = free.select(fit.state.joints, joint_angles(skin_.hand().pose()));
   if (frame.fault == Fault::kNone && fit_->residual(frame.state, *joints) > kMostHeld) {
     frame.fault = Fault::kHeld;
   }
+  frame.place = frame.fault == Fault::kNone ? misplaced(frame.state) : "";
+  frame.fault = frame.place.empty() ? frame.fault : Fault::kPlace;
   return frame;
 }
 
-Seen JointsHand::seen(double seconds, const Frame& frame) const {
-  if (frame.fault != Fault::kNone) {
-    return skin_.lost(seconds);
+/// Of the whole hand; none where its skin is no surface, which is lost anyway.
+std::optional<ArrayContact> JointsHand::contact_of(const HandState& state) const {
+  const FixedModel& model = *solved().first().fixed;
+  Points skin;
+  skin_.hand().carry(shape_, fit_->skeleton(state.joints), skin);
+  try {
+    return array_contact(model.scene.array, model.array, {state.place(skin), skin_.hand().mesh().triangles()});
+  } catch (const InputError&) {
+    return {};
   }
-  return skin_.seen(seconds, [&](const HandTemplate::Carrier& carrier, Points& world) {
-    skin_.hand().carry(shape_, fit_->skeleton(frame.state.joints), carrier, world);
-    world = frame.state.place(world);
-  });
+}
+
+std::string JointsHand::misplaced(const HandState& state) const {
+  const FixedModel& model = *solved().first().fixed;
+  const JointPoints joints = fit_->joints(state);
+  std::string fault;
+  if (const auto contact = contact_of(state)) {
+    fault = contact->board ? fmt::format("across the board of unit {} at {}", contact->board->plate,
+                                         place_text(contact->board->at))
+                           : fmt::format("in the array, about transducer {} at {}", contact->transducer,
+                                         place_text(model.array.positions.col(contact->transducer)));
+  } else {
+    fault = unreachable(model.array, joints);
+  }
+  if (fault.empty()) {
+    return "";
+  }
+  return fmt::format(
+      "the tracked hand is {}: its wrist is at {}, its middle fingertip at {}. motion.sensor.joints.pose must turn the "
+      "tracker's axes to those of the scene and move its origin, which must not be in the hand",
+      fault, place_text(joints.col(0)), place_text(joints.col(kMiddleTip)));
+}
+
+Seen JointsHand::seen(double seconds, const Frame& frame) const {
+  Seen seen = frame.fault != Fault::kNone
+                  ? skin_.lost(seconds)
+                  : skin_.seen(seconds, [&](const HandTemplate::Carrier& carrier, Points& world) {
+                      skin_.hand().carry(shape_, fit_->skeleton(frame.state.joints), carrier, world);
+                      world = frame.state.place(world);
+                    });
+  const JointPoints joints = frame.joints.value_or(JointPoints::Constant(kNotComputed));
+  seen.joints.assign(joints.colwise().begin(), joints.colwise().end());
+  return seen;
 }
 
 std::vector<TriangleMesh> JointsHand::places(const std::vector<Frame>& frames, int count) const {
@@ -334,6 +399,26 @@ std::vector<TriangleMesh> JointsHand::places(const std::vector<Frame>& frames, i
     meshes.push_back(solved().first().body.mesh);
   }
   return meshes;
+}
+
+void MisplacedHands::add(const JointsHand::Frame& frame, double seconds) {
+  ++frames_;
+  placed_ = placed_ || frame.fault == JointsHand::Fault::kNone;
+  if (frame.fault == JointsHand::Fault::kPlace && ++misplaced_ == 1) {
+    first_ = fmt::format("at {:.2f} s {}", seconds, frame.place);
+  }
+}
+
+void MisplacedHands::require_some_placed(const std::string& source) const {
+  require(placed_ || misplaced_ == 0, "{}: {}", source, first_);
+}
+
+std::vector<std::string> MisplacedHands::warnings() const {
+  if (misplaced_ == 0) {
+    return {};
+  }
+  return {
+      fmt::format("misplaced: {} of {} samples count as lost, and nothing sounds: {}", misplaced_, frames_, first_)};
 }
 
 }  // namespace touchfield

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -7,6 +8,7 @@
 #include "sim/cameras/fitted_sensor.h"
 #include "sim/cameras/hand_tables.h"
 #include "sim/cameras/pose_fit.h"
+#include "sim/model/clear_transducers.h"
 
 namespace touchfield {
 
@@ -93,11 +95,13 @@ class JointsHand {
   static constexpr double kMostHeld = 15e-3;  // [m]
   static constexpr double kLearnt = 1.0;      // of frames that the bones are learnt from [s]
 
-  enum class Fault { kNone, kNoHand, kOff, kHeld };
+  enum class Fault { kNone, kNoHand, kOff, kHeld, kPlace };
   struct Frame {
     Fault fault = Fault::kNoHand;
     double off = 0;  // [m], rms
     HandState state{};
+    std::optional<JointPoints> joints{};  // as they were given
+    std::string place{};                  // of fault kPlace, for a person
   };
 
   /// throws   InputError as FittedSkin
@@ -114,16 +118,38 @@ class JointsHand {
   /// throws    InputError where the joints are no hand's by their size, or the other hand's
   std::string learn(const std::vector<JointPoints>& frames, const std::string& source);
 
-  /// Once it has learnt.
+  /// Once it has learnt. Its place makes no sense (kPlace) where an array cannot press on it: in the array, behind it
+  /// or far away.
   Frame fitted(const std::optional<JointPoints>& joints) const;
   Seen seen(double seconds, const Frame& frame) const;
   /// The solving mesh at about so many of these frames, evenly spread; where none has a hand, as the scene has it.
   std::vector<TriangleMesh> places(const std::vector<Frame>& frames, int count) const;
 
  private:
+  /// Why the place of a state makes no sense; empty where it does.
+  std::string misplaced(const HandState& state) const;
+  std::optional<ArrayContact> contact_of(const HandState& state) const;
+
   FittedSkin skin_;
   std::optional<JointFit> fit_;
   ShapedHand shape_;
+};
+
+/// The frames of a hand tracker whose place makes no sense.
+class MisplacedHands {
+ public:
+  /// seconds   from the beginning of the recording or of the loop
+  void add(const JointsHand::Frame& frame, double seconds);
+  /// throws   InputError if there were some, and no frame had a hand in a place that makes sense
+  void require_some_placed(const std::string& source) const;
+  /// One line, or none.
+  std::vector<std::string> warnings() const;
+
+ private:
+  std::int64_t frames_ = 0;
+  std::int64_t misplaced_ = 0;
+  bool placed_ = false;
+  std::string first_;
 };
 
 }  // namespace touchfield

@@ -6,7 +6,8 @@
 #include <cmath>
 #include <cstring>
 #include <ctime>
-#include <netinet/in.h>
+#include <memory>
+#include <netdb.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -27,7 +28,7 @@ JointsSensor::JointsSensor(const Scene& scene, const JointRecording& recording, 
   const std::vector<JointPoints> frames = first_second();
   require(!frames.empty(), "{}: no frame has a hand: each row lacks a joint, or has all of them in one place", path);
   notes_.push_back(hand_.learn(frames, path));
-  fit_motion(scene.motion->seconds, scene.motion->sensor.hz);
+  fit_motion(scene.motion->seconds, scene.motion->sensor.hz, path);
 }
 
 /// The joints of the first second in which the tracker had a hand.
@@ -45,17 +46,19 @@ std::vector<JointPoints> JointsSensor::first_second() const {
 
 /// All frames that are sampled, before the clock starts, so that a sample is a skin that is carried; and what is to be
 /// said of them.
-void JointsSensor::fit_motion(double seconds, double hz) {
+void JointsSensor::fit_motion(double seconds, double hz, const std::string& path) {
   double sum = 0;
   double worst = 0;
   std::size_t fitted_well = 0;
-  std::array<std::size_t, 4> faults{};  // frames by their fault
+  std::array<std::size_t, 5> faults{};  // frames by their fault
   for (std::int64_t k = 0; k <= last_instant(to_ticks(seconds), hz); ++k) {
-    std::optional<JointsHand::Frame>& frame = frames_[times_.newest(to_seconds(instant(k, hz)))];
+    const std::size_t newest = times_.newest(to_seconds(instant(k, hz)));
+    std::optional<JointsHand::Frame>& frame = frames_[newest];
     if (frame) {
       continue;
     }
-    frame = hand_.fitted(joints_[static_cast<std::size_t>(&frame - frames_.data())]);
+    frame = hand_.fitted(joints_[newest]);
+    misplaced_.add(*frame, times_.seconds(newest));
     ++faults[static_cast<std::size_t>(frame->fault)];
     if (frame->fault != JointsHand::Fault::kNoHand) {
       sum += frame->off * frame->off;
@@ -63,12 +66,13 @@ void JointsSensor::fit_motion(double seconds, double hz) {
       ++fitted_well;
     }
   }
+  misplaced_.require_some_placed(path);
   if (fitted_well > 0) {
     notes_.push_back(
         fmt::format("joints: the skeleton is {:.2f} mm rms off the tracked joints, {:.2f} mm in the worst frame",
                     std::sqrt(sum / static_cast<double>(fitted_well)) / kMillimetre, worst / kMillimetre));
   }
-  const auto [good, empty, off, held] = faults;
+  const auto [good, empty, off, held, misplaced] = faults;
   if (empty + off + held > 0) {
     notes_.push_back(
         fmt::format("lost: of {} frames {} have no hand; {} are more than {:g} mm rms off every skeleton's pose; {} "
@@ -146,26 +150,32 @@ std::optional<Datagram> taken(int socket) {
 
 }  // namespace
 
-JointSocket::JointSocket(int port, const RigidMotion& pose) : port_(port), pose_(pose) {
-  socket_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  sockaddr_in own{};
-  own.sin_family = AF_INET;
-  own.sin_port = htons(static_cast<std::uint16_t>(port));
-  own.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+JointSocket::JointSocket(const ListenAddress& address, const RigidMotion& pose) : address_(address), pose_(pose) {
+  addrinfo wanted{};
+  wanted.ai_flags = AI_NUMERICHOST | AI_NUMERICSERV;
+  wanted.ai_socktype = SOCK_DGRAM;
+  addrinfo* own = nullptr;
+  require(::getaddrinfo(address.host.c_str(), std::to_string(address.port).c_str(), &wanted, &own) == 0,
+          "{} is no IP address and port", name());
+  const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(own, ::freeaddrinfo);
+  socket_ = ::socket(own->ai_family, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   const int on = 1;
   if (socket_ < 0 || ::setsockopt(socket_, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on) != 0 ||
-      ::bind(socket_, reinterpret_cast<const sockaddr*>(&own), sizeof own) != 0) {
-    const std::string why = std::strerror(errno);
+      ::bind(socket_, own->ai_addr, own->ai_addrlen) != 0) {
+    const int failure = errno;
     if (socket_ >= 0) {
       ::close(socket_);
     }
-    throw InputError(fmt::format("{} cannot be listened to: {}; choose another port", name(), why));
+    throw InputError(fmt::format("{} cannot be listened to: {}; {}", name(), std::strerror(failure),
+                                 failure == EADDRNOTAVAIL
+                                     ? "give an address of this machine, or 0.0.0.0 for all of them"
+                                     : "choose another port"));
   }
 }
 
 JointSocket::~JointSocket() { ::close(socket_); }
 
-std::string JointSocket::name() const { return fmt::format("UDP port {} (motion.sensor.joints.port)", port_); }
+std::string JointSocket::name() const { return fmt::format("UDP {} (motion.sensor.joints.listen)", address_.text()); }
 
 std::optional<JointSocket::Received> JointSocket::next(double patience) {
   pollfd ready{socket_, POLLIN, 0};
@@ -198,31 +208,50 @@ std::optional<JointSocket::Received> JointSocket::newest() {
   return came_ ? std::optional(Received{joints_, arrival_now() - *came_}) : std::nullopt;
 }
 
-LiveJointsSensor::LiveJointsSensor(const Scene& scene, int port, const RigidMotion& pose, KeptBodies* kept)
-    : hand_(scene, kept), socket_(port, pose) {}
+LiveJointsSensor::LiveJointsSensor(const Scene& scene, const ListenAddress& address, const RigidMotion& pose,
+                                   KeptBodies* kept, double patience)
+    : hand_(scene, kept), socket_(address, pose), patience_(patience) {}
 
 void LiveJointsSensor::start(Progress& progress) {
   constexpr double kLook = 0.1;  // [s] between looks at the clock
   progress.note(fmt::format("joints: waiting for a hand on {}", socket_.name()));
   std::vector<JointPoints> frames;
-  const double begin = steady_now();
-  double end = begin + kPatience;
+  int empty = 0;  // rows without a hand
+  double end = steady_now() + patience_;
   while (steady_now() < end) {
     const auto received = socket_.next(kLook);
+    empty += received && !received->joints ? 1 : 0;
     if (received && received->joints) {
       end = frames.empty() ? steady_now() + JointsHand::kLearnt : end;
       frames.push_back(*received->joints);
     }
   }
-  require(!frames.empty(),
-          "{}: no hand came within {:g} s; start the tracker's program before `touchfield live`, and let it send to "
-          "127.0.0.1",
-          socket_.name(), kPatience);
+  require(!frames.empty(), "{}: {} within {:g} s; {}", socket_.name(),
+          empty > 0 ? fmt::format("{} rows came, none with a hand,", empty) : "nothing came", patience_,
+          empty > 0 ? "hold the hand where the tracker sees it"
+                    : "let the tracker's program send to this address while `touchfield live` waits. Only programs of "
+                      "this machine reach 127.0.0.1 and [::1]: for others listen on an address of the network, "
+                      "as \"0.0.0.0:9000\"");
   notes_ = {hand_.learn(frames, socket_.name())};
   learnt_.clear();
+  MisplacedHands misplaced;
   for (const JointPoints& joints : frames) {
     learnt_.push_back(hand_.fitted(joints));
+    misplaced.add(learnt_.back(), 0);
   }
+  misplaced.require_some_placed(socket_.name());
+  misplaced_ = {};
+}
+
+std::vector<std::string> LiveJointsSensor::warnings() const {
+  std::vector<std::string> warnings = misplaced_.warnings();
+  if (!socket_.address().is_loopback()) {
+    warnings.insert(warnings.begin(),
+                    fmt::format("open_port: whoever reaches UDP {} over the network can move the sound, and nobody is "
+                                "asked who it is: let a firewall pass the tracker alone",
+                                socket_.address().text()));
+  }
+  return warnings;
 }
 
 Seen LiveJointsSensor::sample(std::int64_t /*number*/, double seconds) {
@@ -230,7 +259,9 @@ Seen LiveJointsSensor::sample(std::int64_t /*number*/, double seconds) {
   if (!received || received->age > kSilence) {
     return hand_.seen(seconds, {});
   }
-  return hand_.seen(seconds - received->age, hand_.fitted(received->joints));
+  const JointsHand::Frame frame = hand_.fitted(received->joints);
+  misplaced_.add(frame, seconds);
+  return hand_.seen(seconds - received->age, frame);
 }
 
 }  // namespace touchfield

@@ -26,26 +26,26 @@ class JointsSensor final : public MotionSensor {
   Seen sample(std::int64_t number, double seconds) override;
   std::vector<TriangleMesh> places(int count) const override;
   std::vector<std::string> notes() const override { return notes_; }
+  std::vector<std::string> warnings() const override { return misplaced_.warnings(); }
 
  private:
   std::vector<JointPoints> first_second() const;
-  void fit_motion(double seconds, double hz);
+  void fit_motion(double seconds, double hz, const std::string& path);
 
   JointsHand hand_;
   RecordedTimes times_;
   std::vector<std::optional<JointPoints>> joints_;
   std::vector<std::optional<JointsHand::Frame>> frames_;  // those that samples are taken of
+  MisplacedHands misplaced_;
   std::vector<std::string> notes_;
 };
 
-/// Tracked joints that a program on this machine sends: datagrams by UDP to 127.0.0.1, each a row as joints_of_row
-/// takes it.
+/// Tracked joints that a program sends: datagrams by UDP, each a row as joints_of_row takes it.
 class JointSocket {
  public:
-  /// port     1 to 65535
   /// pose     from the tracker's frame to the world's
   /// throws   InputError if something else listens there, or it may not be listened to
-  JointSocket(int port, const RigidMotion& pose);
+  JointSocket(const ListenAddress& address, const RigidMotion& pose);
   ~JointSocket();
   JointSocket(const JointSocket&) = delete;
   JointSocket& operator=(const JointSocket&) = delete;
@@ -64,11 +64,12 @@ class JointSocket {
   /// hand.
   std::optional<Received> newest();
 
-  /// "UDP port 9000 (motion.sensor.joints.port)", for messages.
+  /// "UDP 127.0.0.1:9000 (motion.sensor.joints.listen)", for messages.
   std::string name() const;
+  const ListenAddress& address() const { return address_; }
 
  private:
-  int port_;
+  ListenAddress address_;
   RigidMotion pose_;
   int socket_ = -1;
   std::optional<JointPoints> joints_;  // of the newest
@@ -78,19 +79,23 @@ class JointSocket {
 /// Sees the hand that is fitted to joints which a hand tracker sends while the motion plays (JointsHand, JointSocket).
 class LiveJointsSensor final : public MotionSensor {
  public:
-  static constexpr double kPatience = 60;  // for a hand before the clock starts [s]
+  static constexpr double kPatience = 60;
   static constexpr double kSilence = 0.2;  // of the tracker, after which the hand is lost [s]
 
   /// throws   InputError as JointsHand and JointSocket
-  LiveJointsSensor(const Scene& scene, int port, const RigidMotion& pose, KeptBodies* kept = nullptr);
+  /// patience   for a hand before the clock starts [s]
+  LiveJointsSensor(const Scene& scene, const ListenAddress& address, const RigidMotion& pose,
+                   KeptBodies* kept = nullptr, double patience = kPatience);
 
   const MovingModel& solved() const override { return hand_.solved(); }
   /// Learns the bones from the first second in which the tracker has a hand.
   ///
   /// throws    InputError as JointsHand::learn, where a datagram is no row of joints, and where no hand comes in
-  ///           kPatience
+  ///           the time of patience, or none in a place that makes sense
   void start(Progress& progress) override;
   std::vector<std::string> notes() const override { return notes_; }
+  /// Of an address that others reach; and of samples whose place makes no sense, which are lost.
+  std::vector<std::string> warnings() const override;
   /// The newest frame, whose time is this less the age of its datagram.
   Seen sample(std::int64_t number, double seconds) override;
   /// Those while the bones were learnt.
@@ -99,7 +104,9 @@ class LiveJointsSensor final : public MotionSensor {
  private:
   JointsHand hand_;
   JointSocket socket_;
+  double patience_;
   std::vector<JointsHand::Frame> learnt_;
+  MisplacedHands misplaced_;
   std::vector<std::string> notes_;
 };
 

@@ -27,6 +27,7 @@ inline constexpr std::array kRenamed = {
     Renamed{NameOf::kKey, "spread", "tolerances"},
     Renamed{NameOf::kKey, "quiet_weight", "outside_weight"},  // before the next row, which it begins with
     Renamed{NameOf::kKey, "quiet", "silent"},
+    Renamed{NameOf::kKey, "port", "listen"},
     Renamed{NameOf::kPython, "judge", "evaluate"},
     Renamed{NameOf::kPython, "certify", "optimality_bound"},
     Renamed{NameOf::kPython, "Run.judge", "evaluation"},

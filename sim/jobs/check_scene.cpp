@@ -70,6 +70,7 @@ SceneCheck check_scene(Scene scene, bool accuracy, Progress& progress) {
     const SensedMotion sensed = sensed_motion(scene, nullptr, &progress);
     tell(checked, [&] { checked.motion = expected_cost(sensed, &progress); });
     add((sensed.truth ? *sensed.truth : sensed.solved()).on_the_way(), checked.remarks);
+    add({sensor_warnings(*sensed.sensor, scene.motion->sensor.hz), {}}, checked.remarks);
   }
   return checked;
 }

@@ -45,14 +45,14 @@ void see_by_cameras(KeptBodies* kept, Progress* progress, MotionClock clock, Sen
     require_covered(scene, images.seconds, recorded->folder);
     motion.sensor = std::make_unique<FittedSensor>(scene, std::move(images), nullptr, kept);
   } else if (const auto* joints = std::get_if<JointsSpec>(&sight)) {
-    if (const int* port = std::get_if<int>(&joints->from)) {
+    if (const auto* address = std::get_if<ListenAddress>(&joints->from)) {
       if (clock == MotionClock::kSimulated) {
         throw InputError(
-            fmt::format("motion.sensor.joints.port = {}: joints come by a port only while `touchfield live` "
+            fmt::format("motion.sensor.joints.listen = {}: joints come by a port only while `touchfield live` "
                         "plays; give the file of a table here",
-                        *port));
+                        address->text()));
       }
-      motion.sensor = std::make_unique<LiveJointsSensor>(scene, *port, joints->pose, kept);
+      motion.sensor = std::make_unique<LiveJointsSensor>(scene, *address, joints->pose, kept);
       return;
     }
     const auto& file = std::get<std::string>(joints->from);

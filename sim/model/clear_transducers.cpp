@@ -116,14 +116,46 @@ bool lies_apart(const TransducerArray& array, const TriangleMesh& mesh, double d
   return gap.maxCoeff() > distance;
 }
 
-void require_clear_transducers(const Posture& posture, const TransducerArray& array, const TriangleMesh& mesh,
-                               const std::vector<int>& owner) {
+std::optional<ArrayContact> array_contact(const ArraySpec& spec, const TransducerArray& array,
+                                          const TriangleMesh& mesh) {
+  if (array.kind == TransducerArray::Kind::kPlaneWave || lies_apart(array, mesh, kLeastClearance)) {
+    return {};
+  }
   const std::vector<PointClearance> clearances = point_clearances(mesh, array.positions);
   const auto nearest = std::ranges::min_element(clearances, {}, signed_distance);
   if (signed_distance(*nearest) < kLeastClearance) {
-    const auto body = static_cast<std::size_t>(owner[static_cast<std::size_t>(nearest->face)]);
-    refuse_place(posture.bodies[body], array, nearest - clearances.begin(), signed_distance(*nearest));
+    return ArrayContact{nearest - clearances.begin(), signed_distance(*nearest), nearest->face, {}};
   }
+  if (!std::holds_alternative<PositionsArray>(spec.layout)) {
+    if (const auto hit = plate_collision(mesh, array.positions, array.device, 0.0)) {
+      return ArrayContact{.face = hit->face, .board = hit};
+    }
+  }
+  return {};
+}
+
+void require_clear_array(const ArraySpec& spec, const TransducerArray& array, const Posture& posture,
+                         const TriangleMesh& mesh, const std::vector<int>& owner) {
+  const auto contact = array_contact(spec, array, mesh);
+  if (!contact) {
+    return;
+  }
+  if (contact->board) {
+    throw InputError(
+        fmt::format("array: the body cuts through the board of array unit {} at {}; move the body by "
+                    "body.place.at_mm or the array by array.at_mm",
+                    contact->board->plate, place_text(contact->board->at, 2)));
+  }
+  const auto body = static_cast<std::size_t>(owner[static_cast<std::size_t>(contact->face)]);
+  refuse_place(posture.bodies[body], array, contact->transducer, contact->distance);
+}
+
+Index count_behind(const TransducerArray& array, const Vector3& at) {
+  if (array.kind == TransducerArray::Kind::kPlaneWave || array.directivity.kind() == Directivity::Kind::kOmni) {
+    return 0;
+  }
+  const Eigen::RowVectorXd ahead = array.axes.cwiseProduct((-array.positions).colwise() + at).colwise().sum();
+  return (ahead.array() <= 0).count();
 }
 
 void require_clear_points(const std::vector<FieldGrid>& fields, const TransducerArray& array,

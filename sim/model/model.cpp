@@ -81,23 +81,6 @@ Directivity build_directivity(const ArraySpec& spec, const Wave& wave) {
   throw std::logic_error("unknown directivity");
 }
 
-/// Bodies cannot reach through the boards that carry transducers either. Listed positions have no board.
-void require_clear_array(const ArraySpec& spec, const TransducerArray& array, const Posture& posture,
-                         const TriangleMesh& mesh, const std::vector<int>& owner) {
-  if (array.kind == TransducerArray::Kind::kPlaneWave || lies_apart(array, mesh, kLeastClearance)) {
-    return;
-  }
-  require_clear_transducers(posture, array, mesh, owner);
-  if (!std::holds_alternative<PositionsArray>(spec.layout)) {
-    if (const auto hit = plate_collision(mesh, array.positions, array.device, 0.0)) {
-      throw InputError(
-          fmt::format("array: the body cuts through the board of array unit {} at {}; move the body by "
-                      "body.place.at_mm or the array by array.at_mm",
-                      hit->plate, place_text(hit->at, 2)));
-    }
-  }
-}
-
 /// The point of a surface that is nearest to a transducer, or that a plane wave meets first.
 Vector3 nearest_to_array(const TransducerArray& array, const TriangleMesh& mesh) {
   if (array.kind == TransducerArray::Kind::kPlaneWave) {

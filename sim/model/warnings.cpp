@@ -69,9 +69,6 @@ void warn_of_near_source(const Model& model, Remarks& remarks) {
 /// measured.
 void warn_of_body_behind(const Model& model, Remarks& remarks) {
   const TransducerArray& array = model.fixed->array;
-  if (array.kind == TransducerArray::Kind::kPlaneWave || array.directivity.kind() == Directivity::Kind::kOmni) {
-    return;
-  }
   const TriangleMesh& mesh = model.body.mesh;
   Vector3 middle = mesh.centroids() * mesh.areas() / mesh.total_area();
   if (!model.boxes.empty()) {
@@ -80,8 +77,7 @@ void warn_of_body_behind(const Model& model, Remarks& remarks) {
       middle += box.centre / static_cast<double>(model.boxes.size());
     }
   }
-  const Eigen::RowVectorXd ahead = array.axes.cwiseProduct((-array.positions).colwise() + middle).colwise().sum();
-  const Eigen::Index behind = (ahead.array() <= 0).count();
+  const Eigen::Index behind = count_behind(array, middle);
   if (2 * behind > array.size()) {
     remarks.warnings.push_back(
         fmt::format("behind_array: {} of {} transducers point away from the {}, {}; their radiation backwards was "

@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sim/core/require.h"
 
 namespace touchfield {
@@ -21,12 +23,32 @@ std::size_t RecordedTimes::newest(double seconds) const {
   return static_cast<std::size_t>(after - seconds_.begin()) - 1;
 }
 
-double RecordedTimes::covered() const {
+double RecordedTimes::usual_step() const {
   RunningMedian period;  // [ticks]
   for (std::size_t k = 1; k < seconds_.size(); ++k) {
     period.add(to_ticks(seconds_[k]) - to_ticks(seconds_[k - 1]));
   }
-  return to_seconds(to_ticks(seconds_.back()) + period.value());
+  return to_seconds(period.value());
+}
+
+double RecordedTimes::covered() const { return to_seconds(to_ticks(seconds_.back()) + to_ticks(usual_step())); }
+
+std::string step_warning(const RecordedTimes& times, double hz) {
+  constexpr double kFactor = 10;
+  const double step = times.usual_step();
+  if (!(step > 0) || (step * hz < kFactor && step * hz > 1 / kFactor)) {
+    return "";
+  }
+  std::string unit;
+  for (const auto& [name, each] : {std::pair("ms", 1e3), std::pair("us", 1e6), std::pair("ns", 1e9)}) {
+    if (step / each > 1e-3 && step / each < 0.2) {
+      unit = fmt::format(", which they are if time_s is in {} (then divide it by {:g})", name, each);
+    }
+  }
+  return fmt::format(
+      "times: frames of the recording are {:.4g} s apart, {:.3g} times the {:.3g} s of motion.sensor.hz: {:g}{}. If "
+      "time_s is right, set motion.sensor.hz to about {:.4g}",
+      step, step * hz, 1 / hz, hz, unit, 1 / step);
 }
 
 namespace {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "sim/scene/scene.h"
@@ -53,12 +54,20 @@ class RecordedTimes {
   double seconds(std::size_t frame) const { return seconds_.at(frame); }
   /// The newest frame at a time [s], which may be half a tick of the clock early.
   std::size_t newest(double seconds) const;
-  /// What is recorded [s]: the last frame holds for as long as one usually does, the median of the last 32.
+  /// The median of the last 32 times between two frames [s]; 0 of a single one.
+  double usual_step() const;
+  /// What is recorded [s]: the last frame holds for as long as one usually does.
   double covered() const;
 
  private:
   std::vector<double> seconds_;
 };
+
+/// "times: ..." where the times of a recording are hardly seconds: its usual step is ten times that of the samples or
+/// more, or a tenth or less. Else empty.
+///
+/// hz   samples per second
+std::string step_warning(const RecordedTimes& times, double hz);
 
 /// Time since the motion began [us].
 using Tick = std::int64_t;

@@ -91,11 +91,21 @@ std::string sensor_text(const MotionSpec::Sensor& sensor) {
   } else if (const auto* recorded = std::get_if<RecordedSpec>(&sensor.sight)) {
     sight = fmt::format("a hand fitted to the images in {}", recorded->folder);
   } else if (const auto* joints = std::get_if<JointsSpec>(&sensor.sight)) {
-    const int* port = std::get_if<int>(&joints->from);
-    sight = port != nullptr ? fmt::format("a hand fitted to the joints that come on UDP port {}", *port)
-                            : fmt::format("a hand fitted to the joints in {}", std::get<std::string>(joints->from));
+    const auto* address = std::get_if<ListenAddress>(&joints->from);
+    sight = address != nullptr ? fmt::format("a hand fitted to the joints that come to UDP {}", address->text())
+                               : fmt::format("a hand fitted to the joints in {}", std::get<std::string>(joints->from));
   }
   return fmt::format("{}, {:g} samples per second, known {:g} ms later", sight, sensor.hz, 1e3 * sensor.latency);
+}
+
+std::vector<std::string> sensor_warnings(const MotionSensor& sensor, double hz) {
+  std::vector<std::string> warnings = sensor.warnings();
+  if (const RecordedTimes* recorded = sensor.recording()) {
+    if (std::string text = step_warning(*recorded, hz); !text.empty()) {
+      warnings.push_back(std::move(text));
+    }
+  }
+  return warnings;
 }
 
 namespace {

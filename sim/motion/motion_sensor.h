@@ -26,6 +26,8 @@ struct Seen {
   MotionState state{};    // of the model that is solved; of no meaning if lost
   bool lost = false;      // it does not know where the body is
   StageSeconds stages{};  // what it took
+  std::vector<Vector3>
+      joints{};  // that a hand tracker gave, of tracked_joints(), in the world's frame; NaN of no hand [m]
 };
 
 /// What the solver knows of a motion: nothing but the samples of its sensor.
@@ -44,6 +46,9 @@ class MotionSensor {
 
   /// What is to be said of a result because of that, a line each, once it has started.
   virtual std::vector<std::string> notes() const { return {}; }
+
+  /// What makes its samples doubtful, so far; once it has started.
+  virtual std::vector<std::string> warnings() const { return {}; }
 
   /// Whether a sample depends on those before it, so that none should be left out.
   virtual bool remembers() const { return false; }
@@ -122,6 +127,9 @@ class SampleStore {
 
 /// "noise of 0.5 mm rms over 5 mm, 30 samples per second": what a scene's sensor is, for a person.
 std::string sensor_text(const MotionSpec::Sensor& sensor);
+
+/// The sensor's warnings, and of a recording step_warning.
+std::vector<std::string> sensor_warnings(const MotionSensor& sensor, double hz);
 
 /// A motion as it is, and what sees it.
 struct SensedMotion {

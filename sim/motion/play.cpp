@@ -78,6 +78,7 @@ class MethodLoop {
     const ShownFrame shown = clock_.finished(to_ticks(motion_.solve.value_or(steady_now() - begin)));
     look_at_truth(now, frame);
     frame.sampled = now.seconds;
+    frame.joints = now.joints;
     frame.started = to_seconds(start.at);
     frame.late = to_seconds(start.late());
     frame.shown = to_seconds(shown.from);
@@ -218,10 +219,7 @@ class Player {
       timed(progress, motion_.timings, "sensor", "sensor learning before the clock starts",
             [&] { sensed.sensor->start(progress); });
     }
-    for (const std::string& note : sensed.sensor->notes()) {
-      motion_.notes.push_back(note);
-      progress.remark(note);
-    }
+    say({sensor_warnings(*sensed.sensor, scene.motion->sensor.hz), sensed.sensor->notes()});
     std::map<Scheme, Eigen::MatrixXcd> drives;  // one matrix for all methods of a scheme
     for (const MethodSpec& method : scene.solve.methods) {
       Eigen::MatrixXcd& own = drives[method.scheme];

@@ -32,6 +32,9 @@ struct MotionFrame {
   bool lost = false;                 // the sensor did not know where the hand was
   PhaseSolution solution{};          // of a silent frame: N zeros
   StageSeconds seconds{};
+  std::vector<Vector3>
+      joints{};  // of its sample, of tracked_joints(), in the world's frame; NaN of no hand; none where
+                 // no hand tracker is the sensor [m]
 };
 
 /// What is on the array at an instant, on the true hand as it is then.

@@ -9,6 +9,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
+#include "sim/hand/tracked_joints.h"
 #include "sim/run/motion_summary.h"
 #include "sim/run/run_archive.h"
 #include "sim/run/run_file.h"
@@ -83,6 +84,21 @@ void stage_parts(const GroupReader& io, std::vector<MotionFrame>& frames) {
   }
 }
 
+/// The joints of a hand tracker, a dataset each.
+template <class Io, class Frames>
+void joint_parts(const Io& io, Frames& frames) {
+  const std::vector<std::string> names = tracked_joints();
+  if constexpr (Io::kReads) {
+    for (MotionFrame& frame : frames) {
+      frame.joints.resize(names.size());
+    }
+  }
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    io.rows(
+        names[j], frames, [j](auto& frame) -> auto& { return frame.joints[j]; }, 3, "m");
+  }
+}
+
 template <class Io, class Frames>
 void frame_parts(const Io& io, Frames& frames, Eigen::Index channels) {
   if constexpr (Io::kReads) {
@@ -108,6 +124,8 @@ void frame_parts(const Io& io, Frames& frames, Eigen::Index channels) {
       "phases", frames, [](auto& frame) -> auto& { return frame.solution.phases; }, channels, "rad");
   io.rows(
       "amplitudes", frames, [](auto& frame) -> auto& { return frame.solution.amplitudes; }, channels, "1");
+  io.part("joints", !frames.empty() && !frames.front().joints.empty(),
+          [&](const Io& part) { joint_parts(part, frames); });
   cost_parts(io, frames);
   io.part("seconds", !stages_of(frames).empty(), [&](const Io& part) { stage_parts(part, frames); });
 }

@@ -9,6 +9,7 @@
 #include "sim/core/rigid_motion.h"
 #include "sim/hand/perturb.h"
 #include "sim/scene/body_spec.h"
+#include "sim/scene/listen_address.h"
 
 namespace touchfield {
 
@@ -53,10 +54,10 @@ struct RecordedSpec {
   std::string folder;
 };
 
-/// Joints that a hand tracker has recorded: sim/cameras/hand_tables.h.
+/// Joints of a hand tracker: sim/cameras/hand_tables.h.
 struct JointsSpec {
-  std::variant<std::string, int> from;  // a table of them; or the UDP port on which they come while the motion plays
-  RigidMotion pose;                     // from the tracker's frame to the world's
+  std::variant<std::string, ListenAddress> from;  // a table of them; or where they come while the motion plays
+  RigidMotion pose;                               // from the tracker's frame to the world's
 };
 
 /// The loop of sensor, solver and array while the scene moves.

@@ -139,14 +139,40 @@ Codec<RecordedSpec> recorded_codec() {
       .codec();
 }
 
+/// A port of 127.0.0.1, or an address and a port.
+Codec<ListenAddress> listen_codec() {
+  const auto port = kept_as<ListenAddress, int>(
+      integer(between(1, 65535)), [](const Input&, int number) { return std::optional(ListenAddress{.port = number}); },
+      [](const ListenAddress& address) { return address.port; });
+  const auto whole = kept_as<ListenAddress, std::string>(
+      text(1),
+      [](const Input& in, const std::string& typed) {
+        const auto address = listen_address(typed);
+        if (!address) {
+          in.must_be(
+              "a port from 1 to 65535, or \"ADDRESS:PORT\" with an IP address of this machine: "
+              "\"0.0.0.0:9000\", \"[::1]:9000\"");
+        }
+        return address;
+      },
+      [](const ListenAddress& address) { return address.text(); });
+  return either<ListenAddress>(
+      port, whole, [](const ListenAddress& address) { return address.host == ListenAddress().host; },
+      [](const Node& node) { return node.kind == Node::Kind::kScalar && !node.quoted && parse_decimal(node.text); });
+}
+
 Codec<JointsSpec> tracked_joints_codec() {
   return Map<JointsSpec>()
       .maybe("file", &JointsSpec::from, absolute_file(), "hand.csv",
              "Table of the joints of a hand, one row per frame, with the names of OpenXR. A relative name starts from "
              "the scene's folder.")
-      .maybe("port", &JointsSpec::from, integer(between(1, 65535)), "9000",
-             "UDP port of this machine to which the program of a tracker sends joints while `touchfield live` plays.")
-      .exactly_one({"file", "port"})
+      .maybe(
+          "listen", &JointsSpec::from, listen_codec(), "9000",
+          "UDP port to which the program of a tracker sends joints while `touchfield live` plays. A port alone hears "
+          "programs of this machine by 127.0.0.1. \"ADDRESS:PORT\" listens on an address of this machine, for IPv6 "
+          "as \"[::1]:9000\". \"0.0.0.0:9000\" hears the whole network: then anyone who reaches the port moves the "
+          "sound.")
+      .exactly_one({"file", "listen"})
       .key("pose", &JointsSpec::pose, rigid_pose_codec("the tracker's x, y and z"),
            "Pose of the tracker's own frame in the world.")
       .codec();

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <memory>
+#include <netdb.h>
 #include <netinet/in.h>
 #include <sstream>
 #include <sys/socket.h>
@@ -143,8 +144,9 @@ TEST_F(Tracked, TheOtherHandAndAnotherUnitAreRefused) {
     return message_of<InputError>([&] { sensor(joints, overrides); });
   };
   EXPECT_THAT(fault(frames(HandSide::kLeft)),
-              AllOf(HasSubstr("hand.csv: the joints are of a left hand ("),
-                    HasSubstr("the hand that is fitted must have side: left; or an axis of the tracker")));
+              AllOf(HasSubstr("hand.csv: the joints are the mirror image of a right hand ("),
+                    HasSubstr("If it is a right hand, two axes are exchanged or one is reversed"),
+                    HasSubstr("If it is a left hand, the hand that is fitted must have side: left")));
   EXPECT_FALSE(sensor(frames(HandSide::kLeft), {"motion.sensor.hand={pose: index_up, side: left}"})->sample(0, 0).lost);
   Frames large = frames();
   for (auto& joints : large) {
@@ -158,22 +160,99 @@ TEST_F(Tracked, TheOtherHandAndAnotherUnitAreRefused) {
               HasSubstr("motion.change: the joints of motion.sensor.joints determine how the hand moves"));
 }
 
+// Where there is no hand that an array can press on, nothing sounds, and the place is said.
+TEST_F(Tracked, PlacesThatMakeNoSenseAreSaid) {
+  const auto turn = [](double degrees) {
+    return Eigen::AngleAxisd(degrees * kDegree, Vector3::UnitX()).toRotationMatrix();
+  };
+  JointsHand hand(scene_from(kFinger + kMoving, {"motion.sensor={joints: {listen: 9000}}", "motion.change=[]"}),
+                  kept_.get());
+  const JointPoints there = *frames().front();
+  hand.learn({there}, "hand.csv");
+  const std::vector<std::pair<RigidMotion, const char*>> cases = {
+      {{turn(90), Vector3::Zero()}, "behind the array, which radiates away from"},       // y is down
+      {{turn(-90), Vector3(0, 0, -0.1)}, "behind the array, which radiates away from"},  // y is up
+      {{turn(180), Vector3::Zero()}, "behind the array, which radiates away from 20 of"},
+      {{turn(0), Vector3(0, 0, -0.5)}, "behind the array, which radiates away from"},  // another origin
+      {{turn(0), Vector3(0, 0.1, -0.2)}, "in the array, about transducer"},            // the origin is in the hand
+      {{turn(0), Vector3(0, 0.02, -0.19)}, "in the array, about transducer"},
+      {{turn(0), Vector3(0, 0, 0.9)}, "m away from the array, must be within 0.70 m"},
+      {{turn(0), Vector3(-1, 0, 0)}, "m away from the array, must be within 0.70 m"}};
+  for (const auto& [by, says] : cases) {
+    const JointsHand::Frame frame = hand.fitted(by(Points(there)));
+    EXPECT_EQ(frame.fault, JointsHand::Fault::kPlace) << says;
+    EXPECT_THAT(frame.place, AllOf(HasSubstr("the tracked hand is "), HasSubstr(says), HasSubstr("its wrist is at ("),
+                                   HasSubstr("motion.sensor.joints.pose")));
+    EXPECT_TRUE(hand.seen(0, frame).lost);
+  }
+  for (const Vector3& shift :
+       {Vector3(0, 0, 0), Vector3(0.1, -0.1, 0.4), Vector3(0, 0, -0.1), Vector3(0, -0.15, -0.15)}) {
+    EXPECT_EQ(hand.fitted(there.colwise() + shift).fault, JointsHand::Fault::kNone) << shift.transpose();
+  }
+}
+
+TEST_F(Tracked, FramesInPlacesThatMakeNoSenseAreLost) {
+  Frames joints = frames();
+  for (std::size_t k = 6; k < joints.size(); ++k) {
+    joints[k]->row(2).array() += 0.9;
+  }
+  const auto seen_by = sensor(joints, {"motion.sensor.hz=50"});
+  for (int k = 0; k < 11; ++k) {
+    const Seen seen = seen_by->sample(k, kPeriod * k);
+    EXPECT_EQ(seen.lost, k >= 6) << k;
+    EXPECT_NEAR(seen.joints.front().z(), (*joints[static_cast<std::size_t>(k)])(2, 0), 1e-6);
+  }
+  EXPECT_THAT(seen_by->warnings(), ElementsAre(HasSubstr("misplaced: 5 of 11 samples count as lost, and nothing "
+                                                         "sounds: at 0.12 s the tracked hand is 1.")));
+  for (std::size_t k = 0; k < 6; ++k) {
+    joints[k]->row(2).array() += 0.9;
+  }
+  EXPECT_THAT(message_of<InputError>([&] { sensor(joints); }), HasSubstr("hand.csv: at 0.00 s the tracked hand is 1."));
+}
+
+TEST(ListenAddresses, AreAPortOrAnAddressAndAPort) {
+  const auto read = [](const std::string& text) {
+    const auto address = listen_address(text);
+    return address ? address->text() : "";
+  };
+  EXPECT_EQ(read("9000"), "127.0.0.1:9000");
+  EXPECT_EQ(read("0.0.0.0:9000"), "0.0.0.0:9000");
+  EXPECT_EQ(read("[::1]:1"), "[::1]:1");
+  EXPECT_EQ(read("[0:0:0:0:0:0:0:1]:65535"), "[::1]:65535");
+  EXPECT_EQ(read("[::]:9000"), "[::]:9000");
+  for (const char* text :
+       {"", "0", "65536", "-1", "9e3", "::1:9000", "::1", "[127.0.0.1]:9000", "localhost:9000", ":9000", "127.0.0.1",
+        "127.0.0.1:", "[::1]", "[::1]:", "[]:9000", "256.0.0.1:9000", "1.1.1.1:80:80"}) {
+    EXPECT_EQ(read(text), "") << text;
+  }
+  for (const char* text : {"127.0.0.1:1", "127.8.8.8:1", "[::1]:1", "1"}) {
+    EXPECT_TRUE(listen_address(text)->is_loopback()) << text;
+  }
+  for (const char* text : {"0.0.0.0:1", "[::]:1", "192.168.0.7:1", "[fe80::1]:1"}) {
+    EXPECT_FALSE(listen_address(text)->is_loopback()) << text;
+  }
+}
+
 /// A tracker's program: sends a row to a port of this machine, again and again, until it ends.
 class Sender {
  public:
-  Sender(int port, std::string row)
-      : thread_([port, text = std::move(row)](const std::stop_token& stop) {
+  Sender(int port, std::string row, const char* host = "127.0.0.1")
+      : thread_([port, host, text = std::move(row)](const std::stop_token& stop) {
           while (!stop.stop_requested()) {
-            send(port, text);
+            send(port, text, host);
             std::this_thread::sleep_for(std::chrono::milliseconds(10));
           }
         }) {}
 
-  static void send(int port, const std::string& text) {
-    const int socket = ::socket(AF_INET, SOCK_DGRAM, 0);
-    const sockaddr_in to = address(port);
-    ::sendto(socket, text.data(), text.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+  static void send(int port, const std::string& text, const char* host = "127.0.0.1") {
+    addrinfo wanted{};
+    wanted.ai_socktype = SOCK_DGRAM;
+    addrinfo* to = nullptr;
+    ASSERT_EQ(::getaddrinfo(host, std::to_string(port).c_str(), &wanted, &to), 0);
+    const int socket = ::socket(to->ai_family, SOCK_DGRAM, 0);
+    ::sendto(socket, text.data(), text.size(), 0, to->ai_addr, to->ai_addrlen);
     ::close(socket);
+    ::freeaddrinfo(to);
   }
   static sockaddr_in address(int port) {
     sockaddr_in own{};
@@ -199,10 +278,11 @@ class Sender {
 // What a tracker sends while it plays: the hand is where it was when the datagram came, and lost when none comes.
 TEST_F(Tracked, JointsThatComeByAPortAreSeenAndTheirSilenceIsALostHand) {
   const int port = Sender::free_port();
-  const Scene scene =
-      scene_from(kFinger + kMoving, {fmt::format("motion.sensor={{joints: {{port: {}}}}}", port), "motion.change=[]"});
-  EXPECT_THAT(message_of<InputError>([&] { sensed_motion(scene, kept_.get()); }),
-              HasSubstr(fmt::format("motion.sensor.joints.port = {}: joints come by a port only while", port)));
+  const Scene scene = scene_from(kFinger + kMoving,
+                                 {fmt::format("motion.sensor={{joints: {{listen: {}}}}}", port), "motion.change=[]"});
+  EXPECT_THAT(
+      message_of<InputError>([&] { sensed_motion(scene, kept_.get()); }),
+      HasSubstr(fmt::format("motion.sensor.joints.listen = 127.0.0.1:{}: joints come by a port only while", port)));
   const SensedMotion sensed = sensed_motion(scene, kept_.get(), nullptr, MotionClock::kWall);
   EXPECT_THAT(message_of<InputError>([&] { sensed_motion(scene, kept_.get(), nullptr, MotionClock::kWall); }),
               HasSubstr("cannot be listened to: Address already in use; choose another port"));
@@ -229,7 +309,64 @@ TEST_F(Tracked, JointsThatComeByAPortAreSeenAndTheirSilenceIsALostHand) {
   EXPECT_THAT(
       message_of<InputError>([&] { sensed.sensor->start(silent_); }),
       HasSubstr(fmt::format(
-          "UDP port {} (motion.sensor.joints.port): a datagram is not a row of joints: 3 values, must be 79", port)));
+          "UDP 127.0.0.1:{} (motion.sensor.joints.listen): a datagram is not a row of joints: 3 values, must be 79",
+          port)));
+}
+
+// The loop does not press on a hand that is in the array or behind it.
+TEST_F(Tracked, LiveHandsInPlacesThatMakeNoSenseAreLost) {
+  const int port = Sender::free_port();
+  const Scene scene = scene_from(kFinger + kMoving,
+                                 {fmt::format("motion.sensor={{joints: {{listen: {}}}}}", port), "motion.change=[]"});
+  const SensedMotion sensed = sensed_motion(scene, kept_.get(), nullptr, MotionClock::kWall);
+  const JointPoints there = *frames().front();
+  const JointPoints behind = there.colwise() - Vector3(0, 0, 0.5);
+  {
+    const Sender tracker(port, joint_row_text(there));
+    sensed.sensor->start(silent_);
+  }
+  for (int k = 0; k < 4; ++k) {
+    Sender::send(port, joint_row_text(k % 2 == 0 ? there : behind));
+    const Seen seen = sensed.sensor->sample(k, k);
+    EXPECT_EQ(seen.lost, k % 2 == 1);
+    EXPECT_NEAR(seen.joints.front().z(), (k % 2 == 0 ? there : behind)(2, 0), 1e-6);
+  }
+  EXPECT_THAT(sensed.sensor->warnings(), ElementsAre(HasSubstr("misplaced: 2 of 4 samples count as lost, and nothing "
+                                                               "sounds: at 1.00 s the tracked hand is behind")));
+  const Sender tracker(port, joint_row_text(behind));
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  sensed.sensor->sample(4, 4);  // the rows from before
+  EXPECT_THAT(message_of<InputError>([&] { sensed.sensor->start(silent_); }),
+              HasSubstr(fmt::format("UDP 127.0.0.1:{} (motion.sensor.joints.listen): at 0.00 s the tracked hand is "
+                                    "behind the array",
+                                    port)));
+}
+
+TEST_F(Tracked, OtherAddressesAreListenedToAndThoseThatOthersReachAreSaid) {
+  const std::string row = joint_row_text(*frames().front());
+  for (const auto& [host, to] : {std::pair("127.0.0.1", "127.0.0.1"), std::pair("::1", "::1"),
+                                 std::pair("0.0.0.0", "127.0.0.1"), std::pair("::", "127.0.0.1")}) {
+    const int port = Sender::free_port();
+    JointSocket socket({host, port}, {});
+    Sender::send(port, row, to);
+    const auto heard = socket.next(1);
+    EXPECT_TRUE(heard && heard->joints) << host;
+  }
+  EXPECT_THAT(message_of<InputError>([&] {
+                JointSocket({"192.0.2.1", 9000}, {});
+              }),
+              HasSubstr("give an address of this machine, or 0.0.0.0 for all of them"));
+  const int port = Sender::free_port();
+  const Scene scene = scene_from(
+      kFinger + kMoving, {fmt::format("motion.sensor={{joints: {{listen: '0.0.0.0:{}'}}}}", port), "motion.change=[]"});
+  const ListenAddress& address = std::get<ListenAddress>(std::get<JointsSpec>(scene.motion->sensor.sight).from);
+  LiveJointsSensor sensor(scene, address, {}, kept_.get(), 0.2);
+  EXPECT_THAT(message_of<InputError>([&] { sensor.start(silent_); }),
+              AllOf(HasSubstr("UDP " + address.text()), HasSubstr("nothing came within 0.2 s; let the tracker's"),
+                    HasSubstr("as \"0.0.0.0:9000\"")));
+  Sender::send(port, joint_row_text(JointPoints::Zero()));
+  EXPECT_THAT(message_of<InputError>([&] { sensor.start(silent_); }), HasSubstr("1 rows came, none with a hand"));
+  EXPECT_THAT(sensor.warnings(), ElementsAre(HasSubstr("open_port: whoever reaches UDP 0.0.0.0:")));
 }
 
 // Fingers that are one skin in index_up cannot open.
@@ -238,7 +375,7 @@ TEST_F(Tracked, FingersThatTheTemplateHoldsTogetherAreLostWhereTheyOpen) {
   const auto& hand = std::get<HandShape>(scene_->bodies.front().shape);
   const JointPoints own = joints_of(posed_skeleton(hand_pose("flat"), hand.length, hand.breadth), -1);
   for (int k = 0; k < 11; ++k) {
-    joints.emplace_back(own);
+    joints.emplace_back(own.colwise() + Vector3(0, 0, 0.2));
   }
   const auto folded = sensor(joints);
   EXPECT_TRUE(folded->sample(0, 0).lost);

@@ -55,8 +55,16 @@ class Joints(CommandTest):
         scene = self.write("scene.yaml", SCENE)
         self.run_ok("play", scene, "-o", "exact", "--set", MOVED, "--quiet")
         done = self.run_ok("play", scene, "-o", "tracked", "--set", SENSOR)
+        with open(self.folder / "hand.csv", newline="") as file:
+            given = list(csv.DictReader(file))
         with h5py.File(self.folder / "tracked/motion.h5") as motion:
             notes = "\n".join(note.decode() for note in motion["notes"][:])
+            frames = motion["methods/surface/frames"]
+            self.assertEqual(len(frames["joints"]), 20)
+            for frame, sampled in enumerate(frames["sampled"]):
+                row = given[round(sampled / 0.02)]
+                tip = [float(row[f"index_tip_{axis}"] or "nan") for axis in "xyz"]
+                numpy.testing.assert_allclose(frames["joints/index_tip"][frame], tip, atol=1e-9)
         self.assertRegex(notes, r"joints: the skeleton is 0\.0\d mm rms off the tracked joints")
         self.assertIn("lost: of 16 frames 1 have no hand", notes)
         self.assertIn("joints: before the clock starts", done.stderr)
@@ -92,7 +100,7 @@ class Joints(CommandTest):
         tracker.start()
         try:
             scene = self.write("scene.yaml", SCENE)
-            sensor = f"motion.sensor.joints={{port: {port}}}"
+            sensor = f"motion.sensor.joints={{listen: {port}}}"
             ended = self.run_ok("live", scene, "--set", sensor, "--to", "dry-run", "-o", "live")
         finally:
             done.set()
@@ -101,12 +109,14 @@ class Joints(CommandTest):
         rows = list(csv.DictReader((self.folder / "live/live.csv").read_text().splitlines()))
         self.assertEqual({row["lost"] for row in rows}, {"0"})
         refused = self.is_refused("play", scene, "--set", sensor)
-        self.assertIn(f"motion.sensor.joints.port = {port}: joints come by a port only while `touchfield live` plays",
+        self.assertIn(f"motion.sensor.joints.listen = 127.0.0.1:{port}: joints come by a port only while `touchfield live` plays",
                       refused.stderr)
+        self.assertIn("motion.sensor.joints.port=9000: motion.sensor.joints.port: this key is called listen",
+                      self.is_refused("check", scene, "--set", "motion.sensor.joints.port=9000").stderr)
 
     def test_refused(self):
         scene = self.write("scene.yaml", SCENE)
-        for change, named in ((lambda joint: joint * (-1, 1, 1), "the joints are of a left hand"),
+        for change, named in ((lambda joint: joint * (-1, 1, 1), "the joints are the mirror image of a right hand"),
                               (lambda joint: 10 * joint, "must be 90 to 270: lengths are in m")):
             self.table(change)
             for command in ("check", "play"):

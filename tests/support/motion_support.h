@@ -2,6 +2,7 @@
 
 #include <numbers>
 
+#include "sim/hand/tracked_joints.h"
 #include "sim/run/motion_data.h"
 #include "tests/support/output_support.h"
 
@@ -13,6 +14,7 @@ inline MotionFrame made_up_frame(int number, Eigen::Index channels, double seed)
   MotionFrame frame;
   frame.off.skin = 0.3e-3;
   frame.target_off = 0.7e-3;
+  frame.joints.assign(seed > 0 ? tracked_joints().size() : 0, Vector3(0.1 + number, seed, 1.0 / 3));
   frame.sampled = number / 30.0;
   frame.started = number / 20.0 + 1e-3;
   frame.late = number == 2 ? 0.004 : 0.0;

@@ -119,6 +119,10 @@ inline void expect_same(const MotionFrame& a, const MotionFrame& b) {
   using F = MotionFrame;
   expect_equal_parts(a, b, &F::silent, &F::lost, &F::seconds);
   expect_same_values(a, b, &F::sampled, &F::started, &F::late, &F::shown, &F::pose_time, &F::target_off);
+  ASSERT_EQ(a.joints.size(), b.joints.size());
+  for (std::size_t j = 0; j < a.joints.size(); ++j) {
+    expect_same_bits(a.joints[j], b.joints[j]);
+  }
   expect_same_bits(a.off.skin, b.off.skin);
   expect_same_bits(a.off.patch, b.off.patch);
   expect_same(a.solution, b.solution);
