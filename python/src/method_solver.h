@@ -16,6 +16,9 @@ namespace touchfield::python {
 
 inline constexpr double kOutsideTolerance = 1e-4;  // of reduced_skin_problem, as make_transfer
 
+/// The factor on a target of 1 Pa that a run of a scene finds which asks for the best pressure.
+double best_scale_of(const Model& model, Progress& progress);
+
 /// Asks the solver of a model's methods by a scheme, for the target.
 ///
 /// spec   the scene's, or one with other methods
@@ -28,7 +31,10 @@ auto asked(const Model& model, Scheme scheme, const SolveSpec& spec, Progress& p
   const auto scattering = make_scattering("python", model.body.mesh, scheme, model.fixed->scene.solve.solver,
                                           largest_block(model.fixed->scene, scheme, model.fixed->array.size(), false),
                                           model, model.fixed->array.response, nullptr, records, progress);
-  const Target target = build_target(model);
+  Target target = build_target(model);
+  if (!model.posture.target->pressure) {
+    target.amplitudes *= best_scale_of(model, progress);
+  }
   MethodSolver solver(*scattering, model.fixed->array.size(), target, spec, outside_skin(model));
   return ask(solver, target);
 }

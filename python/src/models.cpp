@@ -44,7 +44,11 @@ std::optional<SharedTarget> target_of(const SharedModel& model) {
   if (!model->posture.target) {
     return std::nullopt;
   }
-  return SharedTarget{shared(build_target(*model)), skin_of(model)};
+  Target target = build_target(*model);
+  if (!model->posture.target->pressure) {
+    target.amplitudes.setConstant(kNotComputed);
+  }
+  return SharedTarget{shared(std::move(target)), skin_of(model)};
 }
 
 Vector3 three_numbers(nb::handle value, const std::string& what) {
@@ -81,6 +85,9 @@ SharedTarget target_of_state(const nb::tuple& state) {
   Target target;
   target.faces = index_list(state[0], "Target: state", kAny);
   target.amplitudes = real_list(state[1], "Target: state");
+  if (target.amplitudes.size() == 0) {
+    target.amplitudes.setConstant(target.size(), kNotComputed);
+  }
   const std::vector<Eigen::Index> box = index_list(state[2], "Target: state", kAny);
   target.box.assign(box.begin(), box.end());
   target.shares = real_list(state[3], "Target: state");
@@ -155,10 +162,21 @@ Numbers score(const SharedModel& model, const ArrayLike& pressure) {
     const Wave& wave = model->fixed->wave;
     return metrics_dict(metrics_of(mesh, p, radiation_pressure(SurfaceGradient(mesh, wave.k()), wave, p)));
   }
-  return metrics_dict(metrics_of(mesh, model->fixed->wave, model->boxes, build_target(*model), p));
+  Metrics metrics = metrics_of(mesh, model->fixed->wave, model->boxes, build_target(*model), p);
+  if (!model->posture.target->pressure) {  // they are of 1 Pa
+    metrics.reached_share = metrics.relative_error_raw = kNotComputed;
+  }
+  return metrics_dict(metrics);
 }
 
 }  // namespace
+
+const Eigen::VectorXd& SharedTarget::amplitudes() const {
+  require(!part->amplitudes.hasNaN(),
+          "target: its scene asks for the best pressure, which is found with the phases: "
+          "Problem.of_model(model).amplitudes has it. Or give target.pressure_pa a number");
+  return part->amplitudes;
+}
 
 Numbers metrics_dict(const Metrics& metrics) {
   nb::dict values;
@@ -229,26 +247,31 @@ std::vector<std::string> overrides_of(nb::handle set, const std::optional<std::s
   return overrides;
 }
 
-OwnMethod own_method(const std::string& name, nb::handle drives, const std::string& what) {
+std::pair<Eigen::VectorXd, Eigen::VectorXd> drive_parts(nb::handle drives, const std::string& what) {
   if (nb::isinstance<SharedSolution>(drives)) {  // to the last bit
     const auto& solution = nb::cast<const SharedSolution&>(drives);
-    if ((solution->amplitudes.array() == 1).all()) {
-      return {name, solution->phases};
-    }
-  } else if (!nb::cast<bool>(nb::module_::import_("numpy").attr("iscomplexobj")(drives))) {
-    return {name, real_list(drives, what)};
+    return {solution->phases, solution->amplitudes};
   }
-  constexpr double kRounding = 1e-9;
+  if (!nb::cast<bool>(nb::module_::import_("numpy").attr("iscomplexobj")(drives))) {
+    const Eigen::VectorXd phases = real_list(drives, what);
+    return {phases, Eigen::VectorXd::Ones(phases.size())};
+  }
   const Eigen::VectorXcd q = complex_list(drives, what);
-  for (Eigen::Index n = 0; n < q.size(); ++n) {
-    if (std::abs(std::abs(q(n)) - 1) > kRounding) {
-      throw InputError(
-          fmt::format("{}[{}] has the amplitude {:g}; here channels are at full drive, with amplitude 1. Model.score() "
-                      "of scatter() evaluates drive vectors of any amplitudes",
-                      what, n, std::abs(q(n))));
+  return {q.cwiseArg(), q.cwiseAbs()};
+}
+
+OwnMethod own_method(const std::string& name, nb::handle drives, const std::string& what) {
+  constexpr double kRounding = 1e-9;
+  auto [phases, amplitudes] = drive_parts(drives, what);
+  for (Eigen::Index n = 0; n < amplitudes.size(); ++n) {
+    if (std::abs(amplitudes(n) - 1) > kRounding) {
+      throw InputError(fmt::format(
+          "{}[{}] has the amplitude {:g}; here channels are at full drive, with amplitude 1. evaluate() takes "
+          "amplitudes of 0 to 1, and Model.score() of scatter() any",
+          what, n, amplitudes(n)));
     }
   }
-  return {name, q.cwiseArg()};
+  return {name, std::move(phases)};
 }
 
 Model with_own(const Model& model, const OwnMethods& own) {
@@ -319,8 +342,11 @@ Examples
       .def_rw("_keys", &SharedTarget::keys)
       .def_ro("mesh", &SharedTarget::skin, "The skin.")
       .def_prop_ro("faces", part_of<SharedTarget>(&Target::faces), "Numbers of the faces, shape (K,).")
-      .def_prop_ro("amplitudes", part_of<SharedTarget>(&Target::amplitudes),
-                   "The wanted pressure amplitude on each [Pa], shape (K,).")
+      .def_prop_ro(
+          "amplitudes",
+          [](nb::handle_t<SharedTarget> self) { return view(nb::cast<const SharedTarget&>(self).amplitudes(), self); },
+          "The wanted pressure amplitude on each [Pa], shape (K,). An error if the scene asks for the best one: "
+          "`Problem.of_model` finds it.")
       .def_prop_ro("shares", part_of<SharedTarget>(&Target::shares),
                    "The share of each face's area that belongs to the target, 0 to 1, shape (K,). The rest is outside.")
       .def_prop_ro(
@@ -328,8 +354,9 @@ Examples
           "The number of the face nearest to the centre of the target, where `focus` aims.")
       .def("__getstate__",
            [](const SharedTarget& self) {
-             return nb::make_tuple(owned(self->faces), owned(self->amplitudes), owned(self->box), owned(self->shares),
-                                   self.skin, self.keys);
+             const Eigen::VectorXd none(0);
+             return nb::make_tuple(owned(self->faces), owned(self->amplitudes.hasNaN() ? none : self->amplitudes),
+                                   owned(self->box), owned(self->shares), self.skin, self.keys);
            })
       .def("__setstate__",
            [](SharedTarget& self, const nb::tuple& state) { new (&self) SharedTarget(target_of_state(state)); })

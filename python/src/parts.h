@@ -52,9 +52,13 @@ struct SharedArray : Shared<TransducerArray> {
 };
 
 /// Faces of a skin, with the keys of `target` in a scene, as JSON; "" where a scene cannot say it.
+/// The amplitudes are NaN where a scene asks for the best pressure, which is found with the phases.
 struct SharedTarget : Shared<Target> {
   SkinMesh skin{};
   std::string keys{};
+
+  /// throws   InputError that says where the amplitudes are, if they are NaN
+  const Eigen::VectorXd& amplitudes() const;
 };
 
 using SharedModel = Shared<Model>;
@@ -110,7 +114,10 @@ struct OwnMethod {
 };
 using OwnMethods = std::vector<OwnMethod>;
 
-/// Of phases [rad], or of a complex drive vector at full drive.
+/// Phases [rad] and amplitudes of a Solution, of real phases, whose amplitudes are 1, or of a complex drive vector.
+std::pair<Eigen::VectorXd, Eigen::VectorXd> drive_parts(nb::handle drives, const std::string& what);
+
+/// The same at full drive.
 /// throws   InputError on an amplitude that is not 1, but for rounding
 OwnMethod own_method(const std::string& name, nb::handle drives, const std::string& what);
 

@@ -51,9 +51,10 @@ SharedProblem problem_of(nb::handle target, nb::handle amplitudes, nb::handle we
 SharedProblem problem_of_transfer(const ArrayLike& h, const SharedTarget& target, double outside_weight,
                                   std::optional<int> threads) {
   const auto mesh = target.skin.mesh;
+  const Eigen::VectorXd& wanted = target.amplitudes();
   Eigen::MatrixXcd rows = complex_table(h, "Problem.of: h");
   if (rows.rows() == target->size()) {
-    SkinProblem problem{std::move(rows), target->amplitudes, target->areas(mesh->areas()), Eigen::MatrixXcd(0, 0)};
+    SkinProblem problem{std::move(rows), wanted, target->areas(mesh->areas()), Eigen::MatrixXcd(0, 0)};
     problem.outside.resize(0, problem.target.cols());
     problem.shares = target->shares;
     require_valid(problem, "Problem");
@@ -148,9 +149,15 @@ Values bound_of(const SharedProblem& problem, std::optional<int> threads) {
 }
 
 Numbers evaluate_phases(const SharedModel& model, const DrivesLike& drives, std::optional<int> threads) {
-  const OwnMethod given = own_method("given", drives, "evaluate: phases");
-  const Metrics metrics = computed(thread_count(threads), [model, given](Progress& progress) {
+  constexpr double kRounding = 1e-9;
+  auto [phases, amplitudes] = drive_parts(drives, "evaluate: drives");
+  const OwnMethod given{"given", std::move(phases)};
+  require_count("evaluate: drives", amplitudes.size(), model->fixed->array.size(), "per channel");
+  require((amplitudes.array() <= 1.0 + kRounding).all(), "evaluate: drives: the amplitude {:g} must be at most 1",
+          amplitudes.maxCoeff());
+  const Metrics metrics = computed(thread_count(threads), [model, given, amplitudes](Progress& progress) {
     FixedModel fixed = *model->fixed;
+    fixed.array.amplitudes.array() *= amplitudes.array();
     fixed.scene.solve.methods.clear();
     fixed.scene.solve.optimality_bound = false;
     fixed.scene.write.transfer = false;
@@ -260,7 +267,8 @@ threads : int, optional
 Returns
 -------
 Problem
-    With it methods find what a run of the scene finds.
+    With it methods find what a run of the scene finds. Where the scene asks for the best pressure, that is found
+    first, by nine solutions of the scene's first method: `amplitudes` has it.
 
 Examples
 --------
@@ -334,6 +342,17 @@ void add_solution(nb::module_& module) {
 }
 
 }  // namespace
+
+double best_scale_of(const Model& model, Progress& progress) {
+  const Scene& scene = model.fixed->scene;
+  const MethodSpec& first = scene.solve.methods.front();
+  std::vector<SolveRecord> records;
+  const auto scattering = make_scattering("python", model.body.mesh, first.scheme, scene.solve.solver,
+                                          largest_block(scene, first.scheme, model.fixed->array.size(), false), model,
+                                          model.fixed->array.response, nullptr, records, progress);
+  MethodSolver solver(*scattering, model.fixed->array.size(), build_target(model), scene.solve, outside_skin(model));
+  return solver.best_scale(first, model.body.mesh, model.boxes, progress);
+}
 
 Values values_of(const OptimalityBound& found) {
   nb::dict values;
@@ -421,7 +440,7 @@ Parameters
 ----------
 model : Model
 drives : array_like, shape (N,), or Solution
-    Phases [rad], or complex drives of amplitude 1.
+    Phases [rad], or complex drives of amplitudes 0 to 1.
 threads : int, optional
 
 Examples

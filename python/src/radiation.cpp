@@ -125,7 +125,7 @@ SharedRadiation problem_of_transfer(const ArrayLike& h, const SharedTarget& targ
                           .problem.outside;
     Eigen::VectorXd counted = Eigen::VectorXd::Zero(problem.rows.rows() + problem.outside.rows());
     counted.tail(problem.outside.rows()).setOnes();
-    problem.skin = radiation_skin(near, *mesh, *target, target->amplitudes, outside, sound, outside_weight, counted);
+    problem.skin = radiation_skin(near, *mesh, *target, target.amplitudes(), outside, sound, outside_weight, counted);
     return joined(std::move(problem), near.faces);
   });
 }

@@ -101,8 +101,32 @@ def test_own_methods(model):
         tf.run(model, own={"my method": np.zeros(channels)})
     with pytest.raises(tf.InputError, match="set and device need a scene file"):
         tf.run(model, set={"solve.iterations": 3})
-    with pytest.raises(tf.InputError, match=r"evaluate: phases\[0\] has the amplitude 0.5; here channels are at full drive"):
-        tf.evaluate(model, np.full(channels, 0.5j))
+    with pytest.raises(tf.InputError, match=r"run: own\['half'\]\[0\] has the amplitude 0.5; here channels are at full drive"):
+        tf.run(model, own={"half": np.full(channels, 0.5j)})
+    with pytest.raises(tf.InputError, match="evaluate: drives: the amplitude 2 must be at most 1"):
+        tf.evaluate(model, np.full(channels, 2j))
+    with pytest.raises(tf.InputError, match="evaluate: drives has 3 values and must have 64, one per channel"):
+        tf.evaluate(model, [0, 1, 2])
+
+
+@pytest.mark.parametrize("call, error, says", [
+    (lambda ball: tf.hand(edge=3), tf.InputError, "^hand: edge = 3 must be 0.0003 to 0.012 for a hand, in m$"),
+    (lambda ball: tf.hand(edge={"far": 8}), tf.InputError, "^hand: edge.far = 8 must be 0.0003 to 0.012 for a hand, in m$"),
+    (lambda ball: tf.hand(forearm=25), tf.InputError, "^hand: forearm = 25 must be 0 to 0.3, in m$"),
+    (lambda ball: tf.hand(joints={"index": {"pip": 3}}), tf.InputError, "^hand: joints.index.pip: unknown key, did you mean pip_deg"),
+    (lambda ball: tf.hand(edge="thick"), TypeError, "^edge must be a number, not str$"),
+    (lambda ball: tf.Array.grid(0, 4), tf.InputError, "^Array.grid: nx = 0 must be 1 to 1000$"),
+    (lambda ball: tf.Array.grid(1000, 1000), tf.InputError, "^Array.grid: array: 1000000 transducers, must be at most 100000$"),
+    (lambda ball: tf.Array.grid(4, 4, level=80), tf.InputError, "^Array.grid: level = 80 must be > 0 and <= 1; if 80 is in percent"),
+    (lambda ball: tf.Target.points(ball, [[0, 0, -5e-3]], [3e-3], 800), TypeError, "^Target.points: diameter must be a number, not list$"),
+    (lambda ball: tf.Target.line(ball, [[0, 0, -5e-3]] * 2, None, 800), TypeError, "^Target.line: width must be a number, not NoneType$"),
+    (lambda ball: tf.Target.points(ball, [[0, 0, -5]], 3e-3, 800), tf.InputError, "^Target.points: points.0.: .* off the skin.*thousandth"),
+    (lambda ball: tf.check({"array": {"grid": {"count": [0, 4]}}, "body": ball, "solve": {"methods": ["focus"]}}), tf.InputError,
+     "^array.grid.count.0. = 0 must be"),
+])
+def test_errors_name_the_argument_and_its_unit(ball, call, error, says):
+    with pytest.raises(error, match=says):
+        call(ball)
 
 
 def test_arrays_and_transfers(ball, pair):

@@ -1,3 +1,5 @@
+import pickle
+
 import numpy as np
 import pytest
 
@@ -36,6 +38,26 @@ def test_solvers_by_themselves_find_what_the_run_found(model, run):
     assert not np.array_equal(tf.unscattered(model, iterations=8).phases, paper.phases)
     further = tf.surface(problem, iterations=20, start=solution)
     assert further.cost_history[-1] < solution.cost_history[-1]
+
+
+def test_the_best_pressure_is_that_of_a_run(finger):
+    best = tf.Model(finger, set={"target.pressure_pa": "best", "solve.methods": ["surface"], "solve.optimality_bound": False})
+    for ask in (lambda: best.target.amplitudes, lambda: pickle.loads(pickle.dumps(best.target)).amplitudes,
+                lambda: tf.Problem.of(np.zeros((len(best.target.faces), 64)), best.target)):
+        with pytest.raises(tf.InputError, match="Problem.of_model.model..amplitudes has it"):
+            ask()
+    run, problem = tf.run(best), tf.Problem.of_model(best)
+    assert problem.amplitudes.max() == pytest.approx(run.target.amplitudes.max(), rel=1e-9) and problem.amplitudes.max() > 10
+    solution = tf.surface(problem, iterations=8)
+    assert tf.evaluate(best, solution)["mean_inside_pa"] == pytest.approx(run.metrics["surface"]["mean_inside_pa"], rel=1e-6)
+    assert np.isnan(best.score(run.pressures["surface"])["reached_share"])
+
+
+def test_drives_of_any_level_are_evaluated(model, run):
+    half = tf.evaluate(model, 0.5 * np.exp(1j * run.phases["focus"]))
+    assert half["mean_inside_pa"] == pytest.approx(0.5 * run.metrics["focus"]["mean_inside_pa"], rel=1e-6)
+    surface = tf.evaluate(model, run.amplitudes["surface"] * np.exp(1j * run.phases["surface"]))
+    assert surface["relative_error"] == pytest.approx(run.metrics["surface"]["relative_error"], rel=1e-6)
 
 
 def test_optimality_bound(model, run):

@@ -8,20 +8,21 @@ import numpy as np
 from . import _core
 from ._bodies import bare_scene
 from ._exports import extends
-from ._plain import millimetres, require
+from ._plain import millimetres, own_arguments, require
 
 
 @extends
 class Array(_core.Array):
     @classmethod
     def _laid_out(cls, name, layout, at, rotate, directivity, level, source_strength, piston_radius, wave):
-        keys = {**layout, "at_mm": millimetres(at), "rotate_deg": [float(angle) for angle in rotate], "directivity": directivity,
-                "level": level, "source_pa_m": source_strength, "piston_radius_mm": millimetres(piston_radius)}
+        keys = {**layout, "at_mm": millimetres(at, "at"), "rotate_deg": [float(angle) for angle in rotate], "directivity": directivity,
+                "level": level, "source_pa_m": source_strength, "piston_radius_mm": millimetres(piston_radius, "piston_radius")}
         air = {}
         if wave is not None:
             require(wave, _core.Wave, "wave")
             air = {"frequency_khz": wave.frequency / 1e3, "medium": {"sound_speed_m_s": wave.sound_speed, "density_kg_m3": wave.density}}
-        array = cls.of_scene((bare_scene(array=keys, **air), f"Array.{name}"))
+        with own_arguments(f"Array.{name}"):
+            array = cls.of_scene((bare_scene(array=keys, **air), ""))
         array._keys = json.dumps(keys)
         return array
 
@@ -48,7 +49,7 @@ class Array(_core.Array):
         >>> len(tf.Array.grid(16, 16, 10e-3))
         256
         """
-        layout = {"grid": {"count": [nx, ny], "pitch_mm": millimetres(pitch)}}
+        layout = {"grid": {"count": [nx, ny], "pitch_mm": millimetres(pitch, "pitch")}}
         return cls._laid_out("grid", layout, at, rotate, directivity, level, source_strength, piston_radius, wave)
 
     @classmethod
@@ -72,7 +73,7 @@ class Array(_core.Array):
         >>> len(tf.Array.autd3(2, 1))
         498
         """
-        layout = {"pitch_mm": millimetres(pitch)}
+        layout = {"pitch_mm": millimetres(pitch, "pitch")}
         if units is None:
             layout["layout"] = [nx, ny]
         else:

@@ -6,7 +6,7 @@ import numpy as np
 
 from . import _core
 from ._exports import extends
-from ._plain import millimetres, plain
+from ._plain import millimetres, own_arguments, plain
 
 
 def _matrix(rotation):
@@ -261,14 +261,15 @@ def hand(pose="index_up", *, edge=3e-3, breadth=88.3e-3, length=193.3e-3, side="
         edges = {lengths[key]: millimetres(edge[key]) for key in edge if key in lengths}
         edges |= {key: edge[key] for key in edge if key not in lengths}
         if isinstance(edge.get("near"), dict):
-            edges["near"] = {name: millimetres(near) for name, near in edge["near"].items()}
+            edges["near"] = {name: millimetres(near, f"edge['near']['{name}']") for name, near in edge["near"].items()}
     else:
-        edges = millimetres(edge)
-    shape = {"pose": pose, "breadth_mm": millimetres(breadth), "length_mm": millimetres(length), "side": side,
-             "forearm_mm": millimetres(forearm)}
-    place = {"landmark": landmark, "at_mm": millimetres(at), "rotate_deg": [float(angle) for angle in rotate]}
+        edges = millimetres(edge, "edge")
+    shape = {"pose": pose, "breadth_mm": millimetres(breadth, "breadth"), "length_mm": millimetres(length, "length"), "side": side,
+             "forearm_mm": millimetres(forearm, "forearm")}
+    place = {"landmark": landmark, "at_mm": millimetres(at, "at"), "rotate_deg": [float(angle) for angle in rotate]}
     body = {"hand": shape | ({"joints": joints} if joints else {}), "edge_mm": edges, "place": place}
-    return Mesh._of_scene((bare_scene(body=body), "hand"))
+    with own_arguments("hand"):
+        return Mesh._of_scene((bare_scene(body=body), ""))
 
 
 def bare_scene(**parts):

@@ -1,7 +1,10 @@
 """What the extension asks of Python, and helpers without a subject of their own."""
 
+import contextlib
 import functools
+import math
 import os
+import re
 import sys
 import tempfile
 import warnings
@@ -27,11 +30,44 @@ def warn(text, category):
     warnings.warn(text, category, stacklevel=level)
 
 
-def millimetres(values):
+def number(value, argument):
+    """A number for an argument of this name."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{argument} must be a number, not {type(value).__name__}") from None
+
+
+def millimetres(values, argument="lengths"):
     """Lengths in m as scenes have them, without an error of rounding: 10.16e-3 is 10.16."""
-    if hasattr(values, "__len__"):
-        return [millimetres(value) for value in values]
-    return float(Decimal(repr(float(values))) * 1000)
+    if hasattr(values, "__len__") and not isinstance(values, str) and getattr(values, "shape", None) != ():
+        return [millimetres(value, argument) for value in values]
+    length = number(values, argument)
+    return float(Decimal(repr(length)) * 1000) if math.isfinite(length) else length
+
+
+_NUMBER = re.compile(r"-?\b\d+(?:\.\d+)?(?:e-?\d+)?\b")
+_ARGUMENTS = {"source_pa_m": "source_strength", "count[0]": "nx", "count[1]": "ny", "layout[0]": "nx", "layout[1]": "ny", "file": "path"}
+
+
+@contextlib.contextmanager
+def own_arguments(function):
+    """Errors of a scene that a function wrote from its arguments speak of those, and of lengths in m."""
+    try:
+        yield
+    except _core.InputError as error:
+        raise _core.InputError("\n".join(f"{function}: {_of_argument(line)}" for line in str(error).splitlines())) from None
+
+
+def _of_argument(line):
+    path, rest = re.fullmatch(r"((?:\w+(?:\[\d+\])*\.)*\w+(?:\[\d+\])*)?(.*)", line, re.DOTALL).groups()
+    if not path or "." not in path or not rest.startswith((" = ", ": ")):
+        return line
+    keys = [key for key in path.split(".") if key not in ("array", "body", "hand", "place", "grid", "autd3", "positions", "medium")]
+    name = ".".join(_ARGUMENTS.get(key, re.sub(r"_(mm|deg)\b", "", key)) for key in keys)
+    if "_mm" in path:
+        rest = _NUMBER.sub(lambda found: f"{float(found[0]) / 1000:.6g}", rest.split("; if ")[0]) + ", in m"
+    return (name or path) + rest
 
 
 def file_content(part, name):

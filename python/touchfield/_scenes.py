@@ -65,9 +65,9 @@ def written(value, key=""):
 
 
 def source(scene):
-    """What the library reads: the path, or a text and its name."""
+    """What the library reads: the path, or a text and its name. That of a dict has none, nor lines that its user knows."""
     if isinstance(scene, dict):
-        return json.dumps(written({"name": "scene", **scene}), default=plain), "scene"
+        return json.dumps(written({"name": "scene", **scene}), default=plain), ""
     if isinstance(scene, str) and "\n" in scene:
         return scene, "scene"
     return scene

@@ -7,7 +7,7 @@ import numpy as np
 from . import _core
 from ._bodies import Mesh
 from ._exports import extends
-from ._plain import millimetres, require
+from ._plain import millimetres, number, require
 
 
 @extends
@@ -49,9 +49,10 @@ class Target(_core.Target):
         """
         require(mesh, Mesh, "mesh")
         centre = mesh._point(at) + np.asarray(offset, float)
+        pressure = number(pressure, "Target.box: pressure")
         box = {"centre_mm": millimetres(centre), "size_mm": millimetres(size), "rotate_deg": [float(angle) for angle in rotate]}
         found = cls._box(mesh, centre, size, np.deg2rad(np.asarray(rotate, float)), profile, pressure)
-        return found._of_keys(box=box, profile=profile, pressure_pa=float(pressure))
+        return found._of_keys(box=box, profile=profile, pressure_pa=pressure)
 
     @classmethod
     def points(cls, mesh, points, diameter, pressure):
@@ -79,6 +80,7 @@ class Target(_core.Target):
         >>> target = tf.Target.points(ball, [[0, 0, -8e-3], [8e-3, 0, 0]], diameter=4e-3, pressure=[800, 400])
         """
         require(mesh, Mesh, "mesh")
+        diameter = number(diameter, "Target.points: diameter")
         centres = [np.asarray(mesh._point(point), float) for point in points]
         pressures = np.full(len(centres), pressure, float) if np.ndim(pressure) == 0 else np.asarray(pressure, float)
         found = cls._discs(mesh, np.reshape(centres, (-1, 3)), diameter, pressures)
@@ -114,10 +116,11 @@ class Target(_core.Target):
         >>> target = tf.Target.line(ball, [[-8e-3, 0, 0], [0, 0, -8e-3], [8e-3, 0, 0]], width=3e-3, pressure=800)
         """
         require(mesh, Mesh, "mesh")
+        width, pressure = number(width, "Target.line: width"), number(pressure, "Target.line: pressure")
         nodes = [np.asarray(mesh._point(point), float) for point in points]
         found = cls._strip(mesh, np.reshape(nodes, (-1, 3)), width, pressure)
         part = {"points": [{"centre_mm": millimetres(node)} for node in nodes], "width_mm": millimetres(width)}
-        return found._of_keys(lines=[part], pressure_pa=float(pressure))
+        return found._of_keys(lines=[part], pressure_pa=pressure)
 
     @classmethod
     def mask(cls, mesh, levels, pressure):
@@ -143,8 +146,8 @@ class Target(_core.Target):
         >>> target = tf.Target.mask(ball, ball.normals[:, 2] < -0.9, pressure=800)
         """
         require(mesh, Mesh, "mesh")
-        levels = np.asarray(levels, float)
-        return cls._mask(mesh, levels, pressure)._of_keys(mask_file=levels.tolist(), pressure_pa=float(pressure))
+        levels, pressure = np.asarray(levels, float), number(pressure, "Target.mask: pressure")
+        return cls._mask(mesh, levels, pressure)._of_keys(mask_file=levels.tolist(), pressure_pa=pressure)
 
     def _scene_keys(self):
         if not self._keys:

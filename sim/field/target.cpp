@@ -283,15 +283,16 @@ SkinPoint SkinStrokes::on_skin(const Vector3& at, const std::string& key) const 
   if (found.distance <= reach_) {
     return found;
   }
-  constexpr double kThousand = 1e3;  // metres taken for millimetres, or millimetres for metres where they are 1 m and more
+  constexpr double kThousand =
+      1e3;  // metres taken for millimetres, or millimetres for metres where they are 1 m and more
   const auto fits = [&](double factor) { return tree_.nearest(factor * at).distance <= reach_; };
   const char* unit = fits(kThousand)                          ? "; a thousand times these coordinates are on it"
                      : at.norm() > 1 && fits(1.0 / kThousand) ? "; a thousandth of these coordinates is on it"
                                                               : "";
-  throw InputError(fmt::format("{}: {} (scene coordinates) is {:.1f} mm off the skin, must be at most {:g}; the nearest skin "
-                               "is at {}{}",
-                               key, place_text(at), found.distance / kMillimetre, reach_ / kMillimetre,
-                               place_text(found.at), unit));
+  throw InputError(
+      fmt::format("{}: {} (scene coordinates) is {:.1f} mm off the skin, must be at most {:g}; the nearest skin "
+                  "is at {}{}",
+                  key, place_text(at), found.distance / kMillimetre, reach_ / kMillimetre, place_text(found.at), unit));
 }
 
 TargetBox SkinStrokes::disc(const Vector3& at, double diameter, double level, const std::string& key) const {

@@ -16,27 +16,13 @@
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/remesh/cut.h"
 #include "sim/model/meshed_body.h"
+#include "sim/model/scene_slips.h"
 
 namespace touchfield {
 
 namespace {
 
 using Index = Eigen::Index;
-
-/// ". If 0.12 is in metres write 120" of a place that is within 2 mm of the origin, as hands are not.
-std::string metres_hint(const Vector3& at) {
-  constexpr double kFarthest = 2.0 * kMillimetre;
-  if (at.isZero() || at.cwiseAbs().maxCoeff() > kFarthest) {
-    return "";
-  }
-  const Vector3 typed = at / kMillimetre;
-  if ((typed.array() != 0).count() == 1) {
-    const double number = typed.sum();
-    return fmt::format(". If {:.6g} is in metres write {:.6g}", number, 1e3 * number);
-  }
-  return fmt::format(". If [{:.6g}, {:.6g}, {:.6g}] is in metres write [{:.6g}, {:.6g}, {:.6g}]", typed.x(), typed.y(),
-                     typed.z(), 1e3 * typed.x(), 1e3 * typed.y(), 1e3 * typed.z());
-}
 
 /// distance   from the skin, negative inside [m]
 [[noreturn]] void refuse_place(const BodySpec& body, const TransducerArray& array, Index transducer, double distance) {

@@ -18,6 +18,7 @@
 #include "sim/model/clear_transducers.h"
 #include "sim/model/evaluation.h"
 #include "sim/model/meshed_body.h"
+#include "sim/model/scene_slips.h"
 
 namespace touchfield {
 
@@ -372,6 +373,8 @@ Remarks played_remarks(const Model& model) {
                     risks.thickness, at(risks.thickness_at)));
   }
   std::ranges::copy(array_warnings(model.fixed->array, model.fixed->wave.wavelength()),
+                    std::back_inserter(remarks.warnings));
+  std::ranges::move(scene_slips(model.fixed->scene, model.fixed->array, model.fixed->wave.wavelength()),
                     std::back_inserter(remarks.warnings));
   warn_of_body_behind(model, remarks);
   warn_of_near_source(model, remarks);

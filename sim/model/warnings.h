@@ -36,6 +36,7 @@ void add(const Remarks& more, Remarks& remarks);
 ///   thin_body       the same through less than two edges of the body
 ///   array_pitch     two transducers nearer than an eighth of a wavelength
 ///   array_size      an array more than 2 m across
+///   unit_slip, directivity_frequency, expected_dead   scene_slips
 ///   behind_array    more than half of the transducers, which radiate ahead, point away from the target or the body
 ///   near_source     a transducer nearer to the skin than a local edge
 ///   both_sides      a target box holds two sides of a body: more than a tenth of its faces look at each other through

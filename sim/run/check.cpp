@@ -231,6 +231,9 @@ Json check_value(const Model& model, const CheckReport& report, const Remarks& m
                             : fmt::format("{} x {} x {} points", grid.count[0], grid.count[1], grid.count[2]);
   }
   Remarks remarks = model_remarks(model);
+  if (std::string warning = reach_warning(model); !warning.empty()) {
+    remarks.warnings.push_back(std::move(warning));
+  }
   add(more, remarks);
   const std::optional<EdgeFit>& fit = report.quality.edges;
   const std::optional<Resolution>& near = report.near_target;

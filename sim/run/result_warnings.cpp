@@ -152,6 +152,29 @@ Remarks result_remarks(const Run& run, double most) {
   return remarks;
 }
 
+std::string reach_warning(const Model& model) {
+  constexpr Eigen::Index kMostFaces = 200;  // sound changes little from one to the next
+  constexpr double kWall = 2.0;
+  const Scene& scene = model.fixed->scene;
+  const bool searched = std::ranges::any_of(
+      scene.solve.methods, [](const MethodSpec& method) { return method.kind->model != MethodModel::kGiven; });
+  if (!scene.target || !scene.target->pressure || !searched) {
+    return "";
+  }
+  const Target target = build_target(model);
+  const Eigen::VectorXd areas = target.areas(model.body.mesh.areas());
+  const double wanted = areas.dot(target.amplitudes) / areas.sum();
+  double most = 0.0;
+  for (Eigen::Index i = 0; i < target.size(); i += 1 + target.size() / kMostFaces) {
+    const Points at = model.body.mesh.centroids().col(target.faces[static_cast<std::size_t>(i)]);
+    most = std::max(most, kWall * incident_matrix(model.fixed->array, model.fixed->wave, at).cwiseAbs().sum());
+  }
+  return most >= kLeastReached * wanted
+             ? ""
+             : fmt::format("below_wanted: the array makes at most about {} on the target, {:.2g} % of the wanted {}",
+                           pressure_text(most), 100.0 * most / wanted, pressure_text(wanted));
+}
+
 double resonance_check_seconds(bool plain, double product) { return (plain ? 15.0 : kMaxSteps) * product; }
 
 bool has_cure(Scheme scheme) { return traits(scheme).burton_miller; }

@@ -32,6 +32,11 @@ std::vector<const MethodResult*> methods_below_wanted(const Run& run);
 ///   nonlinear             the same from 0.3 on
 Remarks result_remarks(const Run& run, double most = kNotComputed);
 
+/// "below_wanted: ..." of a model whose methods will reach less than half of the target's pressure, whatever they find.
+/// The largest pressure is taken for twice the sound of all transducers in phase, as before a flat wall. Empty for
+/// other models, and where the scene asks for the best pressure.
+std::string reach_warning(const Model& model);
+
 /// Seconds that resonance_difference would take: 15 products of burton_miller, or the 60 steps of paper_corrected,
 /// which hardly ever reaches its tolerance on a hand.
 ///

@@ -59,6 +59,7 @@ namespace touchfield::schema {
 namespace {
 
 const Range kPitch = above_to(0, 1000);
+constexpr Eigen::Index kMostChannels = 100'000;  // nobody has built a tenth of it; meshes take minutes with more
 
 // A vector of unit length stays as it is, to the bit, so that a resolved scene reads back the same.
 std::optional<Vector3> unit_vector(const Vector3& v) {
@@ -288,7 +289,13 @@ Codec<ArraySpec> array_codec() {
              "Phase levels of the true array, to which it rounds the solved phases, as a device does. Default: no "
              "rounding. The solver does not include it.")
       .exactly_one({"grid", "autd3", "sonicsurface", "positions", "plane_wave"})
-      .check([](const Input& in, ArraySpec& spec, bool good) { return !good || check_calibration(in, spec); })
+      .check([](const Input& in, ArraySpec& spec, bool good) {
+        const Eigen::Index channels = good ? channel_count(spec) : 0;
+        if (channels > kMostChannels) {
+          return in.problem(fmt::format("{} transducers, must be at most {}", channels, kMostChannels));
+        }
+        return !good || check_calibration(in, spec);
+      })
       .codec();
 }
 

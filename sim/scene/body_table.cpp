@@ -157,7 +157,7 @@ Codec<MeshShape> mesh_codec() {
        .required = true,
        .example = "my_hand.stl"},
       [file](const Input& in, MeshShape& mesh) {
-        mesh.named = fmt::format("{}: {}", in.reading().place_text(in.node().place), in.path());
+        mesh.named = in.reading().placed(in.node().place, in.path());
         return file.read(in, mesh.file);
       },
       [file](const MeshShape& mesh) { return std::optional(file.write(mesh.file)); });

@@ -97,16 +97,15 @@ Reading::Reading(std::string name, std::vector<std::string> overrides, std::stri
       override_folder_(folder_),
       changes_(std::move(changes)) {}
 
-std::string Reading::place_text(const Place& place) const {
-  return place.source == 0
-             ? fmt::format("{}:{}:{}", file_, place.line, place.column)
-             : fmt::format("{} {}", changes_,
-                           quoted_for_message(overrides_.at(static_cast<std::size_t>(place.source) - 1), 100));
+std::string Reading::placed(const Place& place, const std::string& text) const {
+  if (place.source > 0) {
+    const std::string& change = overrides_.at(static_cast<std::size_t>(place.source) - 1);
+    return fmt::format("{} {}: {}", changes_, quoted_for_message(change, 100), text);
+  }
+  return file_.empty() ? text : fmt::format("{}:{}:{}: {}", file_, place.line, place.column, text);
 }
 
-void Reading::add(const Place& place, std::string text) {
-  problems_.push_back({place, fmt::format("{}: {}", place_text(place), text)});
-}
+void Reading::add(const Place& place, const std::string& text) { problems_.push_back({place, placed(place, text)}); }
 
 std::string Reading::message() const {
   auto problems = problems_;
@@ -117,7 +116,8 @@ std::string Reading::message() const {
     message += (i == 0 ? "" : "\n") + problems[i].text;
   }
   if (problems.size() > kMostProblems) {
-    message += fmt::format("\n{}: and {} problems more", file_, problems.size() - kMostProblems);
+    message +=
+        fmt::format("\n{}and {} problems more", file_.empty() ? "" : file_ + ": ", problems.size() - kMostProblems);
   }
   return message;
 }
@@ -145,7 +145,7 @@ bool Input::must_be(const std::string& rule) const {
   if (node_->quoted) {
     return problem(fmt::format("the text \"{}\" must be {}", shown, rule));
   }
-  reading_->add(node_->place, fmt::format("{} = {} must be {}", path_, shown, rule));
+  reading_->add(node_->place, fmt::format("{} = {} must be {}{}", path_, shown, rule, missing_blank(node_->text)));
   return false;
 }
 

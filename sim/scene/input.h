@@ -23,11 +23,12 @@ class Reading {
 
   /// What messages call the file.
   const std::string& file() const { return file_; }
-  /// A place as messages name it: "scene.yaml:4:11", "--set body.x=1".
-  std::string place_text(const Place& place) const;
+  /// A text behind its place: "scene.yaml:4:11: TEXT", "--set body.x=1: TEXT". Of a scene without a name, which a
+  /// program wrote, the text alone.
+  std::string placed(const Place& place, const std::string& text) const;
 
   /// A problem at a place, its text without the place.
-  void add(const Place& place, std::string text);
+  void add(const Place& place, const std::string& text);
 
   bool failed() const { return !problems_.empty(); }
   /// Every problem, one per line, those of the file in its order, then those of the overrides.

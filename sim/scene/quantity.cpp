@@ -47,6 +47,30 @@ Range at_least(double low) { return {.low = low, .high = std::nullopt, .low_excl
 Range above_to(double low, double high) { return {.low = low, .high = high, .low_excluded = true}; }
 Range between(double low, double high) { return {.low = low, .high = high, .low_excluded = false}; }
 
+std::string other_unit(std::string_view key, double value, const Range& range) {
+  struct Slip {
+    std::string_view key;  // it ends in this
+    double times;
+    double plus;
+    const char* taken;
+    double least = 0.0;  // lower bound of the range, where the slip is no more likely than another
+  };
+  constexpr Slip kSlips[] = {
+      {"_mm", 1e3, 0.0, "metres"},     {"_mm", 10.0, 0.0, "centimetres", 10.0},
+      {"_khz", 1e-3, 0.0, "Hz"},       {"temperature_c", 1.0, -kZeroCelsius, "kelvin", -kZeroCelsius},
+      {"level", 1e-2, 0.0, "percent"}, {"gain", 1e-2, 0.0, "percent"}};
+  key = key.substr(0, key.find('['));
+  for (const Slip& slip : kSlips) {
+    const double meant = slip.times * value + slip.plus;
+    const bool is_likely = std::abs(value) >= 10.0 || slip.times > 1.0;  // a level of 1.5 is none in percent
+    if (is_likely && key.ends_with(slip.key) && range.low.value_or(slip.least) >= slip.least &&
+        !range.broken_by(meant)) {
+      return fmt::format("; if {} is in {} write {:.6g}", decimal_text(value), slip.taken, meant);
+    }
+  }
+  return "";
+}
+
 std::optional<double> parse_decimal(std::string_view text) {
   const bool mixed = text.starts_with("+-");
   text.remove_prefix(text.starts_with('+') ? 1 : 0);

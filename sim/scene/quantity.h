@@ -28,6 +28,11 @@ Range at_least(double low);
 Range above_to(double low, double high);
 Range between(double low, double high);
 
+/// "; if 0.088 is in metres write 88" of a value out of range that is in it when taken in another unit; else empty.
+///
+/// key   with the unit that the value was taken in, e.g. breadth_mm; a share has none
+std::string other_unit(std::string_view key, double value, const Range& range);
+
 /// The double nearest to a decimal number as YAML writes it (no hexadecimal, no nan, no inf). One too large for a
 /// double is infinity, one too small 0. Nothing if the text is not such a number.
 std::optional<double> parse_decimal(std::string_view text);

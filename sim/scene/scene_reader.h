@@ -18,7 +18,7 @@ Scene read_scene(const std::string& path, const std::vector<std::string>& overri
 
 /// The same for a scene's text, as a run or a sweep keeps it.
 ///
-/// name       what messages call the text
+/// name       what messages call the text; empty: a program wrote it, and they name no line of it
 /// folder     what relative paths in the text and in the overrides count from
 /// changes    what messages call an override, instead of --set
 Scene read_scene_text(const std::string& text, const std::string& name, const std::string& folder,

@@ -34,7 +34,8 @@ std::optional<double> checked_number(const Input& in, const TypeInfo& type) {
     return std::nullopt;
   }
   if (const auto rule = type.range.broken_by(*value)) {
-    in.must_be(*rule);
+    const std::string key = in.path().substr(in.path().rfind('.') + 1);
+    in.must_be(*rule + (type.kind == Kind::kInteger ? "" : other_unit(key, *value, type.range)));
     return std::nullopt;
   }
   return value;
@@ -116,7 +117,8 @@ bool check_known(const Input& in, const MapInfo& info, std::set<std::string>& me
       continue;
     }
     const std::string now = new_name(NameOf::kKey, entry.key);
-    const std::string nearest = nearest_key(info, entry.key);
+    const std::string blank = missing_blank(entry.key);
+    const std::string nearest = blank.empty() ? nearest_key(info, entry.key) : "";
     if (contains(names, now)) {
       meant.insert(now);
       report(fmt::format("this key is called {}", now));
@@ -125,6 +127,8 @@ bool check_known(const Input& in, const MapInfo& info, std::set<std::string>& me
       report(fmt::format("unknown key, did you mean {}?", nearest));
     } else if (info.keys.empty()) {
       report("unknown key, no keys are allowed here");
+    } else if (!blank.empty()) {
+      report("unknown key" + blank);
     } else {
       report(fmt::format("unknown key, known keys are {}", fmt::join(names, ", ")));
     }

@@ -99,6 +99,9 @@ constexpr std::array kUnits = {"_percent", "_kg_m3", "_g_cm3", "_mm_s", "_pa_m",
                                "_rad",     "_m_s",   "_hz",    "_pa",   "_db",   "_mm",  "_cm",  "_um",  "_km",
                                "_in",      "_ms",    "_m",     "_c",    "_k",    "_f",   "_s"};
 
+// Names of a position, one of which a map knows.
+constexpr std::array<std::string_view, 5> kPositions = {"at", "centre", "center", "position", "through"};
+
 constexpr std::size_t kLongestTried = 64;  // no known word is near a longer one
 
 // How many letters may differ.
@@ -256,6 +259,14 @@ std::string nearest_word(const std::vector<std::string>& words, std::string_view
 }
 
 std::string nearest_key(const MapInfo& map, std::string_view unknown) {
+  const auto is_position = [](std::string_view key) {
+    const std::string_view name = without_unit(key);
+    return name.size() < key.size() && std::ranges::find(kPositions, name) != kPositions.end();
+  };
+  if (const auto position = std::ranges::find_if(map.keys, is_position, &KeyInfo::name);
+      is_position(unknown) && position != map.keys.end()) {
+    return position->name;
+  }
   // A wrong unit is many letters away but the commonest slip.
   const auto distance = [](std::string_view known, std::string_view typed) {
     return without_unit(known) == without_unit(typed) ? 0 : edit_distance(known, typed);

@@ -104,7 +104,8 @@ std::string_view without_unit(std::string_view key);
 std::string nearest_word(const std::vector<std::string>& words, std::string_view text);
 
 /// The known key that an unknown one was probably meant to be, as it is written from this map. It is a key of the map
-/// with another unit or a few other letters, or a key of a map one level below ("box.size_mm"). Empty if none is near.
+/// with another unit, a few other letters, or another name of a position ("centre_mm" for "at_mm"). Or it is a key of a
+/// map one level below ("box.size_mm"). Empty if none is near.
 std::string nearest_key(const MapInfo& map, std::string_view unknown);
 
 }  // namespace touchfield::schema

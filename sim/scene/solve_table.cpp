@@ -319,9 +319,10 @@ Codec<EdgeSpec> edge_codec() {
 
 bool check_hand_edges(const Input& edges) {
   const auto check = [](const Input& edge) {
-    const auto rule = kHandEdge.broken_by(*parse_decimal(edge.node().text));
+    const double length = *parse_decimal(edge.node().text);
+    const auto rule = kHandEdge.broken_by(length);
     if (rule) {
-      edge.must_be(*rule + " for a hand");
+      edge.must_be(*rule + " for a hand" + other_unit("edge_mm", length, kHandEdge));
     }
     return !rule;
   };

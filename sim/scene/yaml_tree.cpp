@@ -179,6 +179,24 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
+std::string missing_blank(std::string_view text) {
+  constexpr std::string_view kWord = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_";
+  constexpr std::string_view kNoValue = " \t\r\n,]}/\\";  // behind the colon of a path, or of a map that goes on
+  for (std::size_t colon = text.rfind(':'); colon != std::string_view::npos && colon > 0;
+       colon = text.rfind(':', colon - 1)) {
+    const std::size_t before = text.find_last_not_of(kWord, colon - 1);
+    const std::size_t begin = before == std::string_view::npos ? 0 : before + 1;
+    const std::size_t line = text.rfind('\n', colon) + 1;
+    const bool is_key =
+        begin < colon && (begin == line || std::string_view(" {,").find(text[begin - 1]) != std::string_view::npos);
+    const bool is_comment = text.substr(line, colon - line).find('#') != std::string_view::npos;
+    if (is_key && !is_comment && colon + 1 < text.size() && kNoValue.find(text[colon + 1]) == std::string_view::npos) {
+      return fmt::format("; a blank must follow the colon of {}", text.substr(begin, colon - begin));
+    }
+  }
+  return "";
+}
+
 std::vector<std::string_view> words(std::string_view line, std::string_view between) {
   std::vector<std::string_view> parts;
   for (auto first = line.find_first_not_of(between); first != std::string_view::npos;) {
@@ -245,7 +263,12 @@ Node parse_yaml(const std::string& text, int source) {
     }
     return builder.tree(YAML::Load(text));
   } catch (const YAML::Exception& error) {
-    throw SyntaxError{builder.place(error.mark), "not YAML: " + error.msg};
+    const Place place = builder.place(error.mark);
+    std::size_t end = 0;  // of the line where the parser stopped
+    for (int line = 0; line < place.line && end != std::string::npos; ++line) {
+      end = text.find('\n', end + (line > 0 ? 1 : 0));
+    }
+    throw SyntaxError{place, "not YAML: " + error.msg + missing_blank(std::string_view(text).substr(0, end))};
   }
 }
 

@@ -59,6 +59,10 @@ struct Entry {
   Node value;
 };
 
+/// "; a blank must follow the colon of pressure_pa" of a text that ends with such a word, colon and value, or has them
+/// before; else empty.
+std::string missing_blank(std::string_view text);
+
 Node scalar(std::string text);
 Node list(std::vector<Node> items);
 Node map(std::vector<std::pair<std::string, Node>> entries);

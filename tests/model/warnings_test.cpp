@@ -43,6 +43,50 @@ TEST(ModelRemarks, EachWarningIsNamed) {
               Contains(StartsWith("thin_body: ")));
 }
 
+TEST(ModelRemarks, NumbersThatFitAnotherUnitAreNamed) {
+  const auto said = [](const std::string& change) {
+    const std::vector<std::string> warnings = warnings_of({kFinerEvaluation, change});
+    return warnings.size() == 1 ? warnings.front() : fmt::format("{} warnings", warnings.size());
+  };
+  const Eigen::Index channels = small_model().fixed->array.size();
+  const auto each = [&](const auto& phase) {
+    std::string list;
+    for (Eigen::Index n = 0; n < channels; ++n) {
+      list += fmt::format("{}{}", n > 0 ? ", " : "", phase(n));
+    }
+    return "[" + list + "]";
+  };
+  const auto degrees = [&](Eigen::Index n) { return 0.5 + std::fmod(137.0 * static_cast<double>(n), 360.0); };
+  const auto levels = [&](Eigen::Index n) { return (37 * n) % 16; };
+  const auto radians = [&](Eigen::Index n) { return std::fmod(2.4 * static_cast<double>(n), 20.0); };
+  EXPECT_THAT(said("solve.methods=[{fixed: {phases_rad: " + each(degrees) + "}}]"),
+              AllOf(StartsWith("unit_slip: method fixed: phases up to "), HasSubstr("by pi / 180")));
+  EXPECT_THAT(said("solve.methods=[{fixed: {phases_rad: " + each(levels) + "}}]"), HasSubstr("all are whole numbers"));
+  EXPECT_EQ(said("solve.methods=[{fixed: {phases_rad: " + each(radians) + "}}]"), "0 warnings");
+  EXPECT_EQ(said("solve.methods=[{fixed: {phases_rad: 90}}]"), "0 warnings");
+  EXPECT_THAT(said("array.calibration={gain: " + each([](auto) { return 1; }) + ", phase_rad: " + each(degrees) + "}"),
+              StartsWith("unit_slip: array.calibration: phases up to "));
+  EXPECT_THAT(said("array.source_pa_m=4386"), HasSubstr("array.source_pa_m: 4386 Pa m are 1e+03 times"));
+  EXPECT_EQ(said("array.source_pa_m=20"), "0 warnings");
+  const auto piston = [&](const char* radius) {
+    return warnings_of({kFinerEvaluation, "array.directivity=piston", std::string("array.piston_radius_mm=") + radius});
+  };
+  EXPECT_THAT(piston("45"), ElementsAre(HasSubstr("overlap at a pitch of 10")));
+  EXPECT_THAT(piston("0.0045"), ElementsAre(HasSubstr("If 0.0045 is in metres write 4.5")));
+  EXPECT_THAT(piston("4.5"), IsEmpty());
+  EXPECT_THAT(said("frequency_khz=25"),
+              StartsWith("directivity_frequency: array.directivity t4010a1 was measured at 40"));
+  EXPECT_EQ(said("frequency_khz=39.5"), "0 warnings");
+  EXPECT_THAT(said("field=[{name: ear, at_mm: [0, -0.3, 0.4]}]"),
+              HasSubstr("field ear is 0.5 mm from the origin. If [0, -0.3, 0.4] is in metres write [0, -300, 400]"));
+  EXPECT_THAT(said("field=[{name: side, plane: xz, through_mm: [0, 0, 40], size_mm: [0.1, 0.2]}]"),
+              HasSubstr("If [0.1, 0, 0.2] is in metres write [100, 0, 200]"));
+  EXPECT_EQ(said("field=[{name: ear, at_mm: [0, -300, 400]}]"), "0 warnings");
+  EXPECT_THAT(said("solve.methods=[{surface: {tolerances: {dead_percent: 80}}}]"),
+              AllOf(StartsWith("expected_dead: method surface expects that 80 %"), HasSubstr("up to 5 times")));
+  EXPECT_EQ(said("solve.methods=[{surface: {tolerances: {dead_percent: 20}}}]"), "0 warnings");
+}
+
 // Fine on the whole, so that the mean says nothing of it.
 TEST(ModelRemarks, CoarseFacesInOnePlaceAreNamed) {
   const std::string ball = "body={sphere: {radius_mm: 20}, place: {at_mm: [0, 0, 60]}, edge_mm: ";

@@ -8,6 +8,7 @@
 
 #include "sim/scene/scene_reader.h"
 #include "tests/support/scene_support.h"
+#include "tests/support/testing.h"
 
 namespace touchfield {
 namespace {
@@ -114,6 +115,35 @@ TEST(SceneReader, WhatIsNoSceneFileIsRefused) {
   for (const auto& [text, phrase] : table) {
     EXPECT_THAT(problems_of(folder.write("scene.yaml", text)), ElementsAre(HasSubstr(phrase)));
   }
+}
+
+TEST(SceneReader, ASlipIsNamedWithItsRemedy) {
+  const std::pair<const char*, const char*> table[] = {
+      {"body={hand: {breadth_mm: 0.088}}", "breadth_mm = 0.088 must be 50 to 150; if 0.088 is in metres write 88"},
+      {"body={hand: {breadth_mm: 8.8}}", "; if 8.8 is in centimetres write 88"},
+      {"body={hand: {}, edge_mm: 0.003}", "; if 0.003 is in metres write 3"},
+      {"frequency_khz=40000", "; if 40000 is in Hz write 40"},
+      {"medium.temperature_c=293.15", "; if 293.15 is in kelvin write 20"},
+      {"array.level=80", "; if 80 is in percent write 0.8"},
+      {"array.calibration={gain: [98], phase_rad: [0]}", "array.calibration.gain[0] = 98 must be 0 to 10; if 98 is in"},
+      {"array.grid.count=[1000, 1000]", "array: 1000000 transducers, must be at most 100000"},
+      {"target={box: {at_mm: [0, 0, 1], size_mm: [1, 1, 1]}}",
+       "target.box.at_mm: unknown key, did you mean centre_mm?"},
+      {"target={pressure_pa:1000}", "unknown key; a blank must follow the colon of pressure_pa"},
+      {"solve=methods:[surface]", "must be a map; a blank must follow the colon of methods"}};
+  for (const auto& [change, says] : table) {
+    EXPECT_THAT(message_of<InputError>([&] { scene_from(kSmallScene, {change}); }), HasSubstr(says)) << change;
+  }
+  const std::string small = kSmallScene;
+  for (const char* more :
+       {"target:\n  pressure_pa:1000\n  box: {}\n", "target:\n  box: {}\n  pressure_pa:1000\nfield: []\n"}) {
+    EXPECT_THAT(message_of<InputError>([&] { scene_from(small + more); }),
+                HasSubstr("a blank must follow the colon of pressure_pa"))
+        << more;
+  }
+  // A scene that a program wrote has no lines.
+  EXPECT_THAT(message_of<InputError>([&] { read_scene_text("{name: a b}", "", ""); }),
+              AllOf(HasSubstr("\nname = a b must be"), Not(HasSubstr(":1:"))));
 }
 
 TEST(SceneReader, ReadsLinesOfWindows) {
