@@ -133,17 +133,17 @@ class Senders(CommandTest):
                 self.assertRegex(refused, r"the units on \[::1\] port \d+: busy: process \d+ drives it; `kill \d+` silences and frees it")
             if locked or killed or len(hosts) < 2:
                 return None
-            first, second = hosts
-            taken = unit.times(second, RESET_ID)
-            answers = unit.times(first, FRAME, down=False)
-            if taken and answers and taken[0] + 2 * CLOSES < answers[-1]:
-                self.assertIn(4, codes, texts)
-            if taken and unit.loud(taken[0]):
-                self.assertIn("another program drives these units", texts[unit.door_of[first]])
-            begun = [unit.times(host, FRAME)[:1] for host in hosts]
-            if [] in begun:
-                return None
-            both = min(unit.times(host, FRAME)[-1] for host in hosts) - max(begun)[0]
+            drives = [unit.times(host, FRAME, down) for host in hosts for down in (True, False)]
+            if [] in drives:
+                return None  # one ended before it had opened the unit
+            begins, ends = (drives[0][0], drives[2][0]), (drives[1][-1], drives[3][-1])
+            for one, other in ((0, 1), (1, 0)):
+                taken = [at for at in unit.times(hosts[other], RESET_ID) if begins[one] < at < ends[one] - 2 * CLOSES]
+                if taken:
+                    self.assertIn(4, codes, texts)
+                if any(unit.loud(at) for at in taken):
+                    self.assertIn("another program drives these units", texts[unit.door_of[hosts[one]]])
+            both = min(drives[0][-1], drives[2][-1]) - max(begins)
             if both > 0:
                 self.assertIn(4, codes, texts)
                 self.assertLess(both, 1)
