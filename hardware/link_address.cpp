@@ -81,14 +81,16 @@ struct LinkText {
 };
 
 // HOST:PORT; the host of the form [HOST] may hold colons.
-void read_host(LinkText& link, const std::string& where, const char* form, LinkAddress& address) {
+void read_host(LinkText& link, const std::string& where, LinkAddress& address) {
   const auto last = where.rfind(':');
-  if (last == std::string::npos || last == 0) link.refuse(fmt::format("must be {}", form));
   address.host = where.substr(0, last);
-  if (address.host.front() == '[' && address.host.back() == ']') {
+  const bool brackets = address.host.starts_with('[') && address.host.ends_with(']');
+  if (brackets) {
     address.host = address.host.substr(1, address.host.size() - 2);
   }
-  if (address.host.empty()) link.refuse(fmt::format("must be {}", form));
+  if (address.host.empty() || where.ends_with(']') || (!brackets && address.host.find(':') != std::string::npos)) {
+    link.refuse("must be autd3-udp:HOST:PORT, e.g. autd3-udp:[::1]:8080");
+  }
   address.port = link.number("the port", std::string_view(where).substr(last + 1), 1, 65535);
 }
 
@@ -116,7 +118,7 @@ LinkAddress parse_link_address(const std::string& text) {
     if (link.place.find(':') == std::string::npos) {
       address.host = link.place;
     } else {
-      read_host(link, link.place, "autd3-udp:HOST:PORT", address);
+      read_host(link, link.place, address);
     }
   } else {
     link.refuse(fmt::format("must be {}", kForms));

@@ -280,9 +280,10 @@ void Autd3UdpChain::set_clock() {
     in_step = 0;
     for (const Heard& heard : collect(request(group_, Kind::kReadUnit), kAnswerTime, units_.size())) {
       const auto info = unit_info_of(heard.answer);
-      const bool ticks = info && (info->flags & kClockInStep) == kClockInStep;
-      if (ticks && is_foreign(info->clock)) fail_taken("the clocks");
-      in_step += ticks ? 1 : 0;
+      if (!info || (info->flags & kClockInStep) != kClockInStep) continue;
+      const bool foreign = is_foreign(info->clock);
+      if (foreign && info->id == 0) fail_taken("the clocks");  // the others may follow it late
+      in_step += foreign ? 0 : 1;
     }
   }
 }
@@ -388,7 +389,7 @@ void Autd3UdpChain::send_next(const Unit& unit, Progress& at) {
 bool Autd3UdpChain::is_foreign(std::uint64_t clock) const {
   const double ours = steady_now() - clock_since_;
   const double theirs = 1e-9 * static_cast<double>(static_cast<std::int64_t>(clock - clock_));
-  return std::abs(theirs - ours) > kClockSlack + kClockDrift * ours;
+  return clock != 0 && std::abs(theirs - ours) > kClockSlack + kClockDrift * ours;
 }
 
 void Autd3UdpChain::fail_taken(const std::string& what) {
@@ -406,8 +407,9 @@ void Autd3UdpChain::fail_lost(const std::string& what, const std::vector<Progres
     const auto info = unit_info_of(heard.answer);
     if (!info) continue;
     const bool numbered = (info->flags & kAssigned) != 0;
-    // A clock that is not set yet: the number is new.
-    if (is_foreign(info->clock) || (numbered && (info->flags & kClockInStep) != kClockInStep)) fail_taken(what);
+    // Where the first clock is not set yet, the number is new.
+    const bool unset = info->id == 0 && (info->flags & kClockInStep) != kClockInStep;
+    if (numbered && (unset || is_foreign(info->clock))) fail_taken(what);
     if (!numbered) {
       cause = lost.front() == 0 ? ": another program drives these units, or unit 0 has restarted"
                                 : ": a unit has restarted";

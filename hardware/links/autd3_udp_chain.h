@@ -82,7 +82,7 @@ class Autd3UdpChain {
   void send_next(const Unit& unit, Progress& at);
   /// returns  whether an answer confirms the command that its unit works at
   bool hear(const Heard& heard, std::vector<Progress>& progress, const std::string& what);
-  /// Whether another program has set a clock.
+  /// Whether another program has set a clock; 0 is that of a unit that cannot tell.
   bool is_foreign(std::uint64_t clock) const;
   [[noreturn]] void fail_taken(const std::string& what);
   [[noreturn]] void fail_lost(const std::string& what, const std::vector<Progress>& progress);

@@ -47,7 +47,10 @@ TEST(LinkAddress, Autd3Udp) {
   EXPECT_EQ(parse_link_address("autd3-udp:eth0").port, 0);
   EXPECT_EQ(parse_link_address("autd3-udp:[::1]:44336").host, "::1");
   EXPECT_EQ(parse_link_address("autd3-udp:[::1]:44336").port, 44336);
-  expect_refused("autd3-udp:[]:80", "autd3-udp:HOST:PORT");
+  for (const char* text :
+       {"autd3-udp:[]:80", "autd3-udp::80", "autd3-udp:[::1]", "autd3-udp:::1", "autd3-udp:fe80::1:80"}) {
+    expect_refused(text, "must be autd3-udp:HOST:PORT, e.g. autd3-udp:[::1]:8080");
+  }
   expect_refused("autd3-udp:[::1]:0", "from 1 to 65535");
   expect_refused("autd3-udp:eth0?levels=3", "no option 'levels'");
 }
