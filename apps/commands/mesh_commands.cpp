@@ -98,23 +98,18 @@ Json distance_value(const std::optional<SurfaceDistance>& distance) {
                   : Json();
 }
 
-/// How sure a guess is: a word, and as a report says it.
+/// How sure a guess is: as JSON says it, and as a report does.
 std::pair<const char*, const char*> certainty_words(UnitCertainty certainty) {
   switch (certainty) {
     case UnitCertainty::kSure:
-      return {"sure", "surely"};
-    case UnitCertainty::kLikely:
-      return {"likely", "likely if it is a hand, but another unit makes it a smaller or larger body"};
+      return {"sure", "The size fits a hand in this unit alone"};
     case UnitCertainty::kUnclear:
-      return {"unclear", "but no unit makes it as large as a hand"};
+      return {"unclear", "The size does not tell the unit"};
     case UnitCertainty::kNone:
       break;
   }
-  return {"none", "but no unit makes it a hand, a finger or an arm"};
+  return {"none", "No unit makes it a hand, a finger or an arm"};
 }
-
-/// "surely", "likely", ... as a report says it.
-const char* certainty_text(UnitCertainty certainty) { return certainty_words(certainty).second; }
 
 Json mesh_value(const MeshText& text) {
   const SurfaceReport& report = text.report;
@@ -157,19 +152,15 @@ FileScale find_scale(double size, const std::string& stated) {
   const UnitGuess& guess = scale.guess;
   if (scale.stated) {
     scale.unit = file_unit(stated);
-    const bool hand_in_another = guess.certainty == UnitCertainty::kSure || guess.certainty == UnitCertainty::kLikely;
     if (const auto doubt = unit_doubt(size, stated)) {
       scale.warnings.push_back("unit: " + doubt->text);
-    } else if (hand_in_another && guess.unit.metres != scale.unit.metres) {
-      scale.warnings.push_back(fmt::format("unit: {} is stated, but if this is a hand it is in {} ({})", stated,
-                                           guess.unit.name, guess.reason));
     }
     return scale;
   }
   scale.unit = guess.unit;
   if (const auto doubt = unit_doubt(size, std::nullopt)) {
-    scale.warnings.push_back(
-        fmt::format("unit: assumed to be {}, {}: {}", guess.unit.name, certainty_text(guess.certainty), guess.reason));
+    scale.warnings.push_back(fmt::format("unit: the file states none, this report takes {}. {}: {}. --unit states it",
+                                         guess.unit.name, certainty_words(guess.certainty).second, guess.reason));
   }
   return scale;
 }
@@ -178,8 +169,8 @@ FileScale find_scale(double size, const std::string& stated) {
 void require_known_scale(const MeshCommand& command, const FileScale& scale) {
   const bool counts = command.edge || command.resurface;
   if (counts && !scale.stated && scale.guess.certainty != UnitCertainty::kSure) {
-    throw InputError(fmt::format("{}: lengths in mm need --unit: perhaps {}, {}: {}", command.file,
-                                 scale.guess.unit.name, certainty_text(scale.guess.certainty), scale.guess.reason));
+    throw InputError(fmt::format("{}: lengths in mm need --unit. {}: {}", command.file,
+                                 certainty_words(scale.guess.certainty).second, scale.guess.reason));
   }
 }
 
@@ -221,8 +212,7 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
   const FileSurface surface = read_surface(command.file);
   const double size = surface_size(surface);
   require(size > 0, "{}: all faces are at one point, the mesh has no size", command.file);
-  const bool is_glb = std::filesystem::path(command.file).extension() == ".glb";  // which is in m
-  FileScale scale = find_scale(size, command.unit.empty() && is_glb ? "m" : command.unit);
+  FileScale scale = find_scale(size, command.unit.empty() ? format_unit(command.file) : command.unit);
   for (const std::string& note : surface.notes) {
     scale.warnings.push_back(fmt::format("{}: {}", command.file, note));
   }

@@ -53,8 +53,11 @@ void check_size(const TriangleMesh& mesh, const std::string& name) {
 }
 
 /// A mesh of a file in units of so many metres, or in mm where its size leaves no doubt of that.
-SkinMesh mesh_of_file(const std::string& file, const std::optional<double>& unit, Progress& progress) {
+SkinMesh mesh_of_file(const std::string& file, std::optional<double> unit, Progress& progress) {
   const double size = surface_size(read_surface(file));
+  if (const std::string prescribed = format_unit(file); !unit && !prescribed.empty()) {
+    unit = file_unit(prescribed).metres;
+  }
   const auto known = std::ranges::find(kFileUnits, unit.value_or(0), &LengthUnit::metres);
   if (!unit || known != kFileUnits.end()) {
     const auto doubt = unit_doubt(size, unit ? std::optional<std::string>(known->name) : std::nullopt);

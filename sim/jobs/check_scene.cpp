@@ -55,10 +55,8 @@ void tell(SceneCheck& checked, const Work& work) {
 
 }  // namespace
 
-SceneCheck check_scene(Scene scene, bool accuracy, Progress& progress) {
-  const std::vector<std::string> guesses = guess_units(scene);
+SceneCheck check_scene(const Scene& scene, bool accuracy, Progress& progress) {
   Model model = build_model(scene);
-  model.plan.warnings.insert(model.plan.warnings.begin(), guesses.begin(), guesses.end());
   CheckReport report = check_model(model);
   SceneCheck checked{std::move(model), std::move(report), std::nullopt, std::nullopt, {}};
   if (accuracy) {

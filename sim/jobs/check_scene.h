@@ -14,7 +14,7 @@ namespace touchfield {
 
 /// What a scene would build and cost, of all its parts.
 struct SceneCheck {
-  Model model;  // whose plan warns of units that were guessed
+  Model model;
   CheckReport report;
   std::optional<AccuracyReport> accuracy;
   std::optional<MotionCost> motion;
@@ -23,7 +23,7 @@ struct SceneCheck {
 
 /// accuracy   whether the discretisation error is measured on the scene's own mesh, which is solved some times
 /// throws     InputError as build_model, and where what is measured would not fit the memory
-SceneCheck check_scene(Scene scene, bool accuracy, Progress& progress);
+SceneCheck check_scene(const Scene& scene, bool accuracy, Progress& progress);
 
 /// What `touchfield check` says.
 Json check_value(const SceneCheck& checked);

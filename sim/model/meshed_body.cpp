@@ -68,7 +68,8 @@ std::optional<UnitDoubt> doubt_of(const BodySpec& body, double size) {
     doubt->text = fmt::format("{}.file: the mesh is {} across. If the file is in {}, set unit: {}", shape_key(body),
                               length_text(size * shape.unit), unit_in_words(better), better.name);
   } else if (doubt) {
-    doubt->text = fmt::format("{}: {}", shape.file, doubt->text);
+    const std::string remedy = shape.unit_given ? "" : fmt::format(". Set {}.unit", shape_key(body));
+    doubt->text = fmt::format("{}: {}{}", shape.file, doubt->text, remedy);
   }
   return doubt;
 }
@@ -301,34 +302,6 @@ Body meshed(const BodySpec& spec, const EdgeSpec* edge, const EdgeSizing* sizing
   Body body{remeshed_surface(base.mesh, *sizing), {}};
   body.landmarks = carried_over(base, body.mesh);
   return body;
-}
-
-std::vector<std::string> guess_units(Scene& scene) {
-  std::vector<std::string> warnings;
-  for (BodySpec& spec : scene.bodies) {
-    auto* shape = std::get_if<MeshShape>(&spec.shape);
-    if (shape == nullptr || shape->unit_given) {
-      continue;
-    }
-    const double size = surface_size(surface_of(*shape));
-    const auto doubt = doubt_of(spec, size);
-    if (!doubt) {
-      continue;
-    }
-    const UnitGuess guess = guess_unit(size);
-    if (guess.certainty == UnitCertainty::kNone) {
-      throw InputError(doubt->text);
-    }
-    for (auto& [name, point] : shape->landmarks) {
-      point *= guess.unit.metres / shape->unit;
-    }
-    shape->unit = guess.unit.metres;
-    shape->unit_name = guess.unit.name;
-    shape->unit_given = true;
-    warnings.push_back(
-        fmt::format("mesh_unit: {}; assumed to be {} here, but a run refuses it", doubt->text, guess.unit.name));
-  }
-  return warnings;
 }
 
 void require_body(const BodySpec& body) {

@@ -49,13 +49,6 @@ class KeptBodies {
   std::map<std::string, Vector3> landmarks_;
 };
 
-/// Finds a unit for mesh files that give no unit and are not surely in mm: the one that their size makes likely. This
-/// is for looking at a scene that a run refuses. Landmarks keep their numbers in the file's unit.
-///
-/// returns  a warning on each
-/// throws   InputError if no unit makes the file a body
-std::vector<std::string> guess_units(Scene& scene);
-
 /// What messages call a body of a scene: "body", "bodies: left".
 std::string called(const BodySpec& spec);
 

@@ -98,32 +98,20 @@ void warn_of_crossings(const TriangleMesh& mesh, Remarks& remarks) {
   }
 }
 
-/// What a mesh of so many edges per wavelength is good for.
-std::string worth(double resolution) {
-  if (resolution < kFewestSolved) {
-    return "pressures there are meaningless";
-  }
-  if (resolution < kFewestAnywhere) {
-    return "expect errors of 10 % and more, and several times that in the shadow of the body: such a mesh is for "
-           "trials, not for results (check --accuracy measures the error on this mesh)";
-  }
-  return "the pressure of any scheme is an estimate (check --accuracy measures the error on this mesh)";
+/// "coarse_mesh: PLACE has 2.10 edges per wavelength, 3 are needed. CONSEQUENCE. REMEDY".
+std::string coarse_text(const std::string& place, double found, double needed, double mean, double wavelength) {
+  const char* worth = mean < kFewestSolved     ? "Pressures there are meaningless"
+                      : mean < kFewestAnywhere ? "Pressures have errors of 10 % and more, several times that in shadow"
+                                               : "Pressures are estimates";
+  return fmt::format(
+      "coarse_mesh: {} has {:.2f} edges per wavelength, {:g} are needed. {}. Use edges of {:.2g} mm or "
+      "less there (body.edge_mm); `touchfield check SCENE --accuracy` measures the error",
+      place, found, needed, worth, wavelength / needed / kMillimetre);
 }
 
 /// Whether the mesh counts near the target alone: where it finds phases that are then evaluated on bodies meshed again.
 bool counts_near_target(const Model& model, const std::optional<Target>& target) {
   return target && model.fixed->evaluation.kind == Evaluation::Kind::kEdge;
-}
-
-/// `near` counts: the evaluation resolves the rest of the skin.
-void warn_of_coarse_surroundings(const Resolution& near, Remarks& remarks) {
-  const bool few = near.mean < kFewestEdges;
-  if (few || near.least_5 < kFewestAnywhere) {
-    remarks.warnings.push_back(
-        fmt::format("coarse_mesh: {:.2f} edges per wavelength {}within {:.0f} mm of the target; below {}: {}",
-                    few ? near.mean : near.least_5, few ? "" : "on a twentieth of the skin ",
-                    kTargetReach / kMillimetre, few ? kFewestEdges : kFewestAnywhere, worth(near.mean)));
-  }
 }
 
 void warn_of_coarse_mesh(const Model& model, const std::optional<Target>& target, Remarks& remarks) {
@@ -132,28 +120,22 @@ void warn_of_coarse_mesh(const Model& model, const std::optional<Target>& target
   const Resolution all = mesh_quality(mesh, wavelength).resolution;
   const std::optional<Resolution> near =
       target ? resolution_where(mesh, wavelength, target_surroundings(mesh, target->faces)) : std::nullopt;
-  if (near && counts_near_target(model, target)) {
-    warn_of_coarse_surroundings(*near, remarks);
-    return;
-  }
-  std::string where;
-  if (all.mean < kFewestEdges) {
-    where = fmt::format("{:.2f} edges per wavelength; below {:.0f}", all.mean, kFewestEdges);
-  } else if (all.least_5 < kFewestAnywhere) {
-    where = fmt::format("{:.2f} edges per wavelength on a twentieth of the skin; below {:.0f}", all.least_5,
-                        kFewestAnywhere);
-  } else if (near && near->least_5 < kFewestNearTarget) {
-    where =
-        fmt::format("{:.2f} edges per wavelength on a twentieth of the skin within {:.0f} mm of the target; below {}",
-                    near->least_5, kTargetReach / kMillimetre, kFewestNearTarget);
-  }
+  const std::string there = fmt::format("within {:.0f} mm of the target", kTargetReach / kMillimetre);
+  const bool near_alone = near && counts_near_target(model, target);  // the evaluation resolves the rest of the skin
+  const Resolution& counted = near_alone ? *near : all;
+  const double worst = near ? std::min(counted.mean, near->mean) : all.mean;
+  const auto warn = [&](const std::string& place, double found, double needed) {
+    remarks.warnings.push_back(coarse_text(place, found, needed, worst, wavelength));
+  };
+  const std::string part = "5 % of the skin";
   if (near && near->mean < kFewestSolved) {
-    where = fmt::format("{:.2f} edges per wavelength within {:.0f} mm of the target; below {}", near->mean,
-                        kTargetReach / kMillimetre, kFewestSolved);
-  }
-  if (!where.empty()) {
-    const double worst = near ? std::min(all.mean, near->mean) : all.mean;
-    remarks.warnings.push_back(fmt::format("coarse_mesh: {}: {}", where, worth(worst)));
+    warn("the skin " + there, near->mean, kFewestEdges);
+  } else if (counted.mean < kFewestEdges) {
+    warn(near_alone ? "the skin " + there : "the mesh", counted.mean, kFewestEdges);
+  } else if (counted.least_5 < kFewestAnywhere) {
+    warn(near_alone ? part + " " + there : part, counted.least_5, kFewestAnywhere);
+  } else if (near && !near_alone && near->least_5 < kFewestNearTarget) {
+    warn(part + " " + there, near->least_5, kFewestNearTarget);
   }
 }
 
@@ -227,8 +209,7 @@ void note_forearms(const Model& model, Remarks& remarks) {
   if (any_hand([](const HandShape& hand) { return hand.forearm == 0; })) {
     remarks.notes.push_back(
         std::string(kHandAlone) +
-        "the hand ends behind the wrist, and so do all figures. Sound that the phases keep off it goes where an arm "
-        "would be: hand.forearm_mm: 250 adds one");
+        "the hand has no forearm, and no figure counts the sound that would reach one. Use hand.forearm_mm: 250");
   }
   if (any_hand([](const HandShape& hand) { return !hand.forearm_given; })) {
     remarks.notes.push_back(
@@ -362,15 +343,16 @@ Remarks played_remarks(const Model& model) {
         risks.size_jump, at(risks.jump_at), kLargestJump));
   }
   if (risks.gap < kNearestParts) {
-    remarks.warnings.push_back(
-        fmt::format("narrow_gap: two parts of the skin are {:.2f} edges of air apart {}; the gap needs edges no longer "
-                    "than its width",
-                    risks.gap, at(risks.gap_at)));
+    remarks.warnings.push_back(fmt::format(
+        "narrow_gap: a gap {} is {:.2g} mm wide, {:.2f} of the edges there. Pressures in it are unreliable. "
+        "Use edges no longer than the gap is wide (body.edge_mm)",
+        at(risks.gap_at), risks.gap * risks.gap_edge / kMillimetre, risks.gap));
   }
   if (risks.thickness < kThinnestBody) {
     remarks.warnings.push_back(
-        fmt::format("thin_body: the body is {:.2f} edges thick {}; its two sides need edges no longer than that",
-                    risks.thickness, at(risks.thickness_at)));
+        fmt::format("thin_body: the body {} is {:.2g} mm thick, {:.2f} of the edges there. Pressures on its side in "
+                    "shadow are unreliable. Use edges of half the thickness or less (body.edge_mm)",
+                    at(risks.thickness_at), risks.thickness * risks.thickness_edge / kMillimetre, risks.thickness));
   }
   std::ranges::copy(array_warnings(model.fixed->array, model.fixed->wave.wavelength()),
                     std::back_inserter(remarks.warnings));

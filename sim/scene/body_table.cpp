@@ -112,7 +112,13 @@ Codec<std::map<std::string, Vector3>> landmarks_codec(const std::string& unit) {
   return table_of(vector3(Unit::power_of_ten(file_unit(unit).power), {}));
 }
 
-void add_unit(Map<MeshShape>& map) {
+void set_unit(const std::string& name, MeshShape& mesh) {
+  mesh.unit_name = name;
+  mesh.unit = file_unit(name).metres;
+  mesh.unit_given = true;
+}
+
+void add_unit(const std::string& of_formats, Map<MeshShape>& map) {
   std::vector<std::string> units;
   for (const auto& unit : kFileUnits) {
     units.emplace_back(unit.name);
@@ -121,15 +127,16 @@ void add_unit(Map<MeshShape>& map) {
   map.add(
       {.name = "unit",
        .type = unit.type,
-       .help =
-           "Unit of the file's coordinates. It may be left out if they are in mm and the size of the body confirms it.",
+       .help = fmt::format("Unit of the file's coordinates{}. It may be left out if they are in mm and the size of the "
+                           "body confirms it.",
+                           of_formats),
        .fallback = "mm"},
       [unit](const Input& in, MeshShape& mesh) {
-        if (!unit.read(in, mesh.unit_name)) {
+        std::string name;
+        if (!unit.read(in, name)) {
           return false;
         }
-        mesh.unit = file_unit(mesh.unit_name).metres;
-        mesh.unit_given = true;
+        set_unit(name, mesh);
         return true;
       },
       [unit](const MeshShape& mesh) { return std::optional<Node>(unit.write(mesh.unit_name)); });
@@ -158,10 +165,16 @@ Codec<MeshShape> mesh_codec() {
        .example = "my_hand.stl"},
       [file](const Input& in, MeshShape& mesh) {
         mesh.named = in.reading().placed(in.node().place, in.path());
-        return file.read(in, mesh.file);
+        if (!file.read(in, mesh.file)) {
+          return false;
+        }
+        if (const std::string unit = format_unit(mesh.file); !unit.empty()) {
+          set_unit(unit, mesh);
+        }
+        return true;
       },
       [file](const MeshShape& mesh) { return std::optional(file.write(mesh.file)); });
-  add_unit(map);
+  add_unit(" (m of GLB)", map);
   map.maybe("resurface_mm", &MeshShape::resurface, number(kMillimetres, above(0)), "1.5",
             "Makes one closed skin with edges of this length [mm] from the faces of the file. They may have holes, "
             "flaps, duplicates, and parts that cross or overlap. Without this key the surface must be closed and must "
@@ -192,7 +205,7 @@ Codec<MeshShape> meshes_codec() {
       "Table of the files and their times [s] in ascending order, with the header file,time_s and one row per file. "
       "Between two times the vertices move along straight lines. A run takes the first mesh.",
       map);
-  add_unit(map);
+  add_unit("", map);
   add_landmarks(map);
   map.check([](const Input& in, MeshShape& mesh, bool good) { return good && read_mesh_times(in, mesh); });
   return map.codec();

@@ -67,7 +67,7 @@ class Inspection(Mesh):
     def test_the_unit_is_guessed_from_the_size(self):
         # 173 across.
         self.assertNotIn("warning", self.run_ok("mesh", self.cube()).stderr)
-        for scale, unit, certainty in [(1, "mm", "sure"), (0.1, "cm", "likely"), (1e-3, "m", "sure"),
+        for scale, unit, certainty in [(1, "mm", "sure"), (0.1, "mm", "unclear"), (1e-3, "m", "sure"),
                                        (0.4, "mm", "unclear"), (1e3, "mm", "none")]:
             report = self.report(self.cube(vertices=CORNERS * scale))
             self.assertEqual((report["unit"], report["unit_guess"]["certainty"]), (unit, certainty), scale)
@@ -84,7 +84,7 @@ class Inspection(Mesh):
 
     def test_lengths_need_a_unit(self):
         path = self.cube(vertices=CORNERS * 0.1)
-        self.refused(path, "--remesh", "2", "-o", "out.stl", says=["--unit", "perhaps cm"])
+        self.refused(path, "--remesh", "2", "-o", "out.stl", says=["--unit", "173 mm if in cm"])
         self.refused(path, "--resurface", "2", says="--unit")
 
 
@@ -159,7 +159,7 @@ class Work(Mesh):
         path = self.obj(vertices * 1e-3, triangles, "foreign.obj")
         report = self.report(path)
         self.assertEqual((report["unit"], report["unit_guess"]["certainty"]), ("m", "sure"))
-        self.assertRegex(report["warnings"][0], "^unit: assumed to be m, surely: .* 0.438 mm if in mm")
+        self.assertRegex(report["warnings"][0], "^unit: the file states none, this report takes m. The size fits .* 0.438 mm if in mm")
         report = self.report(path, "--remesh", "3", "-o", "remeshed.ply")
         result = report["result"]
         self.assertEqual(result["faults"], [])
@@ -187,12 +187,10 @@ solve:
 evaluation: {{edge_mm: {{near_target: 2, far: 8, within_mm: 12}}}}
 write: [h5]
 """)
-        self.is_refused("run", scene, "-o", "out", says=["foreign.obj: the unit is missing", "looks like m "])
+        for command in (["check", scene], ["run", scene, "-o", "out"]):
+            self.is_refused(*command, says=["foreign.obj: the unit is missing", "looks like m ", ". Set body.mesh.unit"])
         self.assertFalse((self.folder / "out").exists())
-        guessed = json.loads(self.run_ok("check", scene, "--json").stdout)
-        self.assertRegex(guessed["warnings"][0], "^mesh_unit: .*foreign.obj: the unit is missing.*assumed to be m here")
         stated = json.loads(self.run_ok("check", scene, "--json", "--set", "body.mesh.unit=m").stdout)
-        self.assertEqual(guessed["faces"], stated["faces"])
         self.assertEqual([w for w in stated["warnings"] if "mesh_unit" in w], [])
 
         self.run_ok("run", scene, "-o", "out", "--set", "body.mesh.unit=m", "--quiet")

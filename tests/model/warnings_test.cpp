@@ -97,9 +97,10 @@ TEST(ModelRemarks, CoarseFacesInOnePlaceAreNamed) {
   };
   EXPECT_THAT(warned("1.5", box), IsEmpty());
   EXPECT_THAT(warned("{near: {top: 0.7}, far: 5, within_mm: 14}", box),
-              ElementsAre(AllOf(StartsWith("coarse_mesh: "), HasSubstr("on a twentieth of the skin;"))));
-  EXPECT_THAT(warned("{near: {top: 0.7}, far: 3.3, within_mm: 14}", box),
-              ElementsAre(AllOf(StartsWith("coarse_mesh: "), HasSubstr("within 15 mm of the target;"))));
+              ElementsAre(AllOf(StartsWith("coarse_mesh: "), HasSubstr(": 5 % of the skin has "))));
+  EXPECT_THAT(
+      warned("{near: {top: 0.7}, far: 3.3, within_mm: 14}", box),
+      ElementsAre(AllOf(StartsWith("coarse_mesh: "), HasSubstr(": 5 % of the skin within 15 mm of the target has "))));
   EXPECT_THAT(warned("{near: {top: 0.7}, far: 3.3, within_mm: 14}", "target.box={at: top, size_mm: [10, 10, 4]}"),
               ElementsAre(StartsWith("facing_away: ")));
   // Where an evaluation has the body, it resolves the rest of the skin.
@@ -107,7 +108,7 @@ TEST(ModelRemarks, CoarseFacesInOnePlaceAreNamed) {
                      kFinerEvaluation),
               ElementsAre(StartsWith("facing_away: ")));
   EXPECT_THAT(warned("{near: {top: 0.7}, far: 5, within_mm: 14}", box, kFinerEvaluation),
-              ElementsAre(MatchesRegex("coarse_mesh: .* within 15 mm of the target; below 3: .*")));
+              ElementsAre(MatchesRegex("coarse_mesh: the skin within 15 mm of the target has .* 3 are needed. .*")));
 }
 
 TEST(ModelRemarks, CrossingFacesAreNamedWhateverTheyComeFrom) {

@@ -410,6 +410,18 @@ TEST(SceneReader, ResolvesFilesOfOverridesAgainstTheWorkingDirectory) {
             (std::filesystem::current_path() / "some/hand.stl").string());
 }
 
+TEST(SceneReader, AGlbFileIsInMetresUnlessTold) {
+  const auto tip = [](const std::string& mesh) {
+    const Scene scene = scene_from(kSmallScene, {"body={mesh: {" + mesh + ", landmarks: {tip: [0.1, 0, 0]}}}"});
+    const auto& shape = std::get<MeshShape>(scene.bodies.at(0).shape);
+    EXPECT_EQ(shape.unit_given, mesh != "file: hand.stl");
+    return shape.landmarks.at("tip").x();
+  };
+  EXPECT_EQ(tip("file: hand.GLB"), 0.1);
+  EXPECT_EQ(tip("unit: mm, file: hand.glb"), 1e-4);
+  EXPECT_EQ(tip("file: hand.stl"), 1e-4);
+}
+
 TEST(SceneReader, PositionsEmitUpwardsUnlessTold) {
   const TempFolder folder;
   folder.write("array.csv", "x_mm,y_mm,z_mm\n1,2,3\n4,5,6\n");

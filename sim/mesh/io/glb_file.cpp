@@ -185,7 +185,7 @@ class Glb {
     const Json& view = item("bufferViews", index);
     const Json& buffer = item("buffers", view.at("buffer"));
     if (&buffer != &list("buffers")[0] || buffer.contains("uri")) {
-      fail("has data in another file or in its text; export it as a single binary glTF file");
+      fail("has data in another file or in its text; export it as a single binary glTF file without compression");
     }
     const std::size_t length = whole(buffer.at("byteLength"), binary_.size() + 1, "byteLength of the buffer");
     const std::size_t begin = whole_or(view, "byteOffset", length + 1, 0);
@@ -245,7 +245,7 @@ class Glb {
     std::vector<double> found(count * width, 0.0);
     const bool sparse = accessor.contains("sparse");
     if (count == 0 || (!sparse && !accessor.contains("bufferView"))) {
-      fail(fmt::format("accessor {} has no values", index.dump()));
+      fail(fmt::format("accessor {} has no values of its own; export it without compression", index.dump()));
     }
     if (accessor.contains("bufferView")) {
       fill(accessor, count, width, component, normalised,

@@ -1,7 +1,9 @@
 #include "sim/mesh/io/unit_guess.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <filesystem>
 #include <vector>
 
 #include <fmt/format.h>
@@ -56,6 +58,12 @@ const LengthUnit& file_unit(const std::string& name) {
   return *found;
 }
 
+std::string format_unit(const std::string& path) {
+  std::string ending = std::filesystem::path(path).extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  return ending == ".glb" ? "m" : "";
+}
+
 double surface_size(const FileSurface& surface) {
   std::vector<bool> named(surface.points.size(), false);
   for (const auto& triangle : surface.triangles) {
@@ -96,16 +104,17 @@ UnitGuess guess_unit(double size) {
           size);
   const LengthUnit* best = kFileUnits.data();
   int bodies = 0;
+  const bool in_millimetres = is_body(size * best->metres);
   for (const LengthUnit& unit : kFileUnits) {
     bodies += is_body(size * unit.metres) ? 1 : 0;
-    if (misfit(size * unit.metres) < misfit(size * best->metres)) {
+    if (!in_millimetres && misfit(size * unit.metres) < misfit(size * best->metres)) {
       best = &unit;
     }
   }
   const double metres = size * best->metres;
   UnitGuess guess{*best, UnitCertainty::kUnclear, sizes_text(size)};
-  if (is_hand(metres)) {
-    guess.certainty = bodies == 1 ? UnitCertainty::kSure : UnitCertainty::kLikely;
+  if (is_hand(metres) && bodies == 1) {
+    guess.certainty = UnitCertainty::kSure;
   } else if (!is_body(metres)) {
     guess.certainty = UnitCertainty::kNone;
   }
@@ -133,20 +142,15 @@ std::optional<UnitDoubt> unit_doubt(double size, const std::optional<std::string
         return std::nullopt;
       }
       return UnitDoubt{
-          true,
-          fmt::format("the unit is missing, and the file is certainly not in mm: it looks like {} ({}); give the unit",
-                      guess.unit.name, guess.reason)};
-    case UnitCertainty::kLikely:
+          true, fmt::format("the unit is missing, and the file looks like {} ({})", guess.unit.name, guess.reason)};
     case UnitCertainty::kUnclear:
-      return UnitDoubt{
-          true, fmt::format("the unit is missing, and the size does not determine it: perhaps {} ({}); give the unit",
-                            guess.unit.name, guess.reason)};
+      return UnitDoubt{true, fmt::format("the unit is missing, and the size does not tell it ({})", guess.reason)};
     case UnitCertainty::kNone:
       break;
   }
-  return UnitDoubt{true, fmt::format("the unit is missing, and with no unit the body is a hand, a finger or an arm "
-                                     "({}); scale the file or give the unit",
-                                     guess.reason)};
+  return UnitDoubt{
+      true,
+      fmt::format("the unit is missing, and with no unit the body is a hand, a finger or an arm ({})", guess.reason)};
 }
 
 }  // namespace touchfield

@@ -40,11 +40,13 @@ inline constexpr double kMostBody = 10.0;
 /// throws   InputError "name: ..." on a size out of kLeastBody to kMostBody
 void require_body_size(double size, const std::string& name);
 
+/// The unit that a file's format prescribes, by the path's ending: "m" of GLB. Empty: none.
+std::string format_unit(const std::string& path);
+
 /// How far a guess of a file's unit can be trusted.
 enum class UnitCertainty {
   kSure,     // the one unit in which the body is as large as a hand, and in the others it is none a hand could touch
-  kLikely,   // as large as a hand, but in another unit a fingertip or an arm
-  kUnclear,  // as large as a hand in none; in this unit a smaller or larger body
+  kUnclear,  // a body that a hand could touch, but no hand, or in another unit such a body too
   kNone,     // in no unit as large as a fingertip to an arm
 };
 
@@ -54,9 +56,9 @@ struct UnitGuess {
   std::string reason;  // the size in each unit and what a hand's is
 };
 
-/// The unit in which a body of this size is nearest to a hand. A hand measures 0.12 to 0.56 m from the end of the wrist
-/// or the forearm to the longest fingertip, in any pose. Bodies of 0.01 m (a fingertip) to 1 m (an arm) pass for bodies
-/// at all.
+/// Millimetres where they make a body of 0.01 m (a fingertip) to 1 m (an arm), since most files are in mm. Otherwise
+/// the unit in which the body is nearest to a hand. A hand measures 0.12 to 0.56 m from the end of the wrist or the
+/// forearm to the longest fingertip, in any pose.
 ///
 /// size     surface_size() [file units], > 0
 /// throws   InputError if it is not > 0 and finite

@@ -296,10 +296,12 @@ struct Opposite {
   }
 };
 
-Vector3 midway(const TriangleMesh& mesh, const std::vector<Opposite>& opposites, double& least) {
+Vector3 midway(const TriangleMesh& mesh, const Eigen::VectorXd& sizes, const std::vector<Opposite>& opposites,
+               double& least, double& edge) {
   const auto worst = std::min_element(opposites.begin(), opposites.end(),
                                       [](const Opposite& o, const Opposite& p) { return o.ratio < p.ratio; });
   least = worst->ratio;
+  edge = sizes(worst - opposites.begin());
   if (worst->face < 0) {
     return Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
   }
@@ -330,8 +332,8 @@ void measure_distances(const TriangleMesh& mesh, const Eigen::VectorXd& sizes, M
       }
     }
   }
-  risks.gap_at = midway(mesh, through_air, risks.gap);
-  risks.thickness_at = midway(mesh, through_body, risks.thickness);
+  risks.gap_at = midway(mesh, sizes, through_air, risks.gap, risks.gap_edge);
+  risks.thickness_at = midway(mesh, sizes, through_body, risks.thickness, risks.thickness_edge);
 }
 
 }  // namespace

@@ -100,6 +100,8 @@ struct MeshRisks {
   Vector3 angle_at;       // [m], the vertex
   Vector3 gap_at;         // [m], midway between the centroids; NaN if gap is +inf
   Vector3 thickness_at;   // [m], the same
+  double gap_edge;        // [m], the larger local edge there
+  double thickness_edge;  // [m], the same
 };
 
 /// mesh   closed or open

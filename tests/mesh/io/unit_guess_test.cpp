@@ -23,18 +23,15 @@ TEST(UnitGuess, AHandIsSureInMillimetresAndMetres) {
   }
 }
 
-// 19 units may be a hand in centimetres or a fingertip in millimetres.
-TEST(UnitGuess, AHandInCentimetresIsLikelyOnly) {
-  EXPECT_EQ(unit_of(19), "cm");
-  EXPECT_EQ(guess_unit(19).certainty, UnitCertainty::kLikely);
-}
-
+// 19 units may be a hand in centimetres or a fingertip in millimetres, 50 a ball in millimetres.
 TEST(UnitGuess, OtherBodiesAreUnclear) {
+  EXPECT_EQ(unit_of(19), "mm");
+  EXPECT_EQ(unit_of(50), "mm");
   EXPECT_EQ(unit_of(70), "mm");  // a finger; in cm it would be farther from a hand
   EXPECT_EQ(unit_of(700), "mm");
   EXPECT_EQ(unit_of(0.07), "m");
   EXPECT_EQ(unit_of(5), "cm");  // 5 mm is no body
-  for (const double size : {70.0, 700.0, 0.07, 5.0}) {
+  for (const double size : {19.0, 50.0, 70.0, 700.0, 0.07, 5.0}) {
     EXPECT_EQ(guess_unit(size).certainty, UnitCertainty::kUnclear) << size;
   }
 }
@@ -95,7 +92,7 @@ TEST(UnitDoubt, ARunNeedsAUnitUnlessTheFileIsSurelyInMillimetres) {
   const auto metres = unit_doubt(0.193, std::nullopt);
   ASSERT_TRUE(metres);
   EXPECT_TRUE(metres->refuse);
-  EXPECT_THAT(metres->text, AllOf(HasSubstr("looks like m "), HasSubstr("193 mm if in m"), HasSubstr("give the unit")));
+  EXPECT_THAT(metres->text, AllOf(HasSubstr("looks like m "), HasSubstr("193 mm if in m")));
   for (const double size : {19.0, 70.0, 5.0, 193e3, 1e-4}) {
     const auto doubt = unit_doubt(size, std::nullopt);
     ASSERT_TRUE(doubt) << size;
