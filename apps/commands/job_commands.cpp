@@ -114,12 +114,16 @@ int pattern_command(const SceneJob& command, const Invocation& invoked) {
   require_apart(command.output.directory, command.scene, scene);
   pattern_clock(*scene.pattern);
   const Model model = build_model(scene);
+  const PatternCost cost = pattern_cost(model);
+  require_memory(cost);
   const PatternOptions options{
       .command_line = invoked.command_line, .threads = console.threads(), .check = command.check};
   return console.finish(command.output, pattern_job(model, options, command.pictures), [&] {
     console.progress().detail(first_log_line(scene.name, console.threads()));
-    console.progress().note(
-        fmt::format("{}: {} faces, {} channels", scene.name, model.body.mesh.face_count(), model.fixed->array.size()));
+    console.progress().note(fmt::format("{}: {} faces, {} channels, {} frames; about {} and {:.1f} GiB", scene.name,
+                                        model.body.mesh.face_count(), model.fixed->array.size(), cost.clock.frames,
+                                        span_text(cost.seconds), cost.memory_mib / 1024.0));
+    console.progress().expect(cost.seconds);
   });
 }
 

@@ -129,6 +129,9 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
   if (checked.motion) {
     require_motion_memory(checked.model.fixed->scene);
   }
+  if (checked.pattern) {
+    require_memory(*checked.pattern);
+  }
   return 0;
 }
 

@@ -58,7 +58,7 @@ void tell(SceneCheck& checked, const Work& work) {
 SceneCheck check_scene(const Scene& scene, bool accuracy, Progress& progress) {
   Model model = build_model(scene);
   CheckReport report = check_model(model);
-  SceneCheck checked{std::move(model), std::move(report), std::nullopt, std::nullopt, {}};
+  SceneCheck checked{std::move(model), std::move(report), std::nullopt, std::nullopt, std::nullopt, {}};
   if (accuracy) {
     require_memory(checked.report);
     tell(checked, [&] { checked.accuracy = measure_accuracy(checked.model, progress); });
@@ -70,11 +70,16 @@ SceneCheck check_scene(const Scene& scene, bool accuracy, Progress& progress) {
     add((sensed.truth ? *sensed.truth : sensed.solved()).on_the_way(), checked.remarks);
     add({sensor_warnings(*sensed.sensor, scene.motion->sensor.hz), {}}, checked.remarks);
   }
+  if (scene.pattern) {
+    require_memory(checked.report);
+    checked.pattern = pattern_cost(checked.model);
+    add({clock_warnings(*scene.pattern, checked.pattern->clock), {}}, checked.remarks);
+  }
   return checked;
 }
 
 Json check_value(const SceneCheck& checked) {
-  const auto& [model, report, accuracy, motion, remarks] = checked;
+  const auto& [model, report, accuracy, motion, pattern, remarks] = checked;
   Json value = check_value(model, report, remarks);
   if (accuracy) {
     add_accuracy(value, *accuracy, model.body.mesh.mean_edge());
@@ -83,6 +88,11 @@ Json check_value(const SceneCheck& checked) {
     value["motion"] = {{"frames", motion->frames},         {"scores", motion->scores},
                        {"seconds", motion->seconds},       {"sensor", sensor_text(model.fixed->scene.motion->sensor)},
                        {"sample_seconds", motion->sample}, {"memory_mib", motion->memory_mib}};
+  }
+  if (pattern) {
+    value["pattern"] = {{"frames", pattern->clock.frames},   {"pass_s", pattern->clock.seconds()},
+                        {"faces", pattern->faces},           {"seconds", pattern->seconds},
+                        {"memory_mib", pattern->memory_mib}, {"files_mib", pattern->files_mib}};
   }
   return value;
 }

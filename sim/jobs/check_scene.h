@@ -6,6 +6,7 @@
 #include "sim/core/progress.h"
 #include "sim/jobs/sweep.h"
 #include "sim/model/warnings.h"
+#include "sim/motion/pattern.h"
 #include "sim/motion/play.h"
 #include "sim/run/check.h"
 #include "sim/run/estimates.h"
@@ -18,7 +19,8 @@ struct SceneCheck {
   CheckReport report;
   std::optional<AccuracyReport> accuracy;
   std::optional<MotionCost> motion;
-  Remarks remarks{};  // of systems that cannot be solved and of the motion's later instants
+  std::optional<PatternCost> pattern;
+  Remarks remarks{};  // of systems that cannot be solved, of the motion's later instants and the pattern's clock
 };
 
 /// accuracy   whether the discretisation error is measured on the scene's own mesh, which is solved some times

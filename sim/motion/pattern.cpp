@@ -144,12 +144,13 @@ std::vector<PhaseSolution> frames_of(const PatternSpec& spec, const PatternClock
   if (spec.most_turn) {
     options.most_turn = *spec.most_turn;
   }
-  const std::vector<PhaseSolution> solved = solve_sequence(problem.sequence, options, [&](int done, double) {
+  std::vector<PhaseSolution> solved = solve_sequence(problem.sequence, options, [&](int done, double) {
     progress.advance(static_cast<double>(done) / static_cast<double>(problem.sequence.frame_count()));
   });
   std::vector<PhaseSolution> frames;
   for (Eigen::Index k = 0; k < clock.frames; ++k) {
-    frames.push_back(solved[static_cast<std::size_t>(problem.column(k))]);
+    PhaseSolution& own = solved[static_cast<std::size_t>(problem.column(k))];
+    frames.push_back(problem.sequence.frame_count() == 1 ? own : std::move(own));
     const double share = wanted_share(spec, clock.time(k));
     frames.back().amplitudes *= share;
     for (double& cost : frames.back().cost_history) {
@@ -166,19 +167,55 @@ double largest_turn(const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
       .maxCoeff();
 }
 
-/// The method by itself on some frames, to which the sequence is compared.
-void check_alone(const PatternSpec& spec, const PatternProblem& problem, int every, Pattern& pattern,
+/// The method by itself on a frame.
+void solve_by_itself(const PatternSpec& spec, const PatternProblem& problem, Eigen::Index k, Pattern& pattern) {
+  const double begun = steady_now();
+  const PhaseSolution alone =
+      touchfield::solve_alone(problem.sequence, problem.column(k), SequenceOptions{}.first_iterations, true);
+  PatternFrame& frame = pattern.frames[static_cast<std::size_t>(k)];
+  frame.alone_seconds = steady_now() - begun;
+  const double share = wanted_share(spec, pattern.clock.time(k));
+  frame.alone_error = problem.metrics(problem.column(k), share, share * drive(alone)).relative_error;
+}
+
+/// The same on some frames, to which the sequence is compared: each so many, and of frames that follow others the worst.
+void check_alone(const PatternSpec& spec, const PatternProblem& problem, std::optional<int> every, Pattern& pattern,
                  Progress& progress) {
-  for (Eigen::Index k = 0; k < pattern.clock.frames; k += every) {
-    const double begun = steady_now();
-    const PhaseSolution alone =
-        touchfield::solve_alone(problem.sequence, problem.column(k), SequenceOptions{}.first_iterations, true);
-    PatternFrame& frame = pattern.frames[static_cast<std::size_t>(k)];
-    frame.alone_seconds = steady_now() - begun;
-    const double share = wanted_share(spec, pattern.clock.time(k));
-    frame.alone_error = problem.metrics(problem.column(k), share, share * drive(alone)).relative_error;
+  for (Eigen::Index k = 0; every && k < pattern.clock.frames; k += *every) {
+    solve_by_itself(spec, problem, k, pattern);
     progress.advance(static_cast<double>(k) / pattern.clock.frames);
   }
+  const std::vector<MotionScore>& scores = pattern.motion.methods.front().scores;
+  std::size_t worst = 0;
+  for (std::size_t k = 1; k < scores.size() && problem.sequence.frame_count() > 1; ++k) {
+    const double error = scores[k].metrics.relative_error;
+    worst = worst == 0 || error > scores[worst].metrics.relative_error ? k : worst;
+  }
+  if (worst > 0 && std::isnan(pattern.frames[worst].alone_error)) {
+    solve_by_itself(spec, problem, static_cast<Eigen::Index>(worst), pattern);
+  }
+}
+
+/// "frames_behind: ..." of the frame that is farthest above what it is by itself, else nothing.
+std::optional<std::string> behind_warning(const PatternSpec& spec, const Pattern& pattern) {
+  constexpr double kMostBehind = 0.02;
+  const std::vector<MotionScore>& scores = pattern.motion.methods.front().scores;
+  double most = kMostBehind;
+  std::string frame;
+  for (std::size_t k = 0; k < scores.size(); ++k) {
+    const double error = scores[k].metrics.relative_error;
+    const double alone = pattern.frames[k].alone_error;
+    if (error - alone > most) {
+      most = error - alone;
+      frame = fmt::format("frame {} has a relative error of {:.1f} %, solved by itself {:.1f} %", k, 100.0 * error,
+                          100.0 * alone);
+    }
+  }
+  if (frame.empty()) {
+    return std::nullopt;
+  }
+  return fmt::format("frames_behind: {}: frames do not follow the pattern; raise pattern.{} or frames_per_second",
+                     frame, spec.most_turn ? "most_turn_deg" : "iterations");
 }
 
 void score_frames(const PatternSpec& spec, const PatternProblem& problem, Pattern& pattern) {
@@ -207,8 +244,8 @@ void score_frames(const PatternSpec& spec, const PatternProblem& problem, Patter
   }
 }
 
-/// "below_wanted: ..." of the worst frame that the array is too weak for, else nothing. A spot may be weak for its shape
-/// alone, which an array that could make more of it does not tell.
+/// "below_wanted: ..." of the worst frame that the array is too weak for, else nothing. A spot may also be weak for its
+/// shape, where the array could make more.
 std::optional<std::string> reach_warning(const PatternProblem& problem, const Pattern& pattern) {
   int below = 0;
   double least = kLeastReached;
@@ -397,33 +434,35 @@ Pattern solve_pattern(const Model& model, const PatternOptions& options, Progres
                                        [&] { return problem_on(model, *scattering, std::move(spots), progress); });
   pattern.faces = problem.sequence.rows.rows();
   pattern.outside_rows = problem.sequence.outside.rows();
-  const std::vector<PhaseSolution> solutions =
+  std::vector<PhaseSolution> solutions =
       timed(progress, motion.timings, "phases", fmt::format("phases of {} frames", pattern.clock.frames),
             [&] { return frames_of(spec, pattern.clock, model, problem, progress); });
   for (Eigen::Index k = 0; k < pattern.clock.frames; ++k) {
     const double time = pattern.clock.time(k);
-    const PhaseSolution& solution = solutions[static_cast<std::size_t>(k)];
+    PhaseSolution& solution = solutions[static_cast<std::size_t>(k)];
     motion.methods.front().frames.push_back({.sampled = time,
                                              .started = time,
                                              .shown = time,
                                              .pose_time = time,
                                              .silent = solution.amplitudes.isZero(0.0),
-                                             .solution = solution});
+                                             .solution = std::move(solution)});
   }
+  const auto warn = [&](const std::optional<std::string>& warning) {
+    if (warning) {
+      progress.warn(*warning);
+      motion.warnings.push_back(*warning);
+    }
+  };
   timed(progress, motion.timings, "scores", "errors, and pressure over time", [&] {
     score_frames(spec, problem, pattern);
-    if (std::optional<std::string> warning = reach_warning(problem, pattern)) {
-      progress.warn(*warning);
-      motion.warnings.push_back(std::move(*warning));
-    }
+    warn(reach_warning(problem, pattern));
     listen(model, problem, points, pattern);
   });
   timed(progress, motion.timings, "instants", "pressure of the whole skin at instants",
         [&] { keep_instants(model, *scattering, problem, options.instants, pattern); });
-  if (options.check) {
-    timed(progress, motion.timings, "check", "frames solved by themselves",
-          [&] { check_alone(spec, problem, *options.check, pattern, progress); });
-  }
+  timed(progress, motion.timings, "check", "frames solved by themselves",
+        [&] { check_alone(spec, problem, options.check, pattern, progress); });
+  warn(behind_warning(spec, pattern));
   for (const SolveRecord& record : records) {
     if (!record.converged) {
       throw NumericalError(fmt::format("pattern: the residual of {:.1e} is above the tolerance of {:.1e}",

@@ -92,23 +92,43 @@ struct PatternPoint {
 /// The watched landmarks, then start and, of a circle, the opposite side; both ends of a line; every point; the middle
 /// of the target.
 ///
-/// throws   InputError if the body is cut, or the path is shorter than 0.1 mm on the skin
+/// throws   InputError if the body is cut, a place is out of the skin's reach (SkinStrokes), or the path is shorter than
+///          0.1 mm on the skin
 std::vector<PatternPoint> pattern_points(const PatternSpec& spec, const Model& model);
 
 /// A spot is the disc (SkinStrokes) about the skin's point nearest to the path.
 ///
 /// points   their faces are among those of the result
-/// throws   InputError if the mesh has fewer than kFewestSolved edges per wavelength at a spot, unless the scene allows
-///          it
+/// throws   InputError if the path leaves the skin's reach, or the mesh has fewer than kFewestSolved edges per wavelength
+///          at a spot, unless the scene allows it
 PatternSpots pattern_spots(const PatternSpec& spec, const PatternClock& clock, const std::vector<PatternPoint>& points,
                            const Model& model);
+
+/// What a pattern takes, about.
+struct PatternCost {
+  PatternClock clock;
+  Eigen::Index faces = 0;    // that any frame uses, U
+  double memory_mib = 0;     // of all of it
+  double available_mib = 0;  // now
+  double seconds = 0;
+  double files_mib = 0;  // of pattern.csv and, where it is written, pattern.h5
+};
+
+/// Without solving it: by spots of at most 64 frames, and what this machine does now.
+///
+/// model    of a scene with a pattern
+/// throws   InputError as pattern_clock, pattern_points and pattern_spots
+PatternCost pattern_cost(const Model& model);
+
+/// Refuses a pattern that would not fit the memory that is free now.
+void require_memory(const PatternCost& cost);
 
 /// What a frame does besides the metrics of its score.
 struct PatternFrame {
   double level = 0;                   // amplitude of the channels
   double turn = 0;                    // largest change of a phase since the frame before, of the first since the last
   double ring_error = kNotComputed;   // relative_error in the middle of the frame with transducers that ring up
-  double alone_error = kNotComputed;  // of the frame solved by itself
+  double alone_error = kNotComputed;  // of the frame solved by itself, where it was
   double alone_seconds = kNotComputed;
 };
 
@@ -138,13 +158,17 @@ struct Pattern {
 struct PatternOptions {
   std::string command_line;    // kept as provenance
   int threads = 1;             // likewise; the caller has set them
-  std::optional<int> check{};  // each of how many frames is solved by itself too
+  std::optional<int> check{};  // each of how many frames is solved by itself too, beside the worst that follows another
   int instants = 6;            // at most
 };
 
 /// Solves the scene's pattern on its still hand. The rows of H of all faces that it uses, and R of the others, are
 /// computed once. Then the frames are solved one by one (solve_sequence). The amplitude modulation scales the
 /// drive of each frame. Scores are of the solving mesh, by those rows:
+///
+/// Warnings beside those of the model and the clock:
+///   below_wanted    frames reach less than half of what they want, which is more than the array can make
+///   frames_behind   a frame's error is more than 2 points above that of the frame solved by itself
 ///
 ///   relative_error^2 = 1 - C^2 / (E W),   C = sum s A |p| p',   W = sum s A p'^2,   E = sum_U A |p|^2 + |R q|^2 / w_Z
 ///

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/require.h"
+#include "sim/core/text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/motion/pattern.h"
@@ -89,10 +90,6 @@ std::string fitting_seconds(const PatternSpec& spec) {
                      std::max(1.0, std::round(*spec.seconds / whole.seconds())) * whole.seconds());
 }
 
-std::string in_mm(const Vector3& x) {
-  return fmt::format("({:.1f}, {:.1f}, {:.1f}) mm", x.x() / kMillimetre, x.y() / kMillimetre, x.z() / kMillimetre);
-}
-
 Vector3 place_of(const PatternPlace& place, const Body& body) {
   const auto* name = std::get_if<std::string>(&place);
   return name == nullptr ? std::get<Vector3>(place) : position(body.mesh, find_landmark(body, *name));
@@ -101,19 +98,28 @@ Vector3 place_of(const PatternPlace& place, const Body& body) {
 /// The path in space, by the share of a period that has passed, 0 to 1.
 class PathInSpace {
  public:
-  PathInSpace(const PatternSpec& spec, const Model& model, const FaceTree& skin) {
+  /// skin, strokes   of the model's mesh, outlive this
+  PathInSpace(const PatternSpec& spec, const Model& model, const FaceTree& skin, const SkinStrokes& strokes)
+      : strokes_(strokes) {
     if (const auto* circle = std::get_if<CirclePath>(&spec.path)) {
-      set_circle(*circle, model.body, skin);
+      key_ = "pattern.circle";
+      add(circle->at, ".at", model.body);
+      set_circle(circle->radius, model.body.mesh, skin);
     } else if (const auto* line = std::get_if<LinePath>(&spec.path)) {
-      places_ = {place_of(line->from, model.body), place_of(line->to, model.body)};
+      key_ = "pattern.line";
+      add(line->from, ".from", model.body);
+      add(line->to, ".to", model.body);
       is_line_ = true;
     } else if (const auto* points = std::get_if<PointsPath>(&spec.path)) {
-      for (const PatternPlace& place : points->at) {
-        places_.push_back(place_of(place, model.body));
+      key_ = "pattern.points";
+      for (std::size_t i = 0; i < points->at.size(); ++i) {
+        add(points->at[i], fmt::format(".at[{}]", i), model.body);
       }
     }
-    require_length(skin);
+    require_length();
   }
+
+  SkinPoint on_skin(double share) const { return strokes_.on_skin(at(share), key_); }
 
   Vector3 at(double share) const {
     if (is_line_) {
@@ -128,31 +134,35 @@ class PathInSpace {
   }
 
  private:
+  void add(const PatternPlace& place, const std::string& key, const Body& body) {
+    places_.push_back(place_of(place, body));
+    const Vector3 at = strokes_.on_skin(places_.back(), key_ + key).at;
+    first_ = places_.size() == 1 ? at : first_;
+    longest_ = std::max(longest_, (at - first_).norm());
+  }
+
   /// Places that are one stand for a slip.
-  void require_length(const FaceTree& skin) const {
-    double longest = is_circle_ ? 2.0 * radius_ : 0.0;
-    for (const Vector3& place : places_) {
-      longest = std::max(longest, (skin.nearest(place).at - skin.nearest(places_[0]).at).norm());
-    }
-    require(places_.empty() || longest >= kShortestPath,
-            "pattern: the path is {:.3g} mm long on the skin, so the spot would stand still; it must be {:g} mm or "
-            "more. Give places that differ; a radius, and points, are in millimetres",
-            longest / kMillimetre, kShortestPath / kMillimetre);
+  void require_length() const {
+    require(
+        places_.empty() || longest_ >= kShortestPath,
+        "{}: the path is {:.3g} mm long on the skin, so the spot would stand still; it must be {:g} mm or more. Give "
+        "places that differ; a radius, and points, are in millimetres",
+        key_, longest_ / kMillimetre, kShortestPath / kMillimetre);
   }
 
   /// The plane has the area-weighted normal of the skin within the circle, on the side of its middle.
-  void set_circle(const CirclePath& circle, const Body& body, const FaceTree& skin) {
+  void set_circle(double radius, const TriangleMesh& mesh, const FaceTree& skin) {
     is_circle_ = true;
-    radius_ = circle.radius;
-    places_ = {place_of(circle.at, body)};
+    radius_ = radius;
+    longest_ = 2.0 * radius;
     const SkinPoint middle = skin.nearest(places_[0]);
-    const Vector3 side = body.mesh.normals().col(middle.face);
+    const Vector3 side = mesh.normals().col(middle.face);
     std::vector<Eigen::Index> within;
-    skin.centroids_within(middle.at, circle.radius, within);
-    Vector3 normal = body.mesh.areas()(middle.face) * side;
+    skin.centroids_within(middle.at, radius, within);
+    Vector3 normal = mesh.areas()(middle.face) * side;
     for (const Eigen::Index face : within) {
-      const Vector3 n = body.mesh.normals().col(face);
-      normal += n.dot(side) > 0 ? Vector3(body.mesh.areas()(face) * n) : Vector3(Vector3::Zero());
+      const Vector3 n = mesh.normals().col(face);
+      normal += n.dot(side) > 0 ? Vector3(mesh.areas()(face) * n) : Vector3(Vector3::Zero());
     }
     normal.normalize();
     const Vector3 towards = std::abs(normal.x()) < 0.9 ? Vector3::UnitX() : Vector3::UnitY();
@@ -160,7 +170,11 @@ class PathInSpace {
     up_ = normal.cross(right_);
   }
 
+  const SkinStrokes& strokes_;
+  std::string key_;
   std::vector<Vector3> places_;
+  Vector3 first_ = Vector3::Zero();  // of them, on the skin
+  double longest_ = 0;               // distance of places on the skin, or the circle's diameter
   bool is_line_ = false;
   bool is_circle_ = false;
   double radius_ = 0;
@@ -189,7 +203,7 @@ Target disc(const PatternSpec& spec, const Model& model, const SkinStrokes& stro
   require(model.fixed->scene.solve.allow_coarse_mesh || model.fixed->wave.wavelength() >= kFewestSolved * edges,
           "pattern: the mesh has {:.2g} edges per wavelength at the spot at {}, it must have at least {}; give shorter "
           "body.edge_mm there (edge_mm.near, or a target box along the path)",
-          model.fixed->wave.wavelength() / edges, in_mm(at), kFewestSolved);
+          model.fixed->wave.wavelength() / edges, place_text(at), kFewestSolved);
   return spot;
 }
 
@@ -247,7 +261,8 @@ std::vector<PatternPoint> pattern_points(const PatternSpec& spec, const Model& m
       model.fixed->cut.empty(),
       "pattern: body.keep_within_mm cuts the body, and the figures of a pattern count its whole skin; leave it out");
   const FaceTree skin(model.body.mesh);
-  const PathInSpace path(spec, model, skin);
+  const SkinStrokes strokes(model.body.mesh);
+  const PathInSpace path(spec, model, skin, strokes);
   std::vector<PatternPoint> points;
   const auto add = [&](std::string name, const Vector3& x) {
     const SkinPoint at = skin.nearest(x);
@@ -288,10 +303,10 @@ PatternSpots pattern_spots(const PatternSpec& spec, const PatternClock& clock, c
   } else {
     const FaceTree skin(mesh);
     const SkinStrokes strokes(mesh);
-    const PathInSpace path(spec, model, skin);
+    const PathInSpace path(spec, model, skin, strokes);
     const double pressure = spec.pressure ? *spec.pressure : wanted_pressure(model);
     for (Eigen::Index k = 0; k < clock.frames; ++k) {
-      const SkinPoint at = skin.nearest(path.at(period_share(spec, clock, k)));
+      const SkinPoint at = path.on_skin(period_share(spec, clock, k));
       Target spot = disc(spec, model, strokes, at.at, pressure);
       middles.push_back(*std::ranges::min_element(
           spot.faces, {}, [&](Eigen::Index face) { return (mesh.centroids().col(face) - at.at).squaredNorm(); }));

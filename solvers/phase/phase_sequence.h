@@ -42,7 +42,8 @@ PhaseSolution solve_alone(const PhaseSequence& sequence, Eigen::Index frame, int
 
 struct SequenceOptions {
   int first_iterations = 100;  // of method surface on the first frame
-  int iterations = 24;         // of each later frame, from the phases of the one before it
+  int iterations = 24;         // of each later frame, from the phases of the one before it; at least first_iterations
+                               // where less than half of what is wanted was wanted there before
   bool free_level = true;      // each frame has one amplitude of all channels, up to 1
   double most_turn = std::numeric_limits<double>::infinity();  // [rad] of any channel's phase between frames, > 0
   bool closed = false;  // the first frame follows the last one: their phases keep the limit too

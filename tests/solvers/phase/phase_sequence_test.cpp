@@ -1,5 +1,6 @@
 #include "solvers/phase/phase_sequence.h"
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -79,6 +80,17 @@ TEST(PhaseSequence, EachFrameComesAsNearAsOneLikesToWhatItIsAlone) {
     before = mean;
   }
   EXPECT_LT(before, alone + 0.01);
+}
+
+// The spot goes to the other side of the ring, where nothing of the frame before is of use.
+TEST(PhaseSequence, ASpotThatJumpsTakesMoreSteps) {
+  PhaseSequence sequence = ring(2);
+  for (const int iterations : {3, 24, 130}) {
+    const std::vector<PhaseSolution> solutions = solve_sequence(sequence, {.iterations = iterations});
+    EXPECT_EQ(solutions[1].iterations, std::max(iterations, SequenceOptions{}.first_iterations));
+  }
+  sequence = ring(48);
+  EXPECT_EQ(solve_sequence(sequence, {.iterations = 3})[1].iterations, 3);
 }
 
 TEST(PhaseSequence, SaysItsOwnCost) {
