@@ -207,7 +207,7 @@ Parameters
 ----------
 path : str or os.PathLike
 unit : float, optional
-    The unit of the file in metres. Default: mm, which the size of the body must confirm.
+    The unit of the file in metres. Default: m of GLB, else mm, which the size of the body must confirm.
 
 Raises
 ------
