@@ -60,6 +60,7 @@ def own_arguments(function):
 
 
 def _of_argument(line):
+    line = line.replace("_mm in mm", " in m")
     path, rest = re.fullmatch(r"((?:\w+(?:\[\d+\])*\.)*\w+(?:\[\d+\])*)?(.*)", line, re.DOTALL).groups()
     if not path or "." not in path or not rest.startswith((" = ", ": ")):
         return line

@@ -292,7 +292,8 @@ SkinPoint SkinStrokes::on_skin(const Vector3& at, const std::string& key) const 
   throw InputError(
       fmt::format("{}: {} (scene coordinates) is {:.1f} mm off the skin, must be at most {:g}; the nearest skin "
                   "is at {}{}",
-                  key, place_text(at), found.distance / kMillimetre, reach_ / kMillimetre, place_text(found.at), unit));
+                  key, place_text(at, at.norm() < kReach ? 3 : 1), found.distance / kMillimetre, reach_ / kMillimetre,
+                  place_text(found.at), unit));
 }
 
 TargetBox SkinStrokes::disc(const Vector3& at, double diameter, double level, const std::string& key) const {

@@ -105,8 +105,22 @@ std::string metres_hint(const Vector3& length) {
                      typed.z(), 1e3 * typed.x(), 1e3 * typed.y(), 1e3 * typed.z());
 }
 
-std::vector<std::string> scene_slips(const Scene& scene, const TransducerArray& array, double wavelength) {
+std::vector<std::string> scene_slips(const Scene& scene, const TransducerArray& array, double wavelength,
+                                     const TriangleMesh& mesh) {
+  constexpr double kSmallestBody = 0.5 * kMillimetre;
+  constexpr double kThinnestGas = 0.05;  // [kg/m3]
   std::vector<std::string> slips;
+  const Vector3 size = mesh.vertices().rowwise().maxCoeff() - mesh.vertices().rowwise().minCoeff();
+  if (size.maxCoeff() < kSmallestBody) {
+    slips.push_back(fmt::format("unit_slip: the bodies are {:.3g} mm across in all{}", size.norm() / kMillimetre,
+                                metres_hint(size)));
+  }
+  if (scene.medium.density && *scene.medium.density < kThinnestGas) {
+    slips.push_back(
+        fmt::format("unit_slip: medium.density_kg_m3: {:.3g} kg/m3 is less than any gas has; multiply g/cm3 "
+                    "by 1000",
+                    *scene.medium.density));
+  }
   if (scene.array.calibration) {
     slips.push_back(phases_slip("array.calibration", scene.array.calibration->phase));
   }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sim/acoustics/transducer_array.h"
+#include "sim/mesh/triangle_mesh.h"
 #include "sim/scene/scene.h"
 
 namespace touchfield {
@@ -13,10 +14,14 @@ namespace touchfield {
 std::string metres_hint(const Vector3& length);
 
 /// What of a scene is likely to be a slip, each "name: what, with the figure and the remedy":
-///   unit_slip               numbers that make sense in another unit: phases of several turns, a source ten
-///                           times as strong as others, pistons that overlap or are tiny, a field within 2 mm
+///   unit_slip               numbers that make sense in another unit: phases of several turns, a source ten times
+///                           as strong as others, pistons that overlap or are tiny, bodies below 0.5 mm, a field
+///                           within 2 mm, a gas lighter than any
 ///   directivity_frequency   a directivity that was measured at another frequency
 ///   expected_dead           a method that expects far more dead channels than the array has
-std::vector<std::string> scene_slips(const Scene& scene, const TransducerArray& array, double wavelength);
+///
+/// mesh   of the bodies
+std::vector<std::string> scene_slips(const Scene& scene, const TransducerArray& array, double wavelength,
+                                     const TriangleMesh& mesh);
 
 }  // namespace touchfield

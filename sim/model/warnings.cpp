@@ -356,7 +356,7 @@ Remarks played_remarks(const Model& model) {
   }
   std::ranges::copy(array_warnings(model.fixed->array, model.fixed->wave.wavelength()),
                     std::back_inserter(remarks.warnings));
-  std::ranges::move(scene_slips(model.fixed->scene, model.fixed->array, model.fixed->wave.wavelength()),
+  std::ranges::move(scene_slips(model.fixed->scene, model.fixed->array, model.fixed->wave.wavelength(), mesh),
                     std::back_inserter(remarks.warnings));
   warn_of_body_behind(model, remarks);
   warn_of_near_source(model, remarks);

@@ -55,10 +55,13 @@ std::string other_unit(std::string_view key, double value, const Range& range) {
     const char* taken;
     double least = 0.0;  // lower bound of the range, where the slip is no more likely than another
   };
-  constexpr Slip kSlips[] = {
-      {"_mm", 1e3, 0.0, "metres"},     {"_mm", 10.0, 0.0, "centimetres", 10.0},
-      {"_khz", 1e-3, 0.0, "Hz"},       {"temperature_c", 1.0, -kZeroCelsius, "kelvin", -kZeroCelsius},
-      {"level", 1e-2, 0.0, "percent"}, {"gain", 1e-2, 0.0, "percent"}};
+  constexpr Slip kSlips[] = {{"_mm", 1e3, 0.0, "metres"},
+                             {"_mm", 10.0, 0.0, "centimetres", 10.0},
+                             {"_khz", 1e-3, 0.0, "Hz"},
+                             {"_khz", 1e3, 0.0, "MHz"},
+                             {"temperature_c", 1.0, -kZeroCelsius, "kelvin", -kZeroCelsius},
+                             {"level", 1e-2, 0.0, "percent"},
+                             {"gain", 1e-2, 0.0, "percent"}};
   key = key.substr(0, key.find('['));
   for (const Slip& slip : kSlips) {
     const double meant = slip.times * value + slip.plus;

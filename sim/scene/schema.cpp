@@ -128,6 +128,7 @@ bool check_known(const Input& in, const MapInfo& info, std::set<std::string>& me
     } else if (info.keys.empty()) {
       report("unknown key, no keys are allowed here");
     } else if (!blank.empty()) {
+      meant.insert(entry.key.substr(0, entry.key.find(':')));
       report("unknown key" + blank);
     } else {
       report(fmt::format("unknown key, known keys are {}", fmt::join(names, ", ")));

@@ -147,6 +147,9 @@ class Warnings(CommandTest):
         self.assertNotIn("fixed", said)
         self.assertIn("reached", (self.folder / "out/metrics.csv").read_text().splitlines()[0])
         self.assertNotIn("below_wanted", self.warned(SOFT, "target.pressure_pa=best", "solve.methods=[focus]"))
+        for wanted, there in (("4000000", True), ("500", False), ("best", False)):
+            said = "\n".join(self.checked(f"target.pressure_pa={wanted}", text=SOFT)["warnings"])
+            self.assertEqual("below_wanted: the array makes at most about " in said, there, said)
 
     def test_a_mesh_too_coarse_to_mean_anything(self):
         ball = "body={sphere: {radius_mm: 20}, edge_mm: 7, place: {landmark: bottom, at_mm: [0, 0, 60]}}"

@@ -74,6 +74,10 @@ TEST(ModelRemarks, NumbersThatFitAnotherUnitAreNamed) {
   EXPECT_THAT(piston("45"), ElementsAre(HasSubstr("overlap at a pitch of 10")));
   EXPECT_THAT(piston("0.0045"), ElementsAre(HasSubstr("If 0.0045 is in metres write 4.5")));
   EXPECT_THAT(piston("4.5"), IsEmpty());
+  EXPECT_THAT(said("medium={sound_speed_m_s: 343, density_kg_m3: 0.0012}"), HasSubstr("multiply g/cm3 by 1000"));
+  EXPECT_THAT(warnings_of({"body={sphere: {radius_mm: 0.02}, place: {at_mm: [0, 0, 0.15]}, edge_mm: 0.008}",
+                           "target={box: {at: bottom, size_mm: [0.02, 0.02, 0.02]}, pressure_pa: 100}"}),
+              Contains(StartsWith("unit_slip: the bodies are 0.0")));
   EXPECT_THAT(said("frequency_khz=25"),
               StartsWith("directivity_frequency: array.directivity t4010a1 was measured at 40"));
   EXPECT_EQ(said("frequency_khz=39.5"), "0 warnings");

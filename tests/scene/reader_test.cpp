@@ -123,6 +123,7 @@ TEST(SceneReader, ASlipIsNamedWithItsRemedy) {
       {"body={hand: {breadth_mm: 8.8}}", "; if 8.8 is in centimetres write 88"},
       {"body={hand: {}, edge_mm: 0.003}", "; if 0.003 is in metres write 3"},
       {"frequency_khz=40000", "; if 40000 is in Hz write 40"},
+      {"frequency_khz=0.04", "; if 0.04 is in MHz write 40"},
       {"medium.temperature_c=293.15", "; if 293.15 is in kelvin write 20"},
       {"array.level=80", "; if 80 is in percent write 0.8"},
       {"array.calibration={gain: [98], phase_rad: [0]}", "array.calibration.gain[0] = 98 must be 0 to 10; if 98 is in"},
