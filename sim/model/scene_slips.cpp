@@ -14,24 +14,26 @@ namespace touchfield {
 namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
+// Turns that phases in radians are apart at most, unless they are unwrapped over a large array.
+constexpr double kMostOfDrives = 4.0;
+constexpr double kMostOfResponses = 2.0;
 
-/// Empty, or what to say of phases [rad] that may be degrees or levels. One phase for all changes nothing.
-std::string phases_slip(const std::string& what, const std::vector<double>& phases) {
-  constexpr double kMostTurns = 4.0;
-  double largest = 0.0;
-  bool whole = true;
-  for (const double phase : phases) {
-    largest = std::max(largest, std::abs(phase));
-    whole = whole && phase == std::round(phase);
-  }
-  if (phases.size() < 2 || largest <= (whole ? 1.0 : kMostTurns) * kTurn) {
+/// Empty, or what to say of phases [rad] that may be degrees or levels.
+///
+/// most   turns that they may be apart, unless all are whole numbers
+std::string phases_slip(const std::string& what, const std::vector<double>& phases, double most) {
+  if (phases.empty()) {
     return "";
   }
-  return fmt::format(
-      "unit_slip: {}: phases up to {:.4g} rad, which are {:.1f} turns{}. Multiply degrees by pi / 180, and levels of "
-      "256 "
-      "by 2 pi / 256. Unwrapped phases are right as they are",
-      what, largest, largest / kTurn, whole ? ", and all are whole numbers" : "");
+  const auto [first, last] = std::ranges::minmax(phases);
+  const bool whole = std::ranges::all_of(phases, [](double phase) { return phase == std::round(phase); });
+  const double turns = (last - first) / kTurn;
+  return turns <= (whole ? 1.0 : most)
+             ? ""
+             : fmt::format(
+                   "unit_slip: {}: phases from {:.4g} to {:.4g} rad, which are {:.1f} turns apart{}. Multiply "
+                   "degrees by pi / 180, and levels of 256 by 2 pi / 256. Unwrapped phases are right as they are",
+                   what, first, last, turns, whole ? ", and all are whole numbers" : "");
 }
 
 std::string source_slip(const ArraySpec& spec) {
@@ -122,7 +124,7 @@ std::vector<std::string> scene_slips(const Scene& scene, const TransducerArray& 
                     *scene.medium.density));
   }
   if (scene.array.calibration) {
-    slips.push_back(phases_slip("array.calibration", scene.array.calibration->phase));
+    slips.push_back(phases_slip("array.calibration", scene.array.calibration->phase, kMostOfResponses));
   }
   if (array.kind == TransducerArray::Kind::kTransducers) {
     slips.push_back(source_slip(scene.array));
@@ -133,7 +135,7 @@ std::vector<std::string> scene_slips(const Scene& scene, const TransducerArray& 
     }
   }
   for (const MethodSpec& method : scene.solve.methods) {
-    slips.push_back(phases_slip("method " + method.name, method.phases));
+    slips.push_back(phases_slip("method " + method.name, method.phases, kMostOfDrives));
     slips.push_back(dead_slip(method, scene.array));
   }
   for (const FieldSpec& field : scene.fields) {

@@ -94,8 +94,9 @@ std::vector<FileColumn> columns_of(const TableForm& form, const Cells& names) {
 double number_in_range(std::string_view text, std::string_view name, const Range& range) {
   const auto number = parse_decimal(text);
   if (const auto rule = number ? range.broken_by(*number) : std::optional<std::string>("a number, such as -1.5")) {
-    throw InputError(fmt::format("{} = {} must be {}", name,
-                                 text.empty() ? "no value" : quoted_for_message(std::string(text)), *rule));
+    throw InputError(fmt::format("{} = {} must be {}{}", name,
+                                 text.empty() ? "no value" : quoted_for_message(std::string(text)), *rule,
+                                 number ? other_unit(name, *number, range) : ""));
   }
   return *number;
 }

@@ -60,12 +60,14 @@ TEST(ModelRemarks, NumbersThatFitAnotherUnitAreNamed) {
   const auto levels = [&](Eigen::Index n) { return (37 * n) % 16; };
   const auto radians = [&](Eigen::Index n) { return std::fmod(2.4 * static_cast<double>(n), 20.0); };
   EXPECT_THAT(said("solve.methods=[{fixed: {phases_rad: " + each(degrees) + "}}]"),
-              AllOf(StartsWith("unit_slip: method fixed: phases up to "), HasSubstr("by pi / 180")));
+              AllOf(StartsWith("unit_slip: method fixed: phases from "), HasSubstr("by pi / 180")));
   EXPECT_THAT(said("solve.methods=[{fixed: {phases_rad: " + each(levels) + "}}]"), HasSubstr("all are whole numbers"));
   EXPECT_EQ(said("solve.methods=[{fixed: {phases_rad: " + each(radians) + "}}]"), "0 warnings");
+  const auto far_away = [&](Eigen::Index n) { return -95.5 - radians(n); };  // of a source 130 mm off
+  EXPECT_EQ(said("solve.methods=[{fixed: {phases_rad: " + each(far_away) + "}}]"), "0 warnings");
   EXPECT_EQ(said("solve.methods=[{fixed: {phases_rad: 90}}]"), "0 warnings");
   EXPECT_THAT(said("array.calibration={gain: " + each([](auto) { return 1; }) + ", phase_rad: " + each(degrees) + "}"),
-              StartsWith("unit_slip: array.calibration: phases up to "));
+              StartsWith("unit_slip: array.calibration: phases from "));
   EXPECT_THAT(said("array.source_pa_m=4386"), HasSubstr("array.source_pa_m: 4386 Pa m are 1e+03 times"));
   EXPECT_EQ(said("array.source_pa_m=20"), "0 warnings");
   const auto piston = [&](const char* radius) {

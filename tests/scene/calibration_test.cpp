@@ -104,7 +104,7 @@ TEST(Calibration, ATableThatIsNotAsDocumentedIsRefused) {
       {head + "0,1,0\n0,1,0\n", "cal.csv:3: channel = 0 is in line 2 already"},
       {head + "0,nan,0\n", "cal.csv:2: gain = nan must be a number"},
       {head + "0,-0.1,0\n", "cal.csv:2: gain = -0.1 must be 0 to 10"},
-      {head + "0,98,0\n", "cal.csv:2: gain = 98 must be 0 to 10"},  // percent
+      {head + "0,98,0\n", "cal.csv:2: gain = 98 must be 0 to 10; if 98 is in percent write 0.98"},
       {head + "0,1,inf\n", "cal.csv:2: phase_rad = inf must be a number"},
       {head + "0,1\n", "cal.csv:2: 2 values, must be 3 as in the header"},
       {"channel,gain,phase_rad,alive\n0,1,0,0.5\n", "cal.csv:2: alive = 0.5 must be 0 or 1"},
