@@ -111,7 +111,7 @@ def test_own_methods(model):
 
 @pytest.mark.parametrize("call, error, says", [
     (lambda ball: tf.hand(edge=3), tf.InputError, "^hand: edge = 3 must be 0.0003 to 0.012 for a hand, in m$"),
-    (lambda ball: tf.hand(edge={"far": 8}), tf.InputError, "^hand: edge.far = 8 must be 0.0003 to 0.012 for a hand, in m$"),
+    (lambda ball: tf.hand(edge={"far": 8, "near": {"index_pad": 2e-3}}), tf.InputError, "^hand: edge.far = 8 must be 0.0003 to 0.012 for a hand, in m$"),
     (lambda ball: tf.hand(forearm=25), tf.InputError, "^hand: forearm = 25 must be 0 to 0.3, in m$"),
     (lambda ball: tf.hand(joints={"index": {"pip": 3}}), tf.InputError, "^hand: joints.index.pip: unknown key, did you mean pip_deg"),
     (lambda ball: tf.hand(edge="thick"), TypeError, "^edge must be a number, not str$"),

@@ -49,7 +49,7 @@ def test_the_best_pressure_is_that_of_a_run(finger):
     run, problem = tf.run(best), tf.Problem.of_model(best)
     assert problem.amplitudes.max() == pytest.approx(run.target.amplitudes.max(), rel=1e-9) and problem.amplitudes.max() > 10
     solution = tf.surface(problem, iterations=8)
-    assert tf.evaluate(best, solution)["mean_inside_pa"] == pytest.approx(run.metrics["surface"]["mean_inside_pa"], rel=1e-6)
+    assert tf.evaluate(best, solution)["mean_inside_pa"] == pytest.approx(run.metrics["surface"]["mean_inside_pa"], rel=1e-3)
     assert np.isnan(best.score(run.pressures["surface"])["reached_share"])
 
 
