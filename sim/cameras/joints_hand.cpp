@@ -269,7 +269,7 @@ std::string JointsHand::learn(const std::vector<JointPoints>& frames, const std:
   std::ranges::transform(frames, std::back_inserter(reaches), reach_of);
   const double reach = median(std::move(reaches));
   require(reach >= kLeastReach && reach <= kMostReach,
-          "{}: its hand is {:.4g} mm long from the wrist to the middle fingertip, must be {:g} to {:g}: lengths are in "
+          "{}: its hand is {:.0f} mm long from the wrist to the middle fingertip, must be {:g} to {:g}: lengths are in "
           "m; another unit ends the names of a file's columns, as index_tip_x_mm",
           source, reach / kMillimetre, kLeastReach / kMillimetre, kMostReach / kMillimetre);
   const HandShape& hand = skin_.hand().hand();
@@ -352,7 +352,7 @@ std::string JointsHand::misplaced(const HandState& state) const {
   const JointPoints joints = fit_->joints(state);
   std::string fault;
   if (const auto contact = contact_of(state)) {
-    fault = contact->board ? fmt::format("across the board of unit {} at {}", contact->board->plate,
+    fault = contact->board ? fmt::format("through the board of array unit {} at {}", contact->board->plate,
                                          place_text(contact->board->at))
                            : fmt::format("in the array, about transducer {} at {}", contact->transducer,
                                          place_text(model.array.positions.col(contact->transducer)));

@@ -212,6 +212,17 @@ LiveJointsSensor::LiveJointsSensor(const Scene& scene, const ListenAddress& addr
                                    KeptBodies* kept, double patience)
     : hand_(scene, kept), socket_(address, pose), patience_(patience) {}
 
+std::string LiveJointsSensor::silence_advice() const {
+  std::string advice = "let the tracker's program send to this port of this machine while `touchfield live` waits";
+  if (socket_.address().is_loopback()) {
+    advice += fmt::format(
+        ". Only programs of this machine reach {}: for a tracker elsewhere listen on the network, "
+        "as \"0.0.0.0:{}\"",
+        socket_.address().host, socket_.address().port);
+  }
+  return advice;
+}
+
 void LiveJointsSensor::start(Progress& progress) {
   constexpr double kLook = 0.1;  // [s] between looks at the clock
   progress.note(fmt::format("joints: waiting for a hand on {}", socket_.name()));
@@ -226,12 +237,11 @@ void LiveJointsSensor::start(Progress& progress) {
       frames.push_back(*received->joints);
     }
   }
-  require(!frames.empty(), "{}: {} within {:g} s; {}", socket_.name(),
-          empty > 0 ? fmt::format("{} rows came, none with a hand,", empty) : "nothing came", patience_,
-          empty > 0 ? "hold the hand where the tracker sees it"
-                    : "let the tracker's program send to this address while `touchfield live` waits. Only programs of "
-                      "this machine reach 127.0.0.1 and [::1]: for others listen on an address of the network, "
-                      "as \"0.0.0.0:9000\"");
+  if (frames.empty()) {
+    throw InputError(fmt::format("{}: {} within {:g} s; {}", socket_.name(),
+                                 empty > 0 ? fmt::format("{} rows came, none with a hand,", empty) : "nothing came",
+                                 patience_, empty > 0 ? "hold the hand where the tracker sees it" : silence_advice()));
+  }
   notes_ = {hand_.learn(frames, socket_.name())};
   learnt_.clear();
   MisplacedHands misplaced;

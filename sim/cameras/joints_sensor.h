@@ -102,6 +102,9 @@ class LiveJointsSensor final : public MotionSensor {
   std::vector<TriangleMesh> places(int count) const override { return hand_.places(learnt_, count); }
 
  private:
+  /// What to do where nothing came.
+  std::string silence_advice() const;
+
   JointsHand hand_;
   JointSocket socket_;
   double patience_;

@@ -39,16 +39,15 @@ std::string step_warning(const RecordedTimes& times, double hz) {
   if (!(step > 0) || (step * hz < kFactor && step * hz > 1 / kFactor)) {
     return "";
   }
-  std::string unit;
-  for (const auto& [name, each] : {std::pair("ms", 1e3), std::pair("us", 1e6), std::pair("ns", 1e9)}) {
+  std::string remedy = fmt::format("if time_s is right, set motion.sensor.hz to about {:.4g}", 1 / step);
+  for (const auto& [unit, each] : {std::pair("ms", 1e3), std::pair("us", 1e6), std::pair("ns", 1e9)}) {
     if (step / each > 1e-3 && step / each < 0.2) {
-      unit = fmt::format(", which they are if time_s is in {} (then divide it by {:g})", name, each);
+      remedy = fmt::format("time_s must be in s: divide it by {:.0f} if it is in {}", each, unit);
     }
   }
-  return fmt::format(
-      "times: frames of the recording are {:.4g} s apart, {:.3g} times the {:.3g} s of motion.sensor.hz: {:g}{}. If "
-      "time_s is right, set motion.sensor.hz to about {:.4g}",
-      step, step * hz, 1 / hz, hz, unit, 1 / step);
+  return fmt::format("times: frames of the recording are {:.4g} s apart, {} the {:.3g} s of motion.sensor.hz: {:g}; {}",
+                     step, step * hz > 1 ? fmt::format("{:.0f} times", step * hz) : fmt::format("{:.2g} of", step * hz),
+                     1 / hz, hz, remedy);
 }
 
 namespace {

@@ -353,20 +353,33 @@ TEST_F(Tracked, OtherAddressesAreListenedToAndThoseThatOthersReachAreSaid) {
     EXPECT_TRUE(heard && heard->joints) << host;
   }
   EXPECT_THAT(message_of<InputError>([&] {
-                JointSocket({"192.0.2.1", 9000}, {});
+                JointSocket({"198.51.100.1", 9000}, {});
               }),
               HasSubstr("give an address of this machine, or 0.0.0.0 for all of them"));
+  const auto listening = [](const std::string& host, int port) {
+    const Scene scene =
+        scene_from(kFinger + kMoving,
+                   {fmt::format("motion.sensor={{joints: {{listen: '{}:{}'}}}}", host, port), "motion.change=[]"});
+    const auto& address = std::get<ListenAddress>(std::get<JointsSpec>(scene.motion->sensor.sight).from);
+    return std::make_unique<LiveJointsSensor>(scene, address, RigidMotion(), kept_.get(), 0.2);
+  };
   const int port = Sender::free_port();
-  const Scene scene = scene_from(
-      kFinger + kMoving, {fmt::format("motion.sensor={{joints: {{listen: '0.0.0.0:{}'}}}}", port), "motion.change=[]"});
-  const ListenAddress& address = std::get<ListenAddress>(std::get<JointsSpec>(scene.motion->sensor.sight).from);
-  LiveJointsSensor sensor(scene, address, {}, kept_.get(), 0.2);
-  EXPECT_THAT(message_of<InputError>([&] { sensor.start(silent_); }),
-              AllOf(HasSubstr("UDP " + address.text()), HasSubstr("nothing came within 0.2 s; let the tracker's"),
-                    HasSubstr("as \"0.0.0.0:9000\"")));
+  const auto open = listening("0.0.0.0", port);
+  EXPECT_THAT(
+      message_of<InputError>([&] { open->start(silent_); }),
+      AllOf(StartsWith(fmt::format("UDP 0.0.0.0:{} (motion.sensor.joints.listen): nothing came within 0.2 s; let "
+                                   "the tracker's program send to this port of this machine",
+                                   port)),
+            Not(HasSubstr("Only programs"))));
   Sender::send(port, joint_row_text(JointPoints::Zero()));
-  EXPECT_THAT(message_of<InputError>([&] { sensor.start(silent_); }), HasSubstr("1 rows came, none with a hand"));
-  EXPECT_THAT(sensor.warnings(), ElementsAre(HasSubstr("open_port: whoever reaches UDP 0.0.0.0:")));
+  EXPECT_THAT(message_of<InputError>([&] { open->start(silent_); }), HasSubstr("1 rows came, none with a hand"));
+  EXPECT_THAT(open->warnings(), ElementsAre(StartsWith("open_port: whoever reaches UDP 0.0.0.0:")));
+  const auto closed = listening("[::1]", port);
+  EXPECT_THAT(message_of<InputError>([&] { closed->start(silent_); }),
+              HasSubstr(fmt::format("Only programs of this machine reach ::1: for a tracker elsewhere listen on the "
+                                    "network, as \"0.0.0.0:{}\"",
+                                    port)));
+  EXPECT_THAT(closed->warnings(), IsEmpty());
 }
 
 // Fingers that are one skin in index_up cannot open.

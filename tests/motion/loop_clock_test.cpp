@@ -269,15 +269,16 @@ TEST(RecordedTimes, InAnotherUnitAreSaid) {
   const auto said = [](double step, double hz) {
     return step_warning(RecordedTimes({5 * step, 6 * step, 7 * step, 9 * step}), hz);
   };
-  for (const auto& [each, unit] : {std::pair(1e3, "if time_s is in ms (then divide it by 1000)"),
-                                   std::pair(1e6, "if time_s is in us"), std::pair(1e9, "if time_s is in ns")}) {
+  for (const auto& [each, unit] :
+       {std::pair(1e3, "divide it by 1000 if it is in ms"), std::pair(1e6, "divide it by 1000000 if it is in us"),
+        std::pair(1e9, "if it is in ns")}) {
     for (const double step : {1.0 / 90, 1.0 / 30, 0.1}) {
       EXPECT_THAT(said(step * each, 30), AllOf(StartsWith("times: frames of the recording are "), HasSubstr(unit)));
     }
   }
-  EXPECT_THAT(said(1, 30), AllOf(HasSubstr("are 1 s apart, 30 times the 0.0333 s of motion.sensor.hz: 30. If "),
+  EXPECT_THAT(said(1, 30), AllOf(HasSubstr("are 1 s apart, 30 times the 0.0333 s of motion.sensor.hz: 30; if "),
                                  HasSubstr("set motion.sensor.hz to about 1")));
-  EXPECT_THAT(said(1e-3, 30), HasSubstr("If time_s is right, set motion.sensor.hz to about 1000"));
+  EXPECT_THAT(said(1e-3, 30), HasSubstr("if time_s is right, set motion.sensor.hz to about 1000"));
   for (const auto& [step, hz] : {std::pair(1.0 / 90, 30.0), std::pair(0.3, 30.0), std::pair(1.0 / 290, 30.0),
                                  std::pair(1e-3, 1000.0), std::pair(1.0, 1.0)}) {
     EXPECT_EQ(said(step, hz), "") << step;
