@@ -14,6 +14,8 @@ if(NOT EXISTS ${SOURCE}/.git)
     string(SUBSTRING "${archived}" 0 12 revision)
   endif()
 endif()
+file(STRINGS ${SOURCE}/CITATION.cff released REGEX "^date-released: ")
+string(REGEX MATCH "[0-9][0-9][0-9][0-9]" year "${released}")
 string(STRIP "${FLAGS}" FLAGS)
 file(WRITE ${OUT}.new "#pragma once
 #define TOUCHFIELD_VERSION \"${VERSION}\"
@@ -21,6 +23,7 @@ file(WRITE ${OUT}.new "#pragma once
 #define TOUCHFIELD_COMPILER \"${COMPILER}\"
 #define TOUCHFIELD_FLAGS \"${FLAGS}\"
 #define TOUCHFIELD_BUILD_TYPE \"${BUILD_TYPE}\"
+#define TOUCHFIELD_YEAR \"${year}\"
 ")
 execute_process(COMMAND ${CMAKE_COMMAND} -E copy_if_different ${OUT}.new ${OUT})
 file(REMOVE ${OUT}.new)

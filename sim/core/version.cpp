@@ -17,7 +17,8 @@
 namespace touchfield {
 
 BuildInfo build_info() {
-  return {TOUCHFIELD_VERSION, TOUCHFIELD_REVISION, TOUCHFIELD_COMPILER, TOUCHFIELD_FLAGS, TOUCHFIELD_BUILD_TYPE};
+  return {TOUCHFIELD_VERSION, TOUCHFIELD_REVISION,   TOUCHFIELD_COMPILER,
+          TOUCHFIELD_FLAGS,   TOUCHFIELD_BUILD_TYPE, TOUCHFIELD_YEAR};
 }
 
 void require_format(const std::string& path, int version, int own) {

@@ -13,6 +13,7 @@ struct BuildInfo {
   std::string compiler;    // name and version
   std::string flags;       // of the build type
   std::string build_type;  // Release, Debug, ...
+  std::string year;        // of the release, by CITATION.cff
 };
 
 BuildInfo build_info();

@@ -10,6 +10,7 @@
 
 #include "sim/core/files.h"
 #include "sim/core/units.h"
+#include "sim/core/version.h"
 #include "sim/field/metrics.h"
 #include "sim/run/run_text.h"
 #include "sim/run/text_table.h"
@@ -231,8 +232,8 @@ std::string methods_paragraph(const Run& run) {
 
 /// This version of touchfield, and the paper on which its method is based.
 std::string bibtex(const std::string& version) {
-  return "@software{touchfield,\n  title = {touchfield},\n  author = {{The touchfield authors}},\n  version = {" +
-         version +
+  return "@software{touchfield,\n  title = {touchfield},\n  author = {{The touchfield authors}},\n  year = {" +
+         build_info().year + "},\n  version = {" + version +
          "}\n}\n"
          "@inproceedings{matsubayashi2020rendering,\n"
          "  title = {Rendering Ultrasound Pressure Distribution on Hand Surface in Real-Time},\n"

@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import unittest
 
-from search_paths import is_binary, strangers
+from binaries import is_binary, missing_guards, readelf, strangers
 
 SOURCE = pathlib.Path(os.environ["TOUCHFIELD_SOURCE_DIR"])
 BUILD = pathlib.Path(os.environ["TOUCHFIELD_BUILD_DIR"])
@@ -52,11 +52,12 @@ class Library(unittest.TestCase):
         self.assertNotIn(str(BUILD), linked)
         self.assertRegex(linked, r"SONAME.*\[libtouchfield\.so\.\d+\.\d+\]")
 
-    def test_no_binary_looks_in_the_current_folder(self):
+    def test_no_binary_looks_in_the_current_folder_or_lacks_a_guard(self):
         binaries = [path for path in PREFIX.rglob("*") if is_binary(path)]
         self.assertGreaterEqual(len(binaries), 2)
         for path in binaries:
-            self.assertEqual(strangers(path), [], path)
+            self.assertEqual([strangers(path), missing_guards(path)], [[], []], path)
+        self.assertIn("__memcpy_chk", readelf("--dyn-syms", PREFIX / "bin/touchfield"))  # _FORTIFY_SOURCE
 
     def test_headers_need_eigen_alone(self):
         headers = sorted(path.relative_to(PREFIX / "include") for path in PREFIX.glob("include/**/*.h"))

@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import unittest
 
-from search_paths import is_binary, search_paths, strangers
+from binaries import is_binary, search_paths, strangers
 from support import PROGRAM, CommandTest
 
 BUILD = pathlib.Path(PROGRAM).resolve().parent.parent

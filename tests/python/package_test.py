@@ -7,7 +7,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "cli"))
 
-from search_paths import is_binary, strangers
+from binaries import is_binary, missing_guards, strangers
 
 ROOT = pathlib.Path(os.environ["TOUCHFIELD_SOURCE_DIR"])
 PYTHON = ROOT / "build/python/bin/python"
@@ -36,7 +36,7 @@ def main():
         subprocess.run([PYTHON, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-build-isolation", "--no-deps",
                         "--force-reinstall", ROOT / "python"], check=True)
     for path in filter(is_binary, installed().iterdir()):
-        assert not strangers(path), f"{path}: {strangers(path)}"
+        assert not (wrong := strangers(path) + missing_guards(path)), f"{path}: {wrong}"
     return subprocess.run([PYTHON, "-m", "pytest", "-q", "-p", "no:cacheprovider", ROOT / "python/tests", *sys.argv[1:]],
                           cwd=ROOT / "python/tests").returncode
 
