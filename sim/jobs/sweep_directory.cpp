@@ -64,10 +64,18 @@ void write_plan(const std::string& path, const SweepPlan& plan) {
   write_text_file(path, json_text(json, 1) + "\n");
 }
 
+/// A plan or a record.
+/// throws   Error also if a pipe has its name, which would be waited for
+std::string read_own(const std::string& path) {
+  std::error_code error;
+  require_io(!fs::is_fifo(path, error), path + ": a pipe, must be a file");
+  return read_whole_file(path, kMostRecordBytes);
+}
+
 /// What a directory says of its sweep: the hash of the plan, and the table without a case.
 std::pair<std::string, SweepSummary> read_plan(const std::string& path) {
   try {
-    const Json json = json_from_text<Json>(read_whole_file(path, kMostRecordBytes));
+    const Json json = json_from_text<Json>(read_own(path));
     require(json.at("format") == kPlanFormat, "{}: is not the plan of a sweep (its format must be {})", path,
             kPlanFormat);
     require_format(path, json.at("format_version").get<int>(), kPlanVersion);
@@ -83,7 +91,7 @@ std::pair<std::string, SweepSummary> read_plan(const std::string& path) {
 
 SweepRecord read_case_json(const fs::path& folder) {
   const std::string path = folder / kRecordName;
-  return record_from_json(read_whole_file(path, kMostRecordBytes), path);
+  return record_from_json(read_own(path), path);
 }
 
 /// throws   Error if a case is not what it was when it finished

@@ -49,6 +49,10 @@ bool there(const fs::path& file) {
 }
 
 std::set<std::string> listed_files(const fs::path& directory) {
+  std::error_code error;
+  if (!fs::is_regular_file(directory / kManifest, error)) {  // a pipe would be waited for
+    return {};
+  }
   try {
     const std::string text = read_whole_file((directory / kManifest).string(), kMostManifestBytes);
     const Json json = json_from_text<Json>(text);

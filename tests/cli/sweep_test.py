@@ -237,6 +237,7 @@ class SweepTest(CommandTest):
             ("case.json: not the record of a case", lambda: changed("case.json", lambda content: content[:50])),
             ("case.json: its checksum has changed",
              lambda: changed("case.json", lambda content: content.replace(b'"faces": ', b'"faces": 1'))),
+            ("case.json: a pipe, must be a file", lambda: ((case / "case.json").unlink(), os.mkfifo(case / "case.json"))),
             ("case.json: is the record of case 3",
              lambda: shutil.copytree(self.folder / "out/cases/00003", case, dirs_exist_ok=True)),
         ]
