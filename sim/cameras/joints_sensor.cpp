@@ -156,7 +156,7 @@ JointSocket::JointSocket(const ListenAddress& address, const RigidMotion& pose) 
   wanted.ai_socktype = SOCK_DGRAM;
   addrinfo* own = nullptr;
   require(::getaddrinfo(address.host.c_str(), std::to_string(address.port).c_str(), &wanted, &own) == 0,
-          "{} is no IP address and port", name());
+          "{} must be an IP address and port", name());
   const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(own, ::freeaddrinfo);
   socket_ = ::socket(own->ai_family, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   const int on = 1;

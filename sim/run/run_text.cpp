@@ -110,7 +110,7 @@ std::string array_sentence(const Run& run) {
   const TransducerArray& array = run.array;
   const std::string sound = array.kind == TransducerArray::Kind::kPlaneWave
                                 ? fmt::format("The sound was a plane wave of {:.4g} Pa", array.amplitudes(0))
-                                : fmt::format("The array had {} transducers (directivity {})", array.size(),
+                                : fmt::format("The array consisted of {} transducers (directivity {})", array.size(),
                                               directivity_name(array.directivity.kind()));
   return sound + (std::isnan(run.frequency) ? ". " : fmt::format(" at {:.4g} kHz. ", 1e-3 * run.frequency));
 }
