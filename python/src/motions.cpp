@@ -139,7 +139,7 @@ void add_class(nb::module_& module) {
           "joints", [](const SharedMotion& self) { return TablesByName(by_method(*self, joints_of)); },
           "By method: the joints of a hand tracker by their names of OpenXR, as index_tip, of the sample of each "
           "frame, "
-          "shape (F, 3) [m]; NaN where it had no hand. Empty unless joints are the sensor.")
+          "shape (F, 3) [m]; NaN where it found no hand. Empty unless joints are the sensor.")
       .def_prop_ro(
           "phases", [](const SharedMotion& self) { return of_frames(self, &PhaseSolution::phases); },
           "By method, of every channel in each frame, shape (F, N) [rad].")
