@@ -178,8 +178,7 @@ void solve_by_itself(const PatternSpec& spec, const PatternProblem& problem, Eig
   frame.alone_error = problem.metrics(problem.column(k), share, share * drive(alone)).relative_error;
 }
 
-/// The same on some frames, to which the sequence is compared: each so many, and of frames that follow others the
-/// worst.
+/// The same on some frames, to which the sequence is compared: each so many, and the worst of those that follow others.
 void check_alone(const PatternSpec& spec, const PatternProblem& problem, std::optional<int> every, Pattern& pattern,
                  Progress& progress) {
   for (Eigen::Index k = 0; every && k < pattern.clock.frames; k += *every) {

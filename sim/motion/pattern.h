@@ -92,14 +92,14 @@ struct PatternPoint {
 /// The watched landmarks, then start and, of a circle, the opposite side; both ends of a line; every point; the middle
 /// of the target.
 ///
-/// throws   InputError if the body is cut, a place is out of the skin's reach (SkinStrokes), or the path is shorter
-///          than 0.1 mm on the skin
+/// throws   InputError if the body is cut, a place is too far from the skin (SkinStrokes), or the path is shorter than
+///          0.1 mm on the skin
 std::vector<PatternPoint> pattern_points(const PatternSpec& spec, const Model& model);
 
 /// A spot is the disc (SkinStrokes) about the skin's point nearest to the path.
 ///
 /// points   their faces are among those of the result
-/// throws   InputError if the path leaves the skin's reach, or the mesh has fewer than kFewestSolved edges per
+/// throws   InputError if the path is too far from the skin, or the mesh has fewer than kFewestSolved edges per
 ///          wavelength at a spot, unless the scene allows it
 PatternSpots pattern_spots(const PatternSpec& spec, const PatternClock& clock, const std::vector<PatternPoint>& points,
                            const Model& model);
