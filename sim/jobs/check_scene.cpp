@@ -73,7 +73,7 @@ SceneCheck check_scene(const Scene& scene, bool accuracy, Progress& progress) {
   if (scene.pattern) {
     require_memory(checked.report);
     checked.pattern = pattern_cost(checked.model);
-    add({clock_warnings(*scene.pattern, checked.pattern->clock), {}}, checked.remarks);
+    add({checked.pattern->warnings, {}}, checked.remarks);
   }
   return checked;
 }

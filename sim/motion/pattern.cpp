@@ -246,7 +246,7 @@ void score_frames(const PatternSpec& spec, const PatternProblem& problem, Patter
 
 /// "below_wanted: ..." of the worst frame that the array is too weak for, else nothing. A spot may also be weak for its
 /// shape, where the array could make more.
-std::optional<std::string> reach_warning(const PatternProblem& problem, const Pattern& pattern) {
+std::optional<std::string> weak_array_warning(const PatternProblem& problem, const Pattern& pattern) {
   int below = 0;
   double least = kLeastReached;
   std::string worst;
@@ -455,7 +455,7 @@ Pattern solve_pattern(const Model& model, const PatternOptions& options, Progres
   };
   timed(progress, motion.timings, "scores", "errors, and pressure over time", [&] {
     score_frames(spec, problem, pattern);
-    warn(reach_warning(problem, pattern));
+    warn(weak_array_warning(problem, pattern));
     listen(model, problem, points, pattern);
   });
   timed(progress, motion.timings, "instants", "pressure of the whole skin at instants",

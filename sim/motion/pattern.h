@@ -111,7 +111,8 @@ struct PatternCost {
   double memory_mib = 0;     // of all of it
   double available_mib = 0;  // now
   double seconds = 0;
-  double files_mib = 0;  // of pattern.csv and, where it is written, pattern.h5
+  double files_mib = 0;                 // of pattern.csv and, where it is written, pattern.h5
+  std::vector<std::string> warnings{};  // of the clock, and of a pressure of its own that the array cannot make
 };
 
 /// Without solving it: by spots of at most 64 frames, and what this machine does now.

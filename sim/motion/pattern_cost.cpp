@@ -8,6 +8,7 @@
 #include "sim/run/check.h"
 #include "sim/run/estimates.h"
 #include "sim/run/methods.h"
+#include "sim/run/result_warnings.h"
 #include "solvers/phase/skin_rows.h"
 
 namespace touchfield {
@@ -34,6 +35,8 @@ Model as_still(const Model& model) {
   fixed->scene.write.transfer = false;
   if (spec.pressure) {
     fixed->scene.target->pressure = spec.pressure;
+    fixed->scene.target->quantity = TargetQuantity::kPressure;
+    still.posture.target = fixed->scene.target;
   }
   fixed->evaluation = {};
   fixed->fields.clear();
@@ -67,6 +70,10 @@ PatternCost pattern_cost(const Model& model) {
   cost.faces = static_cast<Eigen::Index>(pattern_spots(spec, few, points, model).faces.size());
   const Model still = as_still(model);
   const CheckReport report = check_model(still);
+  cost.warnings = clock_warnings(spec, cost.clock);
+  if (std::string warning = spec.pressure ? reach_warning(still) : ""; !warning.empty()) {
+    cost.warnings.push_back(std::move(warning));
+  }
   cost.available_mib = report.available_mib;
 
   const Eigen::Index channels = model.fixed->array.size();

@@ -108,6 +108,8 @@ class Pattern(CommandTest):
         self.assertGreater(2 * written, said["files_mib"] * 2**20)
         self.assertGreater(said["memory_mib"] * 2**20, 500 * 16 * 64)
         self.assertGreater(said["seconds"], 0)
+        loud = json.loads(self.run_ok("check", scene, "--set", "pattern.pressure_pa=1e6", "--json").stdout)
+        self.assertTrue(any(text.startswith("below_wanted: the array makes") for text in loud["warnings"]))
         self.is_refused("check", scene, "--set", "pattern.circle.hz=500", says="must be below half")
 
     def test_refused(self):
