@@ -119,7 +119,7 @@ void flush_folder(const std::string& path) {
 /// The number that a case's folder begins with; nothing if it is none.
 std::optional<int> case_number(std::string_view name) { return number_of<int>(name.substr(0, name.find('.'))); }
 
-/// What a directory without a plan holds of another sweep; empty for nothing.
+/// What a directory without a plan holds of another sweep; empty for nothing. Schedulers make empty folders for cases.
 std::string foreign_result(const std::string& directory) {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(directory, error)) {
@@ -127,7 +127,8 @@ std::string foreign_result(const std::string& directory) {
     const std::string ending = entry.path().extension().string();
     const bool is_plot = name.starts_with("sweep_") && (ending == ".png" || ending == ".pdf" || ending == ".svg");
     if (is_plot || name == "sweep.csv" || name == "sweep.log" ||
-        (name == "cases" && !fs::is_empty(entry.path(), error))) {
+        (name == "cases" && std::ranges::any_of(fs::directory_iterator(entry.path(), error),
+                                                [&](const auto& one) { return !fs::is_empty(one.path(), error); }))) {
       return name;
     }
   }
