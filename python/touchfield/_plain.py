@@ -65,7 +65,7 @@ def _of_argument(line):
     if not path or "." not in path or not rest.startswith((" = ", ": ")):
         return line
     keys = [key for key in path.split(".") if key not in ("array", "body", "hand", "place", "grid", "autd3", "positions", "medium")]
-    name = ".".join(_ARGUMENTS.get(key, re.sub(r"_(mm|deg)\b", "", key)) for key in keys)
+    name = ".".join(_ARGUMENTS.get(key, re.sub(r"_mm\b|(?<=^rotate)_deg", "", key)) for key in keys)
     if "_mm" in path:
         rest = _NUMBER.sub(lambda found: f"{float(found[0]) / 1000:.6g}", rest.split("; if ")[0]) + ", in m"
     return (name or path) + rest
