@@ -54,9 +54,8 @@ std::string piston_slip(const ArraySpec& spec, const TransducerArray& array, dou
   const double pitch = array.size() > 1 ? array_geometry(array).least_pitch : HUGE_VAL;
   if (2.0 * radius > kOverlap * pitch) {
     return fmt::format(
-        "unit_slip: array.piston_radius_mm: pistons with a radius of {:.4g} mm overlap at a pitch of {:.4g} mm. It "
-        "takes "
-        "the radius, in mm",
+        "unit_slip: array.piston_radius_mm: pistons with a radius of {:.4g} mm overlap at a pitch of {:.4g} mm. The "
+        "key takes the radius, in mm",
         radius / kMillimetre, pitch / kMillimetre);
   }
   return radius < kTiny * wavelength
@@ -86,8 +85,7 @@ std::string dead_slip(const MethodSpec& method, const ArraySpec& array) {
   }
   return fmt::format(
       "expected_dead: method {} expects that {:.3g} % of the channels are dead, and array.tolerances has {:.3g} %. "
-      "With "
-      "the channels that sound the pressure is up to {:.2g} times the wanted one",
+      "With the channels that sound the pressure is up to {:.2g} times the wanted one",
       method.name, 100.0 * expected, 100.0 * real, (1.0 - real) / (1.0 - expected));
 }
 

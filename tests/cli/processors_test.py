@@ -122,7 +122,7 @@ class Processors(CommandTest):
         self.assertIn("looks for more 4000 times, then sleeps", found["threads"]["state"])
         cores = {"OMP_NUM_THREADS": str(len(os.sched_getaffinity(0)))}
         self.assertEqual(self.doctor(cores)["threads"]["advice"], "")
-        for setting, state, advised in (({"GOMP_SPINCOUNT": "7"}, "look 7 times", False),
+        for setting, state, advised in (({"GOMP_SPINCOUNT": "7"}, "looks for more 7 times", False),
                                         ({"OMP_WAIT_POLICY": "passive"}, "sleeps at once", False),
                                         ({"OMP_WAIT_POLICY": "active"}, "looks for more for milliseconds", True)):
             threads = self.doctor({**cores, **setting})["threads"]
