@@ -64,9 +64,10 @@ std::optional<UnitDoubt> doubt_of(const BodySpec& body, double size) {
   const auto& shape = std::get<MeshShape>(body.shape);
   auto doubt = unit_doubt(size, shape.unit_given ? std::optional(shape.unit_name) : std::nullopt);
   if (doubt && doubt->refuse && shape.unit_given) {
-    const LengthUnit better = guess_unit(size).unit;
-    doubt->text = fmt::format("{}.file: the mesh is {} across. If the file is in {}, set unit: {}", shape_key(body),
-                              length_text(size * shape.unit), unit_in_words(better), better.name);
+    const UnitGuess better = guess_unit(size);
+    doubt->text = fmt::format("{}.file: the mesh is {} across. If the file is in {}, set unit: {}{}", shape_key(body),
+                              length_text(size * shape.unit), unit_in_words(better.unit), better.unit.name,
+                              better.certainty == UnitCertainty::kSure ? "" : fmt::format(" ({})", better.reason));
   } else if (doubt) {
     const std::string remedy = shape.unit_given ? "" : fmt::format(". Set {}.unit", shape_key(body));
     doubt->text = fmt::format("{}: {}{}", shape.file, doubt->text, remedy);

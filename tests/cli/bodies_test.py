@@ -199,9 +199,9 @@ class Bodies(CommandTest):
                "solve: {methods: [{fixed: {phases_rad: 0}}], resonance_check: never}\n"
         for across, unit, says in [(0.19, "mm", r"0\.19\d? mm across\. If the file is in metres, set unit: m$"),
                                    (190, "m", r"19\d m across\. If the file is in millimetres, set unit: mm$"),
-                                   (19, "m", r"19\.\d m across\. If the file is in centimetres, set unit: cm$"),
+                                   (19, "m", r"19\.\d m across\. If the file is in millimetres, set unit: mm \(.* 19\d mm if in cm, .*\)$"),
                                    (0.19, "cm", r"1\.9\d? mm across\. If the file is in metres, set unit: m$"),
-                                   (0.05, "mm", r"0\.05\d* mm across\. If the file is in metres, set unit: m$")]:
+                                   (0.05, "mm", r"0\.05\d* mm across\. If the file is in metres, set unit: m \(.*\)$")]:
             write_ply(self.folder / "ball.ply", *icosphere(2, across / 2))
             for edge in ("", ", edge_mm: 2.5"):
                 said = self.refused("check", self.write("scene.yaml", text.replace("UNIT", unit).replace("EDGE", edge)))

@@ -144,7 +144,7 @@ TEST_F(RunFile, AFailureNamesThePathAndTheReasonAndLeavesNothing) {
   EXPECT_THAT(message_of<IoError>([&] { write_run_file(directory_.file("plain/run.h5"), run); }),
               HasSubstr("Not a directory"));
   std::filesystem::create_directory(directory_.file("taken"));
-  EXPECT_THAT(message_of<IoError>([&] { write_run_file(directory_.file("taken"), run); }), HasSubstr("Is a directory"));
+  EXPECT_THAT(message_of<IoError>([&] { write_run_file(directory_.file("taken"), run); }), HasSubstr("it is a folder"));
   EXPECT_EQ(directory_.entries(), 2U);  // "plain" and "taken" alone
 }
 
