@@ -192,7 +192,7 @@ class Bodies(CommandTest):
         self.assertEqual(json.loads(done.stdout)["faces"], 1280)
         said = self.is_refused("check", self.write("mm.yaml", text.replace("ball.ply}", "ball.ply, unit: mm}")), "--set",
                                "target=null", "--set", "solve.methods=[{fixed: {phases_rad: 0}}]")
-        self.assertRegex(said.stderr, r"body\.mesh\.file: the mesh is 0\.1\d* mm across\. If the file is in metres, set unit: m\n")
+        self.assertRegex(said.stderr, r"body\.mesh\.file: the mesh is 0\.1\d* mm across\. If the file is in metres, set unit: m \(.* 100 mm if in m; ")
 
     def test_a_stated_unit_that_is_a_slip(self):
         text = "name: slip\narray: {plane_wave: {}}\nbody: {mesh: {file: ball.ply, unit: UNIT}EDGE}\n" \
