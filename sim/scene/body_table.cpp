@@ -9,6 +9,7 @@
 #include "sim/hand/hand_flesh.h"
 #include "sim/hand/implicit_surface.h"
 #include "sim/hand/shapes.h"
+#include "sim/mesh/io/mesh_files.h"
 #include "sim/mesh/io/unit_guess.h"
 #include "sim/scene/number_files.h"
 #include "sim/scene/scene_table.h"

@@ -13,28 +13,14 @@ import time
 import unittest
 
 import sonicsurface_test
+from live_test import SCENE
 from sonicsurface_test import PROGRAM, SILENT_AFTER_STOP, SILENT_WITHIN
 
 COUNT, SEED = 30, 1
 SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGSTOP, signal.SIGKILL]
 HARD = (signal.SIGSTOP, signal.SIGKILL)
 LONGEST_GAP = 0.4  # s between the two
-SWING = """\
-name: swing
-array: {sonicsurface: {}}
-body:
-  sphere: {radius_mm: 8}
-  place: {landmark: bottom, at_mm: [0, 0, 80]}
-  edge_mm: 4
-target: {box: {at: bottom, size_mm: [6, 6, 4]}, pressure_pa: 500}
-solve: {methods: [{unscattered: {faces: area}}], scheme: paper_corrected}
-evaluation: none
-motion:
-  seconds: 9
-  frames_hz: 20
-  stale_ms: 5000
-  change: [{path: 'body.place.at_mm[0]', sine: {amplitude: 5, hz: 1}}]
-"""
+SWING = SCENE.replace("[surface, {", "[{").replace("seconds: 2", "seconds: 9").replace("frames_hz: 10", "frames_hz: 20")
 
 
 class Pairs(sonicsurface_test.Emission):

@@ -17,6 +17,7 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "cli"))
 
 from autd3_units import ASSIGN_ID, FRAME, RESET_ID, Emulator, Wire, sdk_of  # noqa: E402
+from live_test import SCENE as SWING  # noqa: E402
 from support import PROGRAM, SOURCE, CommandTest, unittest  # noqa: E402
 
 SDK = sdk_of(SOURCE)
@@ -24,18 +25,10 @@ COUNT, SEED = 6, 1
 SECONDS = 1.5  # of an emission, after half a second of opening
 CLOSES = 0.02  # s after which a unit has forgotten its number
 RESET, CLEAR, PATTERN = 0, 3, 0x16
-SCENE = """\
-name: bench
-array: {autd3: {layout: [1, 1]}}
-body:
-  sphere: {radius_mm: 8}
-  place: {landmark: bottom, at_mm: [90, 70, 100]}
-  edge_mm: 4
-target: {box: {at: bottom, size_mm: [6, 6, 4]}, pressure_pa: 500}
-solve: {methods: [{unscattered: {faces: area}}], scheme: paper_corrected}
-evaluation: none
-"""
-MOTION = "motion: {seconds: 1, frames_hz: 20, stale_ms: 5000, change: [{path: 'body.place.at_mm[0]', sine: {amplitude: 5, hz: 1}}]}\n"
+# The ball above one unit: still, and swinging.
+MOVING = SWING.replace("{sonicsurface: {}}", "{autd3: {layout: [1, 1]}}").replace("[0, 0, 80]", "[90, 70, 100]").replace(
+    "[surface, {", "[{").replace("seconds: 2", "seconds: 1").replace("frames_hz: 10", "frames_hz: 20")
+STILL = MOVING[:MOVING.index("motion:")]
 
 
 class Unit(Wire):
@@ -161,7 +154,7 @@ class Senders(CommandTest):
 
     def test_who_is_refused(self):
         """Every command, and it says which process has the units."""
-        still, moving = self.write("still.yaml", SCENE), self.write("moving.yaml", SCENE + MOTION)
+        still, moving = self.write("still.yaml", STILL), self.write("moving.yaml", MOVING)
         self.run_ok("run", still, "-o", "run")
         with Emulator(SDK, 1) as emulator, Unit(emulator) as unit:
             holder = Program(unit.port, "array", "test", "--emit", "--seconds", "9", "--json")

@@ -35,6 +35,7 @@ struct Format {
   const char* ending;
   FileSurface (*parse)(const std::string& content, const std::string& name);  // null: is only written
   std::string (*as_file)(const TriangleMesh& mesh, double unit);              // null: is only read
+  const char* unit = "";                                                      // that it prescribes; empty: none
 };
 
 constexpr std::array<Format, 6> kFormats = {
@@ -43,14 +44,20 @@ constexpr std::array<Format, 6> kFormats = {
      {".ply", parse_ply, [](const auto& mesh, double unit) { return as_ply(mesh, unit); }},
      {".off", parse_off, as_off},
      {".vtp", nullptr, as_vtp},
-     {".glb", parse_glb, nullptr}}};
+     {".glb", parse_glb, nullptr, "m"}}};
 
-const Format& format_of(const std::string& path) {
+/// Null where there is none of the path's ending.
+const Format* find_format(const std::string& path) {
   std::string ending = fs::path(path).extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
   const auto* found =
       std::find_if(kFormats.begin(), kFormats.end(), [&](const Format& format) { return format.ending == ending; });
-  require(found != kFormats.end(),
+  return found != kFormats.end() ? found : nullptr;
+}
+
+const Format& format_of(const std::string& path) {
+  const Format* const found = find_format(path);
+  require(found != nullptr,
           "{}: a mesh file must end in .stl, .obj, .ply, .off, .vtp (only written) or .glb (only read)", path);
   return *found;
 }
@@ -120,6 +127,11 @@ void add_as_triangles(FileSurface& surface, const std::vector<std::int64_t>& cor
 }
 
 }  // namespace
+
+std::string format_unit(const std::string& path) {
+  const Format* const format = find_format(path);
+  return format != nullptr ? format->unit : "";
+}
 
 void require_few(std::int64_t points, std::int64_t faces, const std::string& name) {
   require(points <= kMostFilePoints && faces <= kMostFileFaces,

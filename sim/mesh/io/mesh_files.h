@@ -44,6 +44,9 @@ FileSurface parse_off(const std::string& content, const std::string& name);
 /// name, except KHR_mesh_quantization. No other file is opened.
 FileSurface parse_glb(const std::string& content, const std::string& name);
 
+/// The unit that a file's format prescribes, by the path's ending: "m" of GLB. Empty: none.
+std::string format_unit(const std::string& path);
+
 /// Adds polygons as triangles, once all points are known. A polygon of four corners or more need not be convex. A
 /// polygon without area becomes triangles without area.
 ///

@@ -1,9 +1,7 @@
 #include "sim/mesh/io/unit_guess.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
-#include <filesystem>
 #include <vector>
 
 #include <fmt/format.h>
@@ -56,12 +54,6 @@ const LengthUnit& file_unit(const std::string& name) {
       std::find_if(kFileUnits.begin(), kFileUnits.end(), [&](const LengthUnit& unit) { return name == unit.name; });
   require(found != kFileUnits.end(), "unit '{}' must be mm, cm or m", name);
   return *found;
-}
-
-std::string format_unit(const std::string& path) {
-  std::string ending = std::filesystem::path(path).extension().string();
-  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  return ending == ".glb" ? "m" : "";
 }
 
 double surface_size(const FileSurface& surface) {

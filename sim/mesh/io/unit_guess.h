@@ -40,9 +40,6 @@ inline constexpr double kMostBody = 10.0;
 /// throws   InputError "name: ..." on a size out of kLeastBody to kMostBody
 void require_body_size(double size, const std::string& name);
 
-/// The unit that a file's format prescribes, by the path's ending: "m" of GLB. Empty: none.
-std::string format_unit(const std::string& path);
-
 /// How far a guess of a file's unit can be trusted.
 enum class UnitCertainty {
   kSure,     // the one unit in which the body is as large as a hand, and in the others it is none a hand could touch
