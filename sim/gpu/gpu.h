@@ -123,7 +123,8 @@ class GpuBody {
   virtual void rows(const int* faces, int count, GpuComplex* rows) = 0;
   /// The few rows R, with R^H R = H^H diag(weights) H but for eigenvalues of at most tolerance^2 of the largest. They
   /// are those of reduced_skin_problem (sim/field/skin_problems.h). reduce() says how many they are and what they
-  /// leave out. reduced() gives the rows, rank x N.
+  /// leave out. reduced() gives the rows, rank x N. With tolerance 0, R is S rows by a Cholesky factor: in a frame
+  /// eigenvectors take longer than they save. Where columns of P depend on each other, it has the rows that do not.
   struct Reduction {
     int rank = 0;
     double left_out = 0;

@@ -81,7 +81,7 @@ class BodyOnCard {
   struct Wanted {
     std::vector<Eigen::Index> faces;
     const Eigen::VectorXd* weights = nullptr;  // M; null: none for the rest
-    double tolerance = 0;                      // of eigenvalues' roots
+    double tolerance = 0;                      // of eigenvalues' roots, see GpuBody::reduce
   };
   /// What drives V that span the channels make of the body; see make_transfer.
   struct Spanned {

@@ -22,8 +22,9 @@ namespace touchfield {
 namespace {
 
 constexpr double kDriveTolerance = 5e-3;  // a tenth of what a mesh is off that a frame has time for
-constexpr int kDescents = 2;              // steps of a descent for each iteration that the scene says
-constexpr double kSampled = 0.8;          // of it, by the rows that are checked: the others may have more
+constexpr double kFrameResidual = kDriveTolerance / 5;
+constexpr int kDescents = 2;      // steps of a descent for each iteration that the scene says
+constexpr double kSampled = 0.8;  // of it, by the rows that are checked: the others may have more
 constexpr int kFewestPlaces = 9;
 constexpr int kFirstPlaces = 9;  // of a motion, where the target is looked for
 constexpr int kMostPlaces = 33;
@@ -31,8 +32,9 @@ constexpr double kLargestStep = 1.2;       // wavelengths, between places that d
 constexpr Eigen::Index kRowsAChannel = 3;  // from which drives are found
 
 /// How fast a frame has to be does not bear double precision, nor does the mesh need it.
-SolverSpec frame_solver_spec(const SolverSpec& scene) {
+SolverSpec frame_solver_spec(const SolverSpec& scene, Scheme scheme) {
   SolverSpec spec = scene;
+  spec.tolerance = frame_tolerance(scene, scheme);
   if (spec.precision == PrecisionChoice::kAuto) {
     spec.precision = PrecisionChoice::kSingle;
   }
@@ -41,7 +43,7 @@ SolverSpec frame_solver_spec(const SolverSpec& scene) {
 
 /// Whether frames after the first one follow the phases through the factors of the equations (FactoredTransfer).
 bool follows(const Model& model, const MethodSpec& method) {
-  const SolverSpec spec = frame_solver_spec(model.fixed->scene.solve.solver);
+  const SolverSpec spec = frame_solver_spec(model.fixed->scene.solve.solver, method.scheme);
   const Eigen::Index faces = model.body.mesh.face_count();
   const SolverOptions options =
       choose_solver(spec, method.scheme, faces, available_memory(), model.fixed->array.size()).options;
@@ -134,6 +136,10 @@ Eigen::MatrixXcd principal_drives(const Eigen::MatrixXcd& rows, double tolerance
 
 }  // namespace
 
+double frame_tolerance(const SolverSpec& scene, Scheme scheme) {
+  return traits(scheme).burton_miller ? std::max(scene.tolerance, kFrameResidual) : scene.tolerance;
+}
+
 Eigen::MatrixXcd drives_of_motion(const MotionSensor& sensor, Scheme scheme, Progress* progress) {
   const Model& model = sensor.solved().first();
   const Eigen::Index rows = kRowsAChannel * model.fixed->array.size();
@@ -178,7 +184,7 @@ FrameSolver::FrameSolver(const MovingModel& moving, const MethodSpec& method, Ei
     : moving_(moving),
       first_(method),
       later_(method),
-      solver_(frame_solver_spec(moving.first().fixed->scene.solve.solver)),
+      solver_(frame_solver_spec(moving.first().fixed->scene.solve.solver, method.scheme)),
       drives_(drives.size() > 0 ? std::make_shared<const Eigen::MatrixXcd>(std::move(drives)) : nullptr),
       follows_(follows(moving.first(), method)) {
   later_.iterations =

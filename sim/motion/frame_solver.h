@@ -30,6 +30,10 @@ Eigen::MatrixXcd drives_of_motion(const MotionSensor& sensor, Scheme scheme, Pro
 /// The same for a method, by its scheme, if its frames work with them; else nothing.
 Eigen::MatrixXcd drives_for(const MotionSensor& sensor, const MethodSpec& method, Progress* progress = nullptr);
 
+/// The relative residual that frames are solved to: solve.tolerance, of Burton-Miller schemes at least 1e-3. That is a
+/// fifth of what the reduced basis of a motion leaves out. Plain schemes magnify residuals near a resonance.
+double frame_tolerance(const SolverSpec& scene, Scheme scheme);
+
 /// What is expected of phases that turn with a patch that moves: of channel n, at x_n,
 ///
 ///   phi_n - k (|x_n - now| - |x_n - before|)

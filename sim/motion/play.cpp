@@ -368,11 +368,16 @@ class Player {
   }
 
   void note_unconverged() {
+    const SolveSpec& solve = sensed_.scene.solve;
+    double tolerance = solve.solver.tolerance;
     double worst = scorer_ ? scorer_->worst_residual() : 0.0;
-    for (const auto& loop : loops_) {
-      worst = std::max(worst, loop->worst_residual());
+    for (std::size_t m = 0; m < loops_.size(); ++m) {
+      const double allowed = frame_tolerance(solve.solver, solve.methods[m].scheme);
+      if (loops_[m]->worst_residual() / allowed > worst / tolerance) {
+        worst = loops_[m]->worst_residual();
+        tolerance = allowed;
+      }
     }
-    const double tolerance = sensed_.scene.solve.solver.tolerance;
     if (worst > tolerance) {
       say({{fmt::format(
                "residual: the equations of a frame or score have a residual of {:.1e}, above the tolerance of {:.1e}",

@@ -78,7 +78,8 @@ std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
   const Eigen::VectorXd weights = outside.face_weights(areas, target, outside_weight);
   const std::vector<Eigen::Index> faces = joined(target.faces, more);
   auto spanned = scattering.spanned_on_card(
-      drives, kDriveTolerance, {faces, outside_weight > 0 ? &weights : nullptr, kOutsideTolerance}, "transfer");
+      drives, kDriveTolerance,
+      {faces, outside_weight > 0 ? &weights : nullptr, drives != nullptr ? 0.0 : kOutsideTolerance}, "transfer");
   if (!spanned) {
     return std::nullopt;
   }

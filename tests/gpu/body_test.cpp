@@ -175,6 +175,19 @@ TEST_F(BodyOnCardTest, SpansAllChannels) {
   EXPECT_LT(largest_difference(given.outside.adjoint() * given.outside,
                                drives * (p.adjoint() * weights.asDiagonal() * p) * drives.adjoint()),
             2e-4);
+  const BodyOnCard::Spanned all_rows = card.spanned(sources, kept, {faces, &weights, 0.0});
+  EXPECT_EQ(all_rows.outside.rows(), drives.cols());
+  EXPECT_EQ(all_rows.outside_left_out, 0.0);
+  EXPECT_LT(largest_difference(all_rows.outside.adjoint() * all_rows.outside,
+                               drives * (p.adjoint() * weights.asDiagonal() * p) * drives.adjoint()),
+            2e-4);
+  // No Cholesky factor: no more rows than faces that count.
+  Eigen::VectorXd few = Eigen::VectorXd::Zero(weights.size());
+  few.head(4) = weights.head(4);
+  const BodyOnCard::Spanned few_rows = card.spanned(sources, kept, {faces, &few, 0.0});
+  EXPECT_LT(largest_difference(few_rows.outside.adjoint() * few_rows.outside,
+                               drives * (p.adjoint() * few.asDiagonal() * p) * drives.adjoint()),
+            2e-4);
   const BodyOnCard::Spanned again = card.spanned(sources, kept, wanted);
   EXPECT_LE(again.report.steps, 2);  // by the factors at hand
   EXPECT_LT(largest_difference(again.target, given.target), 1e-6);

@@ -80,6 +80,14 @@ TEST(FrameSolver, CostsWhatAStillOfTheSameStepsCosts) {
   }
 }
 
+TEST(FrameSolver, StopsAtAFifthOfWhatTheBasisLeavesOutButForPlainSchemes) {
+  SolverSpec scene;
+  EXPECT_DOUBLE_EQ(frame_tolerance(scene, Scheme::kBurtonMillerPolished), 1e-3);
+  EXPECT_DOUBLE_EQ(frame_tolerance(scene, Scheme::kPaper), scene.tolerance);
+  scene.tolerance = 5e-3;
+  EXPECT_DOUBLE_EQ(frame_tolerance(scene, Scheme::kBurtonMiller), 5e-3);
+}
+
 /// Frames by drives, and five steps of Levenberg-Marquardt each: the way of a scene whose solver is not left open.
 Scene by_drives(Scene scene) {
   scene.solve.solver.precision = PrecisionChoice::kDouble;

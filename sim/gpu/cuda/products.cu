@@ -138,4 +138,14 @@ void HermitianSolver::solve(int n, cuDoubleComplex* a, double* values) {
   }
 }
 
+bool HermitianSolver::factorise(int n, cuDoubleComplex* a) {
+  Context& on = work_.context;
+  const auto with = [&](auto function, auto... room) {
+    return function(on.solver(), on.solver_params(), CUBLAS_FILL_MODE_LOWER, n, CUDA_C_64F, a, n, CUDA_C_64F, room...);
+  };
+  const auto query = [&](auto... sizes) { return with(cusolverDnXpotrf_bufferSize, sizes...); };
+  const auto routine = [&](auto... room) { return with(cusolverDnXpotrf, room...); };
+  return carry_out(work_, "Cholesky factor", query, routine) == 0;
+}
+
 }  // namespace touchfield::cuda

@@ -66,7 +66,7 @@ class Lu {
   Array<std::int64_t> pivots_;
 };
 
-/// All eigenvalues and eigenvectors of Hermitian matrices in double precision (cuSOLVER syevd), as
+/// Eigenvectors or Cholesky factors of Hermitian matrices in double precision; the former (cuSOLVER syevd) as
 /// touchfield::hermitian_eigen (solvers/linear/factorisations.h).
 class HermitianSolver {
  public:
@@ -78,6 +78,9 @@ class HermitianSolver {
   /// values   n on the card, ascending
   /// throws   std::domain_error if it holds a value that is not finite or the iteration fails
   void solve(int n, cuDoubleComplex* a, double* values);
+
+  /// A = L L^H, L in the lower triangle (cuSOLVER potrf). False where A is not positive definite; it is lost then.
+  bool factorise(int n, cuDoubleComplex* a);
 
  private:
   DenseWork work_;

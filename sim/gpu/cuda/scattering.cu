@@ -12,7 +12,6 @@ constexpr std::size_t kMostPanelBytes = std::size_t{4} << 30U;
 constexpr int kUsualSteps = 60;       // of GMRES, for which a block's Krylov space must have room
 constexpr double kTf32Error = 3e-4;   // of a product in TF32
 constexpr double kShareOfFree = 0.8;  // of what is free that one thing may take
-constexpr int kFacesAColumn = 64;     // at most, for LU and its inverse to take less than the steps of GMRES
 constexpr int kMostSteps = 20;        // by an inverse that is worth keeping
 
 }  // namespace
@@ -115,7 +114,19 @@ void Scattering::drop_factors() {
   has_factors_ = false;
 }
 
-/// The inverse from the factors of a B that is no longer: it preconditions those that follow.
+/// The inverse from the factors of B, where so many columns repay it: it preconditions the Bs that follow as the body
+/// moves. All that is only for speed: where memory does not bear it, nothing is made.
+void Scattering::invert_for(int columns) {
+  if (!spec_.burton_miller || !has_factors_ || !is_wide(columns) || !fits(matrix_bytes())) {
+    return;
+  }
+  try {
+    invert();
+  } catch (const GpuMemoryFailure&) {
+    inverse_.reset();
+  }
+}
+
 void Scattering::invert() {
   std::vector<int> all(static_cast<std::size_t>(spec_.faces));
   std::iota(all.begin(), all.end(), 0);
@@ -126,21 +137,16 @@ void Scattering::invert() {
 
 /// How so many columns are solved for best, and made ready for that. Plain schemes need LU, since their B has
 /// eigenvalues near 0; the others' has not, but for many columns LU takes less than the steps without it, and if the
-/// body then moves on, the inverse of that B serves until too much has changed. All that is only for speed: where
-/// memory does not bear it, B is stored or not even that.
+/// body then moves on, the inverse of that B serves until too much has changed. Where memory does not bear it, B is
+/// stored or not even that.
 GpuSolveOptions::Kind Scattering::prepare(GpuSolveOptions::Kind wanted, int columns) {
   using Kind = GpuSolveOptions::Kind;
-  const bool wide = kFacesAColumn * columns >= spec_.faces;
   Kind kind = wanted;
   if (wanted == Kind::kAuto) {
-    if (spec_.burton_miller && has_factors_ && !factors_are_current_ && wide && fits(matrix_bytes())) {
-      try {
-        invert();
-      } catch (const GpuMemoryFailure&) {
-        inverse_.reset();
-      }
+    if (!factors_are_current_) {
+      invert_for(columns);
     }
-    const bool pays = (wide || !spec_.burton_miller) && inverse_.size() == 0;
+    const bool pays = (is_wide(columns) || !spec_.burton_miller) && inverse_.size() == 0;
     kind = has_current_factors() || pays ? Kind::kLu : Kind::kGmres;
   }
   const double missing = (boundary().is_stored() ? 0.0 : 1.0) + (factors_.size() > 0 ? 0.0 : 1.0);
@@ -291,7 +297,11 @@ GpuSolveReport Scattering::solve(const GpuComplex* drives, int columns, bool war
     drives_.resize(host_.size());
     convert(context_, host_.data(), drives_.data(), host_.size());
   }
-  return pressures_of(drives_.data(), columns, warm, options, progress);
+  const GpuSolveReport report = pressures_of(drives_.data(), columns, warm, options, progress);
+  if (options.together && options.kind == GpuSolveOptions::Kind::kAuto) {
+    invert_for(columns);  // before the first frame that has to be fast
+  }
+  return report;
 }
 
 std::unique_ptr<GpuBody> Context::body(const GpuBodySpec& spec) {

@@ -10,6 +10,8 @@
 
 namespace touchfield::cuda {
 
+constexpr int kFacesAColumn = 64;  // at most, for LU and its inverse to take less than the steps of GMRES
+
 /// GpuBody: what ScatteringSystem, its solver and make_transfer do, put together from the parts beside it.
 class Scattering final : public GpuBody {
  public:
@@ -50,6 +52,7 @@ class Scattering final : public GpuBody {
   std::vector<double> eigen(int size, Array<cuDoubleComplex>& matrix);
   void to_channels(const cuDoubleComplex* rows, int count, GpuComplex* out);
   void channels_gram(Array<cuDoubleComplex>& gram);
+  void pressure_gram(const Array<double>& root, Array<cuDoubleComplex>& gram);
   const Array<cuComplex>& pressure() const { return spec_.polished ? p_ : x_; }
   void polish(const cuComplex* drives, int columns, double tolerance);
   GpuSolveReport pressures_of(const cuComplex* drives, int columns, bool warm, const GpuSolveOptions& options,
@@ -62,6 +65,8 @@ class Scattering final : public GpuBody {
   bool has_current_factors() const { return has_factors_ && factors_are_current_; }
   void drop_factors();
   GpuSolveOptions::Kind prepare(GpuSolveOptions::Kind wanted, int columns);
+  bool is_wide(int columns) const { return kFacesAColumn * columns >= spec_.faces; }
+  void invert_for(int columns);
   void invert();
   void copy(const cuComplex* from, cuComplex* to, std::size_t count);
   void set_units(const int* faces, int count, Array<cuComplex>& units);

@@ -38,6 +38,16 @@ __global__ void turn_vectors(const double* values, const cuDoubleComplex* vector
   }
 }
 
+/// rows = L^H, of a lower triangle
+__global__ void turn_factor(const cuDoubleComplex* factor, int size, cuDoubleComplex* rows) {
+  const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  const int s = static_cast<int>(blockIdx.y);
+  if (i < size) {
+    rows[i + std::size_t{1} * s * size] =
+        i <= s ? cuConj(factor[s + std::size_t{1} * i * size]) : make_cuDoubleComplex(0.0, 0.0);
+  }
+}
+
 __global__ void set_ones(const int* faces, int count, cuComplex* units, int ld) {
   const int c = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (c < count) {
@@ -133,14 +143,10 @@ void Scattering::rows(const int* faces, int count, GpuComplex* rows) {
   to_channels(gathered.data(), count, rows);
 }
 
-GpuBody::Reduction Scattering::reduce(const double* weights, double tolerance) {
-  context_.use();
-  std::vector<double> roots(weights, weights + spec_.faces);
-  std::transform(roots.begin(), roots.end(), roots.begin(), [](double w) { return std::sqrt(w); });
-  Array<double> root(context_);
-  root.upload(roots);
+/// P^H diag(root)^2 P in double.
+void Scattering::pressure_gram(const Array<double>& root, Array<cuDoubleComplex>& gram) {
   Array<cuDoubleComplex> panel(context_);
-  Array<cuDoubleComplex> gram(context_, std::size_t{1} * columns_ * columns_);
+  gram.resize(std::size_t{1} * columns_ * columns_);
   for (int first = 0; first < spec_.faces; first += kPanelRows) {
     const int rows = std::min(kPanelRows, spec_.faces - first);
     const std::size_t size = std::size_t{1} * rows * columns_;
@@ -149,6 +155,25 @@ GpuBody::Reduction Scattering::reduce(const double* weights, double tolerance) {
            pressure().data(), spec_.faces, columns_, panel.data());
     multiply(context_, CUBLAS_OP_C, CUBLAS_OP_N, columns_, columns_, rows, {1.0, 0.0}, panel.data(), rows, panel.data(),
              rows, {first == 0 ? 0.0 : 1.0, 0.0}, gram.data(), columns_);
+  }
+}
+
+GpuBody::Reduction Scattering::reduce(const double* weights, double tolerance) {
+  context_.use();
+  std::vector<double> roots(weights, weights + spec_.faces);
+  std::transform(roots.begin(), roots.end(), roots.begin(), [](double w) { return std::sqrt(w); });
+  Array<double> root(context_);
+  root.upload(roots);
+  Array<cuDoubleComplex> gram(context_);
+  pressure_gram(root, gram);
+  if (tolerance == 0) {
+    if (hermitian_.factorise(columns_, gram.data())) {
+      reduced_.resize(gram.size());
+      launch(context_, "outside rows", turn_factor, dim3(blocks_for(columns_, kThreads), columns_), kThreads,
+             gram.data(), columns_, reduced_.data());
+      return {columns_, 0.0};
+    }
+    pressure_gram(root, gram);
   }
   const std::vector<double> values = eigen(columns_, gram);
   const double total = std::accumulate(values.begin(), values.end(), 0.0);
