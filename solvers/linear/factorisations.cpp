@@ -109,7 +109,7 @@ double finite_one_norm(const Matrix& matrix) {
   bool finite = true;
 #pragma omp parallel for reduction(max : norm) reduction(&& : finite)
   for (Eigen::Index j = 0; j < matrix.cols(); ++j) {
-    const double sum = matrix.col(j).template cast<std::complex<double>>().cwiseAbs().sum();
+    const double sum = matrix.col(j).template cast<std::complex<double>>().cwiseAbs2().cwiseSqrt().sum();
     finite = finite && std::isfinite(sum);
     norm = std::max(norm, sum);
   }
