@@ -166,12 +166,13 @@ void require_fitting_phases(const Model& model) {
 }
 
 MethodSolver::MethodSolver(SkinScattering& scattering, Eigen::Index channels, std::optional<Target> target,
-                           SolveSpec spec, OutsideSkin outside)
+                           SolveSpec spec, OutsideSkin outside, std::shared_ptr<IncidentGrams> grams)
     : scattering_(scattering),
       channels_(channels),
       target_(std::move(target)),
       spec_(std::move(spec)),
-      outside_(std::move(outside)) {}
+      outside_(std::move(outside)),
+      gram_free_(std::move(grams)) {}
 
 void MethodSolver::aim(Target target) {
   target_ = std::move(target);
@@ -235,8 +236,7 @@ PhaseSolution MethodSolver::found(const MethodSpec& method, const Eigen::VectorX
 }
 
 const Eigen::MatrixXcd& MethodSolver::weighted_gram_of(const Eigen::MatrixXcd& g, const Eigen::VectorXd& weights,
-                                                       FaceWeights faces,
-                                                       std::map<FaceWeights, Eigen::MatrixXcd>& kept) const {
+                                                       FaceWeights faces, IncidentGrams& kept) const {
   Eigen::MatrixXcd& gram = kept[faces];
   if (gram.size() == 0) {
     gram = weighted_gram(g, weights);
@@ -256,8 +256,8 @@ Eigen::VectorXd MethodSolver::face_means(const Eigen::VectorXd& amplitudes) cons
 IncidentProblem MethodSolver::unscattered(const Eigen::VectorXd& amplitudes, FaceWeights faces) {
   const Eigen::MatrixXcd& g = scattering_.unit_field().pressure;
   const Eigen::VectorXd weights = outside_.misfit_weights(faces, scattering_.system().mesh().areas(), g.rows());
-  return unscattered_problem(target_->faces, g, weighted_gram_of(g, weights, faces, gram_free_), face_means(amplitudes),
-                             weights);
+  return unscattered_problem(target_->faces, g, weighted_gram_of(g, weights, faces, *gram_free_),
+                             face_means(amplitudes), weights);
 }
 
 IncidentProblem MethodSolver::scattered(const Eigen::VectorXd& amplitudes, FaceWeights faces) {
@@ -268,7 +268,7 @@ IncidentProblem MethodSolver::scattered(const Eigen::VectorXd& amplitudes, FaceW
   }
   const Eigen::VectorXd weights = outside_.misfit_weights(faces, system.mesh().areas(), columns_.rows());
   if (unit.slope.size() == 0 && unit.interior.size() == 0) {  // b is the incident pressure itself
-    const Eigen::MatrixXcd& gram = weighted_gram_of(unit.pressure, weights, faces, gram_free_);
+    const Eigen::MatrixXcd& gram = weighted_gram_of(unit.pressure, weights, faces, *gram_free_);
     return scattered_problem(columns_, unit.pressure, gram, face_means(amplitudes), weights);
   }
   if (b_.size() == 0) {

@@ -18,6 +18,9 @@ namespace touchfield {
 /// Patterns that are tried for the best pressure: narrows 1/50 to 1 of the largest one to a factor of 1.09.
 constexpr int kScaleTrials = 9;
 
+/// G^H diag(w) G of every channel's field G on the skin, N x N, for each kind of weights: made when first needed.
+using IncidentGrams = std::map<FaceWeights, Eigen::MatrixXcd>;
+
 /// A channel that the solver knows to be dead has no bearing on any cost: it is not driven.
 void leave_out_dead(const ChannelResponse& response, PhaseSolution& solution);
 
@@ -33,9 +36,10 @@ class MethodSolver {
  public:
   /// scattering   outlives the solver
   /// target       absent for scenes without one; methods other than `fixed` need one
-  /// outside        of the scattering's mesh
+  /// outside      of the scattering's mesh
+  /// grams        of the incident pressures, shared with solvers of the same mesh, array and skin beyond
   MethodSolver(SkinScattering& scattering, Eigen::Index channels, std::optional<Target> target, SolveSpec spec,
-               OutsideSkin outside = {});
+               OutsideSkin outside = {}, std::shared_ptr<IncidentGrams> grams = std::make_shared<IncidentGrams>());
 
   SkinScattering& scattering() const { return scattering_; }
 
@@ -90,7 +94,7 @@ class MethodSolver {
   IncidentProblem unscattered(const Eigen::VectorXd& amplitudes, FaceWeights faces);
   IncidentProblem scattered(const Eigen::VectorXd& amplitudes, FaceWeights faces);
   const Eigen::MatrixXcd& weighted_gram_of(const Eigen::MatrixXcd& g, const Eigen::VectorXd& weights, FaceWeights faces,
-                                           std::map<FaceWeights, Eigen::MatrixXcd>& kept) const;
+                                           IncidentGrams& kept) const;
   const Transfer& transfer(const Eigen::VectorXd& amplitudes, double outside_weight, Progress& progress);
   const Eigen::RowVectorXcd& central_row();
 
@@ -99,17 +103,17 @@ class MethodSolver {
   std::optional<Target> target_;
   SolveSpec spec_;
   OutsideSkin outside_;
+  std::shared_ptr<IncidentGrams> gram_free_;        // of the incident pressures, those beyond among them
   std::shared_ptr<const Eigen::MatrixXcd> drives_;  // given to span(), or none
   bool leave_card_ = false;                         // for want of memory there
   // Empty until needed:
   std::optional<SpannedPressure> spanned_;  // of drives_
   std::optional<Transfer> transfer_;
-  NearSkin near_;                                      // of the target, where a method asks for it
-  std::map<FaceWeights, Eigen::MatrixXcd> gram_free_;  // of the incident pressures, those beyond among them
-  Eigen::MatrixXcd b_;                                 // of every channel, where it is not the incident pressure
-  std::map<FaceWeights, Eigen::MatrixXcd> gram_b_;     // likewise
-  Eigen::MatrixXcd columns_;                           // B_T
-  Eigen::RowVectorXcd central_row_;                    // of H
+  NearSkin near_;                    // of the target, where a method asks for it
+  Eigen::MatrixXcd b_;               // of every channel, where it is not the incident pressure
+  IncidentGrams gram_b_;             // as gram_free_
+  Eigen::MatrixXcd columns_;         // B_T
+  Eigen::RowVectorXcd central_row_;  // of H
 };
 
 }  // namespace touchfield

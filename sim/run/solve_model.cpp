@@ -80,16 +80,18 @@ class Models {
   MethodSolver& of(Scheme scheme) {
     auto& entry = entries_[scheme];
     if (!entry) {
-      entry = std::make_unique<Entry>(make(scheme), run_.target, model_);
+      entry = std::make_unique<Entry>(make(scheme), run_.target, model_, grams_);
     }
     return entry->methods;
   }
 
  private:
   struct Entry {
-    Entry(std::unique_ptr<SkinScattering> made, const std::optional<Target>& target, const Model& model)
+    Entry(std::unique_ptr<SkinScattering> made, const std::optional<Target>& target, const Model& model,
+          const std::shared_ptr<IncidentGrams>& grams)
         : scattering(std::move(made)),
-          methods(*scattering, model.fixed->array.size(), target, model.fixed->scene.solve, outside_skin(model)) {}
+          methods(*scattering, model.fixed->array.size(), target, model.fixed->scene.solve, outside_skin(model),
+                  grams) {}
     std::unique_ptr<SkinScattering> scattering;
     MethodSolver methods;
   };
@@ -114,6 +116,7 @@ class Models {
   const SolveOptions& options_;
   Run& run_;
   Progress& progress_;
+  std::shared_ptr<IncidentGrams> grams_ = std::make_shared<IncidentGrams>();  // no scheme changes them
   std::map<Scheme, std::unique_ptr<Entry>> entries_;
 };
 
