@@ -48,12 +48,6 @@ Value ball(const Vector3& from_centre, double radius) {
   return {distance - radius, distance > 0 ? Vector3(from_centre / distance) : Vector3(Vector3::UnitZ())};
 }
 
-Value segment(const Vector3& a, const Vector3& b, double radius_a, double radius_b, const Vector3& x) {
-  const Vector3 axis = b - a;
-  const double t = std::clamp((x - a).dot(axis) / axis.squaredNorm(), 0.0, 1.0);
-  return ball(x - a - t * axis, radius_a + t * (radius_b - radius_a));
-}
-
 template <class Visit>
 void for_each_ball(const SoftPart& part, const Visit& visit) {
   for (const Cone& cone : part.cones) {
@@ -219,6 +213,8 @@ SoftBody::PlateShape::PlateShape(const Plate& of)
       ac(of.corners.col(2) - of.corners.col(0)),
       normal(ab.cross(ac)),
       size(normal.squaredNorm()),
+      sides(of.corners(Eigen::all, {1, 2, 0}) - of.corners),
+      squared_sides(sides.colwise().squaredNorm()),
       bound{of.corners.rowwise().mean(), 0.0} {
   bound.radius = (of.corners.colwise() - bound.centre).colwise().norm().maxCoeff() + of.radii.maxCoeff();
 }
@@ -232,15 +228,22 @@ Value SoftBody::PlateShape::at(const Vector3& x) const {
   if (u >= 0 && v >= 0 && u + v <= 1) {
     return ball(ax - u * ab - v * ac, plate.radii(0) * (1 - u - v) + plate.radii(1) * u + plate.radii(2) * v);
   }
-  Value best{std::numeric_limits<double>::infinity(), Vector3::UnitZ()};
+  // Of the balls along the sides that of the nearest surface: its direction alone is worked out.
+  double least = std::numeric_limits<double>::infinity();
+  Vector3 from_centre = ax;
+  double radius = plate.radii(0);
   for (int i = 0; i < 3; ++i) {
-    const int j = (i + 1) % 3;
-    const Value side = segment(plate.corners.col(i), plate.corners.col(j), plate.radii(i), plate.radii(j), x);
-    if (side.distance < best.distance) {
-      best = side;
+    const Vector3 from_corner = x - plate.corners.col(i);
+    const double t = std::clamp(from_corner.dot(sides.col(i)) / squared_sides(i), 0.0, 1.0);
+    const Vector3 from = from_corner - t * sides.col(i);
+    const double thick = plate.radii(i) + t * (plate.radii((i + 1) % 3) - plate.radii(i));
+    if (const double distance = from.norm() - thick; distance < least) {
+      least = distance;
+      from_centre = from;
+      radius = thick;
     }
   }
-  return best;
+  return ball(from_centre, radius);
 }
 
 /// The distance to the triangle is within a radius of at() + that radius, and changes by no more than the way.

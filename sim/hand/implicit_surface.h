@@ -181,6 +181,8 @@ class SoftBody {
     Vector3 ac;
     Vector3 normal;
     double size;
+    Eigen::Matrix3d sides;  // from each corner to the next
+    Vector3 squared_sides;
     Bound bound;
   };
   struct Part {
