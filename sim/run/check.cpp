@@ -73,9 +73,11 @@ double resonance_checks_seconds(const Scene& scene, double product, double spent
   }
   double seconds = 0.0;
   for (const Scheme scheme : schemes) {
-    const double resonance_check = resonance_check_seconds(!traits(scheme).burton_miller, product);
-    seconds +=
-        wants_resonance_check(scene.solve.solver.resonance_check, resonance_check, spent) ? resonance_check : 0.0;
+    const bool plain = !traits(scheme).burton_miller;
+    const double resonance_check = resonance_check_seconds(plain, product);
+    seconds += wants_resonance_check(scene.solve.solver.resonance_check, plain, resonance_check, spent)
+                   ? resonance_check
+                   : 0.0;
   }
   return seconds;
 }

@@ -119,7 +119,8 @@ void remark_nonlinearity(const Run& run, Remarks& remarks) {
 constexpr double kTolerance = 1e-3;
 constexpr int kMaxSteps = 60;
 constexpr double kFreeSeconds = 0.25;  // spent on the resonance check whatever the run takes
-constexpr double kShare = 0.5;         // of the run's own solving
+constexpr double kShare = 0.5;         // of the run's own solving, where a warning depends on it
+constexpr double kShareCured = 0.1;    // the same of a scheme that needs no warning
 
 }  // namespace
 
@@ -179,9 +180,9 @@ double resonance_check_seconds(bool plain, double product) { return (plain ? 15.
 
 bool has_cure(Scheme scheme) { return traits(scheme).burton_miller; }
 
-bool wants_resonance_check(ResonanceCheck choice, double seconds, double spent) {
+bool wants_resonance_check(ResonanceCheck choice, bool plain, double seconds, double spent) {
   return choice == ResonanceCheck::kAlways ||
-         (choice == ResonanceCheck::kAuto && seconds <= std::max(kFreeSeconds, kShare * spent));
+         (choice == ResonanceCheck::kAuto && seconds <= std::max(kFreeSeconds, (plain ? kShare : kShareCured) * spent));
 }
 
 double resonance_difference(const SkinScattering& scattering, SkinScattering* cured, const SolverSpec& spec,
@@ -207,7 +208,7 @@ double resonance_difference(const SkinScattering& scattering, SkinScattering* cu
   quick.max_steps = kMaxSteps;
   const double share = product_share(kind, mesh.face_count(), solver_grid(grid_body(mesh), wave, quick).seconds);
   const double expected = resonance_check_seconds(plain, share * product_seconds(mesh, wave));
-  if (!wants_resonance_check(spec.resonance_check, expected, spent)) {
+  if (!wants_resonance_check(spec.resonance_check, plain, expected, spent)) {
     progress.detail(fmt::format(
         "  resonance check: skipped, {} would take about {:.1f} s more (solve.resonance_check: always requests it)",
         to_string(other), expected));

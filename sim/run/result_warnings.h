@@ -49,7 +49,9 @@ double resonance_check_seconds(bool plain, double product);
 bool has_cure(Scheme scheme);
 
 /// Whether the resonance check is computed, in a run that has spent so many seconds on solving.
-bool wants_resonance_check(ResonanceCheck choice, double seconds, double spent);
+///
+/// plain   whether the run's own scheme is a plain one
+bool wants_resonance_check(ResonanceCheck choice, bool plain, double seconds, double spent);
 
 /// The resonance check for fictitious frequencies: the difference between the pressures of a plain and of a
 /// Burton-Miller scheme for one drive,
@@ -58,8 +60,8 @@ bool wants_resonance_check(ResonanceCheck choice, double seconds, double spent);
 ///
 /// The run's own solution is one of the two. The other scheme is paper_corrected or burton_miller. It is solved to 1e-3
 /// in at most 60 steps, by products with a grid if the run's products are such, else matrix-free. `auto` leaves the
-/// resonance check out if it would take longer than 0.25 s and longer than half the time that the run has spent on
-/// solving.
+/// resonance check out if it would take longer than 0.25 s and longer than a share of the time that the run has
+/// spent on solving: half of it for a plain scheme, whose warning depends on it, a tenth for others.
 ///
 /// cured     a model of the same body by a Burton-Miller scheme, if the run has one; may be null. It stands in for
 ///           burton_miller where the run's own scheme is a plain one
