@@ -60,8 +60,8 @@ bool wants_resonance_check(ResonanceCheck choice, bool plain, double seconds, do
 ///
 /// The run's own solution is one of the two. The other scheme is paper_corrected or burton_miller. It is solved to 1e-3
 /// in at most 60 steps, by products with a grid if the run's products are such, else matrix-free. `auto` leaves the
-/// resonance check out if it would take longer than 0.25 s and longer than a share of the time that the run has
-/// spent on solving: half of it for a plain scheme, whose warning depends on it, a tenth for others.
+/// resonance check out if it would take longer than 0.25 s and longer than a share of the time spent on solving. The
+/// share is a half for a plain scheme, whose warning depends on the check, and a tenth for others.
 ///
 /// cured     a model of the same body by a Burton-Miller scheme, if the run has one; may be null. It stands in for
 ///           burton_miller where the run's own scheme is a plain one
