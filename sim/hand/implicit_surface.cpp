@@ -209,12 +209,10 @@ SoftBody::Extremes SoftBody::ConeShape::within(const Vector3& centre, double rad
 
 SoftBody::PlateShape::PlateShape(const Plate& of)
     : plate(of),
-      ab(of.corners.col(1) - of.corners.col(0)),
-      ac(of.corners.col(2) - of.corners.col(0)),
-      normal(ab.cross(ac)),
-      size(normal.squaredNorm()),
       sides(of.corners(Eigen::all, {1, 2, 0}) - of.corners),
       squared_sides(sides.colwise().squaredNorm()),
+      normal(sides.col(2).cross(sides.col(0))),
+      size(normal.squaredNorm()),
       bound{of.corners.rowwise().mean(), 0.0} {
   bound.radius = (of.corners.colwise() - bound.centre).colwise().norm().maxCoeff() + of.radii.maxCoeff();
 }
@@ -223,6 +221,8 @@ SoftBody::PlateShape::PlateShape(const Plate& of)
 /// radius, a small slope.
 Value SoftBody::PlateShape::at(const Vector3& x) const {
   const Vector3 ax = x - plate.corners.col(0);
+  const Vector3 ab = sides.col(0);
+  const Vector3 ac = -sides.col(2);
   const double u = ax.cross(ac).dot(normal) / size;
   const double v = ab.cross(ax).dot(normal) / size;
   if (u >= 0 && v >= 0 && u + v <= 1) {

@@ -177,12 +177,10 @@ class SoftBody {
     Extremes within(const Vector3& centre, double radius) const;
 
     Plate plate;
-    Vector3 ab;
-    Vector3 ac;
-    Vector3 normal;
-    double size;
     Eigen::Matrix3d sides;  // from each corner to the next
     Vector3 squared_sides;
+    Vector3 normal;
+    double size;
     Bound bound;
   };
   struct Part {

@@ -73,7 +73,7 @@ double resonance_checks_seconds(const Scene& scene, double product, double spent
   }
   double seconds = 0.0;
   for (const Scheme scheme : schemes) {
-    const bool plain = !traits(scheme).burton_miller;
+    const bool plain = !has_cure(scheme);
     const double resonance_check = resonance_check_seconds(plain, product);
     seconds += wants_resonance_check(scene.solve.solver.resonance_check, plain, resonance_check, spent)
                    ? resonance_check

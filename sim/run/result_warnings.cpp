@@ -191,7 +191,7 @@ double resonance_difference(const SkinScattering& scattering, SkinScattering* cu
   const double nothing = std::numeric_limits<double>::quiet_NaN();
   const TriangleMesh& mesh = scattering.system().mesh();
   const Wave& wave = scattering.system().wave();
-  const bool plain = !traits(scattering.system().scheme()).burton_miller;
+  const bool plain = !has_cure(scattering.system().scheme());
   SkinScattering* ready = plain ? cured : nullptr;
   const Scheme other =
       ready != nullptr ? ready->system().scheme() : (plain ? Scheme::kBurtonMiller : Scheme::kPaperCorrected);

@@ -12,6 +12,7 @@ constexpr std::size_t kMostPanelBytes = std::size_t{4} << 30U;
 constexpr int kUsualSteps = 60;       // of GMRES, for which a block's Krylov space must have room
 constexpr double kTf32Error = 3e-4;   // of a product in TF32
 constexpr double kShareOfFree = 0.8;  // of what is free that one thing may take
+constexpr int kFacesAColumn = 64;     // at most, for LU and its inverse to take less than the steps of GMRES
 constexpr int kMostSteps = 20;        // by an inverse that is worth keeping
 
 }  // namespace
@@ -113,6 +114,8 @@ void Scattering::drop_factors() {
   factors_.reset();
   has_factors_ = false;
 }
+
+bool Scattering::is_wide(int columns) const { return kFacesAColumn * columns >= spec_.faces; }
 
 /// The inverse from the factors of B, where so many columns repay it: it preconditions the Bs that follow as the body
 /// moves. All that is only for speed: where memory does not bear it, nothing is made.

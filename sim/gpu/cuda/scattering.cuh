@@ -10,8 +10,6 @@
 
 namespace touchfield::cuda {
 
-constexpr int kFacesAColumn = 64;  // at most, for LU and its inverse to take less than the steps of GMRES
-
 /// GpuBody: what ScatteringSystem, its solver and make_transfer do, put together from the parts beside it.
 class Scattering final : public GpuBody {
  public:
@@ -65,7 +63,7 @@ class Scattering final : public GpuBody {
   bool has_current_factors() const { return has_factors_ && factors_are_current_; }
   void drop_factors();
   GpuSolveOptions::Kind prepare(GpuSolveOptions::Kind wanted, int columns);
-  bool is_wide(int columns) const { return kFacesAColumn * columns >= spec_.faces; }
+  bool is_wide(int columns) const;
   void invert_for(int columns);
   void invert();
   void copy(const cuComplex* from, cuComplex* to, std::size_t count);
