@@ -1,12 +1,14 @@
 // The card against the processor: pressures of a block of drives on hands of more and more faces, and of frames in
-// which the index finger bends by a degree each, errors beside; with 0 FRAMES only the first pressures. Prints a table
-// in CSV. usage: gpu_bench [MOST_FACES_OF_THE_PROCESSOR
-// [EDGE_MM[@LENGTH_MM]:CHANNELS_X:CHANNELS_Y:COLUMNS:FRAMES:SCHEME ...]]
+// which the index finger bends by a degree each, errors beside. With 0 FRAMES only the first pressures, then those of
+// another body object, and their error against sums by pairs on the card at 1e-5 up to the given number of faces.
+// Prints a table in CSV. usage: gpu_bench [MOST_FACES_OF_THE_PROCESSOR
+// [[POSE/]EDGE_MM[@LENGTH_MM]:CHANNELS_X:CHANNELS_Y:COLUMNS:FRAMES:SCHEME ...]]
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <string>
 #include <vector>
 
@@ -30,6 +32,7 @@ double seconds_of(const auto& work) {
 }
 
 struct Case {
+  std::string pose;
   double edge_mm, length_mm;  // of the hand's mesh, and of the hand if > 0
   int x, y, columns, frames;
   std::string scheme;
@@ -53,6 +56,7 @@ Eigen::MatrixXcd some_drives(Eigen::Index channels, int columns) {
 
 void measure(const Case& c, Eigen::Index most_on_processor) {
   HandOptions options;
+  options.pose = c.pose;
   options.edge = 1e-3 * c.edge_mm;
   if (c.length_mm > 0) {
     options.breadth *= 1e-3 * c.length_mm / options.length;
@@ -66,16 +70,28 @@ void measure(const Case& c, Eigen::Index most_on_processor) {
     scheme = to_string(known) == c.scheme ? known : scheme;
   }
   const Eigen::MatrixXcd q = some_drives(array.size(), c.columns);
+  SystemOptions by_grid;
+  by_grid.grid_tolerance = mesh.face_count() >= kGridOnCard ? 1e-5 : 0.0;
+  const ScatteringSystem with_grid(mesh, wave, scheme, by_grid);
   const ScatteringSystem system(mesh, wave, scheme);
   SolverOptions solver;
   solver.tolerance = 1e-4;
   std::unique_ptr<BodyOnCard> card;
   Solved first;
-  const double set_up = seconds_of([&] { card = std::make_unique<BodyOnCard>(shared_gpu(0), system, solver, true); });
+  const double set_up =
+      seconds_of([&] { card = std::make_unique<BodyOnCard>(shared_gpu(0), with_grid, solver, true); });
   const double cold = seconds_of([&] { first = card->pressure(array, q); });
   const SolverKind kind = card->kind();
   const bool more = c.frames > 0;
-  const double again = more ? seconds_of([&] { card->pressure(array, q); }) : std::nan("");
+  Solved second;
+  const double again = seconds_of([&] {
+    if (more) {
+      second = card->pressure(array, q);
+    } else {
+      card = std::make_unique<BodyOnCard>(shared_gpu(0), with_grid, solver, true);
+      second = card->pressure(array, q);
+    }
+  });
   // What a scene needs of all channels: drives that span them, their pressures on some faces, the few rows that stand
   // for the rest.
   std::vector<Eigen::Index> faces(100);
@@ -87,7 +103,7 @@ void measure(const Case& c, Eigen::Index most_on_processor) {
   double transfer = std::nan("");
   Eigen::Index drives = 0;
   for (int trial = 0; trial < 2 && more && c.columns > 8; ++trial) {
-    BodyOnCard fresh(shared_gpu(0), system, solver, true);
+    BodyOnCard fresh(shared_gpu(0), with_grid, solver, true);
     const double took = seconds_of([&] { drives = fresh.spanned(array, 1e-4, wanted).drives; });
     transfer = trial == 0 ? took : std::min(transfer, took);
   }
@@ -141,11 +157,20 @@ void measure(const Case& c, Eigen::Index most_on_processor) {
     expected = bent.pressure(make_solver(bent, exact)->solve(bent.right_hand_side(field)).x, field)(faces, Eigen::all);
     frame_error = (card->spanned_pressure()(faces, Eigen::seqN(0, some.cols())) - expected).norm() / expected.norm();
   }
+  if (!more && mesh.face_count() <= most_on_processor) {
+    SolverOptions by_pairs;
+    by_pairs.tolerance = 1e-5;
+    card = nullptr;
+    BodyOnCard reference(shared_gpu(0), system, by_pairs, false);
+    Solved expected;
+    processor = seconds_of([&] { expected = reference.pressure(array, q); });
+    error = (second.x - expected.x).norm() / expected.x.norm();
+  }
   std::printf("%s,%ld,%ld,%d,\"%s\",%.4f,%.4f,%.4f,%d,%.1e,%.3f,%.1e,%.4f,%.4f,%d,%.1e,%.4f,%ld,%.0f\n",
               c.scheme.c_str(), static_cast<long>(mesh.face_count()), static_cast<long>(array.size()), c.columns,
               to_string(kind).c_str(), set_up, cold, again, first.report.steps, first.report.residual, processor, error,
               frame, slowest, last.report.steps, frame_error, transfer, static_cast<long>(drives),
-              static_cast<double>(card->gpu().most_taken()) / 1048576.0);
+              static_cast<double>(shared_gpu(0)->most_taken()) / 1048576.0);
   std::fflush(stdout);
 }
 
@@ -159,10 +184,13 @@ int run(int count, char** values) {
       return std::sscanf(from, ":%d:%d:%d:%d:%63s", &c.x, &c.y, &c.columns, &c.frames, scheme) == 5 && c.frames >= 0;
     };
     char* end = nullptr;
-    c.edge_mm = std::strtod(values[i], &end);
+    const char* slash = std::strchr(values[i], '/');
+    c.pose = slash != nullptr ? std::string(static_cast<const char*>(values[i]), slash) : HandOptions().pose;
+    c.edge_mm = std::strtod(slash != nullptr ? slash + 1 : values[i], &end);
     c.length_mm = *end == '@' ? std::strtod(end + 1, &end) : 0.0;
     if (!rest(end)) {
-      std::fprintf(stderr, "gpu_bench: %s: must be EDGE_MM[@LENGTH_MM]:X:Y:COLUMNS:FRAMES:SCHEME, FRAMES 0 at least\n",
+      std::fprintf(stderr,
+                   "gpu_bench: %s: must be [POSE/]EDGE_MM[@LENGTH_MM]:X:Y:COLUMNS:FRAMES:SCHEME, FRAMES 0 at least\n",
                    values[i]);
       return 2;
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "sim/bem/polynomials.h"
 
@@ -62,6 +63,8 @@ class Octant {
                        static_cast<std::size_t>(half_[2]) +
                    static_cast<std::size_t>(z)];
   }
+
+  std::vector<Complex> values() && { return std::move(values_); }
 
   void transform() {
     for (int axis = 0; axis < 3; ++axis) {
@@ -162,18 +165,61 @@ std::vector<Real> KaiserWindow::polynomials() const {
 template std::vector<float> KaiserWindow::polynomials() const;
 template std::vector<double> KaiserWindow::polynomials() const;
 
+GridAxes grid_period(const GridSpec& spec, const Vector3& extent, const GridAxes& points) {
+  GridAxes period{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    const int cells = static_cast<int>(std::floor(extent(static_cast<Eigen::Index>(a)) / spec.step));
+    period[a] = transform_size(std::max(2 * (cells + 1 + spec.margin), points[a]));
+  }
+  return period;
+}
+
+std::vector<Complex> grid_symbol(const KernelSplit& kernel, const GridSpec& spec, const Vector3& extent,
+                                 const GridAxes& period) {
+  Octant octant(period);
+  const KaiserWindow window(spec.width, spec.window_shape);
+  std::array<std::vector<double>, 3> place;   // along each axis [m]
+  std::array<std::vector<double>, 3> factor;  // 1 / (P w^2)
+  for (std::size_t a = 0; a < 3; ++a) {
+    const int n = period[a];
+    const double margin = 0.5 * n - extent(static_cast<Eigen::Index>(a)) / spec.step;
+    for (int i = 0; i <= n / 2; ++i) {
+      place[a].push_back(spec.step * continued(i, n, margin, spec.bend_shape * margin));
+      factor[a].push_back(1.0 / (n * std::pow(window.transform(2.0 * std::numbers::pi * i / n), 2)));
+    }
+  }
+  const auto at = [](const std::vector<double>& values, int i) { return values[static_cast<std::size_t>(i)]; };
+  const auto for_each = [&octant](const auto& work) {
+#pragma omp parallel for schedule(dynamic)
+    for (int x = 0; x < octant.half(0); ++x) {
+      for (int y = 0; y < octant.half(1); ++y) {
+        for (int z = 0; z < octant.half(2); ++z) {
+          work(octant.at(x, y, z), x, y, z);
+        }
+      }
+    }
+  };
+  for_each([&](Complex& value, int x, int y, int z) {
+    value = kernel.smooth(Vector3(at(place[0], x), at(place[1], y), at(place[2], z)).norm());
+  });
+  octant.transform();
+  for_each(
+      [&](Complex& value, int x, int y, int z) { value *= at(factor[0], x) * at(factor[1], y) * at(factor[2], z); });
+  return std::move(octant).values();
+}
+
 template <typename Real>
 GridConvolution<Real>::GridConvolution(const KernelSplit& kernel, const GridSpec& spec, const Vector3& extent) {
   constexpr int kLanes = kGridLanes<Real>;
   for (int axis = 0; axis < 3; ++axis) {
-    const auto a = static_cast<std::size_t>(axis);
     const int cells = static_cast<int>(std::floor(extent(axis) / spec.step));
-    points_[a] = cells + spec.width;
-    if (axis == 2) {  // rows are read and written by whole windows and whole rows of lanes
-      points_[a] = whole_rows(cells + KaiserWindow(spec.width, 0.0).lanes(), kLanes);
-    }
-    period_[a] = transform_size(std::max(2 * (cells + 1 + spec.margin), points_[a]));
-    lines_.emplace_back(period_[a]);
+    // Rows along z are read and written by whole windows and whole rows of lanes.
+    points_[static_cast<std::size_t>(axis)] =
+        axis < 2 ? cells + spec.width : whole_rows(cells + KaiserWindow(spec.width, 0.0).lanes(), kLanes);
+  }
+  period_ = grid_period(spec, extent, points_);
+  for (const int n : period_) {
+    lines_.emplace_back(n);
   }
   symbol_row_ = whole_rows(period_[1], kLanes);
   make_symbol(kernel, spec, extent);
@@ -185,37 +231,19 @@ GridConvolution<Real>::GridConvolution(const KernelSplit& kernel, const GridSpec
 
 template <typename Real>
 void GridConvolution<Real>::make_symbol(const KernelSplit& kernel, const GridSpec& spec, const Vector3& extent) {
-  Octant octant(period_);
-  const KaiserWindow window(spec.width, spec.window_shape);
-  std::array<std::vector<double>, 3> place;   // along each axis [m]
-  std::array<std::vector<double>, 3> factor;  // 1 / (P w^2)
-  for (std::size_t a = 0; a < 3; ++a) {
-    const int n = period_[a];
-    const double margin = 0.5 * n - extent(static_cast<Eigen::Index>(a)) / spec.step;
-    for (int i = 0; i <= n / 2; ++i) {
-      place[a].push_back(spec.step * continued(i, n, margin, spec.bend_shape * margin));
-      factor[a].push_back(1.0 / (n * std::pow(window.transform(2.0 * std::numbers::pi * i / n), 2)));
-    }
-  }
-  const auto at = [](const std::vector<double>& values, int i) { return values[static_cast<std::size_t>(i)]; };
-#pragma omp parallel for schedule(dynamic)
-  for (int x = 0; x < octant.half(0); ++x) {
-    for (int y = 0; y < octant.half(1); ++y) {
-      for (int z = 0; z < octant.half(2); ++z) {
-        octant.at(x, y, z) = kernel.smooth(Vector3(at(place[0], x), at(place[1], y), at(place[2], z)).norm());
-      }
-    }
-  }
-  octant.transform();
-  symbol_re_.resize(static_cast<std::size_t>(symbol_row_) * static_cast<std::size_t>(octant.half(0)) *
-                    static_cast<std::size_t>(octant.half(2)));
+  const std::vector<Complex> symbol = grid_symbol(kernel, spec, extent, period_);
+  const int half_x = period_[0] / 2 + 1;
+  const int half_y = period_[1] / 2 + 1;
+  const int half_z = period_[2] / 2 + 1;
+  symbol_re_.resize(static_cast<std::size_t>(symbol_row_ * half_x * half_z));
   symbol_im_.resize(symbol_re_.size());
-  for (int x = 0; x < octant.half(0); ++x) {
-    for (int z = 0; z < octant.half(2); ++z) {
-      const auto row = static_cast<std::size_t>(x * octant.half(2) + z) * static_cast<std::size_t>(symbol_row_);
+  for (int x = 0; x < half_x; ++x) {
+    for (int z = 0; z < half_z; ++z) {
+      const auto row = static_cast<std::size_t>(x * half_z + z) * static_cast<std::size_t>(symbol_row_);
       for (int y = 0; y < period_[1]; ++y) {
-        const int folded = std::min(y, period_[1] - y);
-        const Complex value = octant.at(x, folded, z) * at(factor[0], x) * at(factor[1], folded) * at(factor[2], z);
+        const std::ptrdiff_t from =
+            (static_cast<std::ptrdiff_t>(x) * half_y + std::min(y, period_[1] - y)) * half_z + z;
+        const Complex& value = symbol[static_cast<std::size_t>(from)];
         symbol_re_[row + static_cast<std::size_t>(y)] = static_cast<Real>(value.real());
         symbol_im_[row + static_cast<std::size_t>(y)] = static_cast<Real>(value.imag());
       }

@@ -57,6 +57,20 @@ class KaiserWindow {
   double shape_;
 };
 
+/// Points of a grid along each axis, x, y and z.
+using GridAxes = std::array<int, 3>;
+
+/// A period that shows no image of the body.
+///
+/// extent   of the body along each axis [m]
+/// points   of the grid that is multiplied: the period is at least as long
+GridAxes grid_period(const GridSpec& spec, const Vector3& extent, const GridAxes& points);
+
+/// What the transform of a period is multiplied by, on the octant of half the period and its end along each axis, z
+/// side by side: the spectrum of the smooth part over that of w * w and over the points of the period.
+std::vector<Complex> grid_symbol(const KernelSplit& kernel, const GridSpec& spec, const Vector3& extent,
+                                 const GridAxes& period);
+
 /// The smooth part of a kernel between all points of a grid, for faces that meet the grid by a window w:
 ///
 ///   grid_i <- sum over j of L(x_i - x_j) grid_j,   with the spectrum of L that of the smooth part over that of w * w
@@ -75,13 +89,12 @@ class GridConvolution {
   void multiply();
 
  private:
-  using Axes = std::array<int, 3>;
   void make_symbol(const KernelSplit& kernel, const GridSpec& spec, const Vector3& extent);
   void multiply_plane(int x, Real* columns, Real* rows, Real* work);
   std::ptrdiff_t plane() const { return static_cast<std::ptrdiff_t>(points_[1]) * points_[2]; }
 
-  Axes points_;  // of the grid; along z whole rows of lanes
-  Axes period_;
+  GridAxes points_;  // of the grid; along z whole rows of lanes
+  GridAxes period_;
   std::vector<LineTransform<Real>> lines_;   // one an axis
   std::ptrdiff_t symbol_row_;                // the period along y in whole rows of lanes
   std::vector<Real> symbol_re_, symbol_im_;  // x and z to half the period, y all along it

@@ -1,6 +1,6 @@
 // The loops of grid_loops.h for one instruction level: compiled once a level, in a namespace named after it
 // (TOUCHFIELD_LEVEL), with relaxed floating-point rules, as pair_loops_level.cpp.
-#include "sim/bem/grid_loops.h"
+#include "sim/bem/grid_formulas.h"
 #include "sim/bem/pair_kernel.h"
 
 namespace touchfield::TOUCHFIELD_LEVEL {
@@ -144,41 +144,6 @@ void interpolate(const GridWindow<Real>& window, const GridFaces<Real>& faces, c
                     : interpolate_by<16>(window, faces, values, first, last, grid);
 }
 
-template <typename Real>
-inline Real polynomial(const Real* c, Real t) {
-  Real sum = c[kLocalDegree<Real>];
-#pragma GCC unroll 32
-  for (int i = kLocalDegree<Real> - 1; i >= 0; --i) {
-    sum = sum * t + c[i];
-  }
-  return sum;
-}
-
-template <Layer kLayer>
-constexpr bool kCharge = kLayer == Layer::kSingle || kLayer == Layer::kSingleAdjoint;
-template <Layer kLayer>
-constexpr bool kMiller = kLayer == Layer::kBurtonMiller || kLayer == Layer::kAdjointMiller;
-
-/// What a layer's kernel is with one part, real or imaginary, of the local kernel: value, and what i gamma goes with.
-template <Layer kLayer, typename Real>
-inline void local_part(const typename LocalKernel<Real>::Part& part, Real t, Real reciprocal, Real nd, Real md, Real mn,
-                       Real& value, Real& slope) {
-  const Real cube = reciprocal * reciprocal * reciprocal;
-  const Real a = kLayer == Layer::kSingle ? Real(0) : polynomial(part.a, t) * cube;
-  value = 0;
-  slope = 0;
-  if constexpr (kCharge<kLayer>) {
-    value = polynomial(part.v, t) * reciprocal;
-    slope = -a * md;
-  } else {
-    value = kLayer == Layer::kDouble || kLayer == Layer::kBurtonMiller ? a * nd : -a * md;
-  }
-  if constexpr (kMiller<kLayer>) {
-    const Real b = polynomial(part.b, t) * cube;
-    slope = a * mn - b * (reciprocal * reciprocal) * md * nd;
-  }
-}
-
 template <Layer kLayer, bool kDamped, typename Real>
 void local_by(const LocalKernel<Real>& kernel, const PairPoint<Real>& at, const PairSources<Real>& sources, int total,
               const Real* value_re, const Real* value_im, int stride, int columns, Real* sum_re, Real* sum_im) {
@@ -202,34 +167,12 @@ void local_by(const LocalKernel<Real>& kernel, const PairPoint<Real>& at, const 
       const Real dz = p.z - z[j];
       const Real r2 = dx * dx + dy * dy + dz * dz;
       const Real root = Real(1) / std::sqrt(r2 + Real(1e-20));
-      const Real reciprocal = r2 > Real(0) && r2 < Real(1) ? root : Real(0);
-      const Real touch = r2 > Real(0) ? Real(0) : Real(1);
-      const Real u = r2 * reciprocal;
-      const Real t = 2 * u - 1;
       const Real nd = nx[j] * dx + ny[j] * dy + nz[j] * dz;
       const Real md = p.nx * dx + p.ny * dy + p.nz * dz;
       const Real mn = p.nx * nx[j] + p.ny * ny[j] + p.nz * nz[j];
-      Real value;
-      Real slope;
-      local_part<kLayer, Real>(k.re, t, reciprocal, nd, md, mn, value, slope);
-      Real re = value;
-      Real im = k.gamma * slope;
-      if constexpr (kDamped) {
-        Real damped_value;
-        Real damped_slope;
-        local_part<kLayer, Real>(k.im, t, reciprocal, nd, md, mn, damped_value, damped_slope);
-        re -= k.gamma * damped_slope;
-        im += damped_value;
-      }
-      if constexpr (kCharge<kLayer>) {
-        re += touch * k.re.s0;
-        im += touch * k.im.s0;
-      }
-      if constexpr (kMiller<kLayer>) {
-        const Real along = touch * k.gamma * mn;
-        re -= along * k.im.w0;
-        im += along * k.re.w0;
-      }
+      Real re;
+      Real im;
+      local_kernel<kLayer, kDamped>(k, r2, root, nd, md, mn, re, im);
       k_re[j] = re;
       k_im[j] = im;
     }

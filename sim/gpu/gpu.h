@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/bem/grid_loops.h"
 #include "solvers/phase/phase_device.h"
 
 namespace touchfield {
@@ -39,6 +40,18 @@ struct GpuInfo {
 
 using GpuComplex = std::complex<double>;
 
+/// A grid through which a body's sums may go (sim/bem/grid_spec.h), as the processor makes it for where the body is.
+struct GpuGrid {
+  double tolerance = 0;                     // of products
+  double step = 0, reach = 0;               // [m]
+  double origin[3] = {};                    // the lowest place along each axis [m]
+  int points[3] = {}, period[3] = {};       // of the grid, and what is transformed
+  int width = 0, lanes = 0;                 // of the window
+  std::vector<float> window;                // its polynomials (GridWindow)
+  LocalKernel<float> local{};               // of D + i gamma W
+  std::vector<std::complex<float>> symbol;  // on the octant (grid_symbol)
+};
+
 /// A closed mesh and what is asked of it: a scheme of ScatteringSystem, but kChief.
 struct GpuBodySpec {
   const double* vertices = nullptr;  // 3 x vertex_count [m]
@@ -52,6 +65,7 @@ struct GpuBodySpec {
   bool corrected = false;          // the plain diagonal is that of the static Gauss identity, else 1/2
   bool polished = false;           // two fixed-point steps of the plain equation afterwards
   double split_ratio = 0, seven_below = 0, three_below = 0;  // FaceRule
+  std::function<GpuGrid()> grid;  // none: no grid suits. Called when one is needed, again after the body moved
 };
 
 /// An array, as TransducerArray has it.
@@ -69,8 +83,10 @@ struct GpuSources {
 };
 
 struct GpuSolveOptions {
-  enum class Kind { kAuto, kLu, kGmres, kMatrixFree };
-  Kind kind = Kind::kAuto;  // kAuto: GMRES where it takes few steps, else LU; stored where the matrix fits
+  enum class Kind { kAuto, kLu, kGmres, kMatrixFree, kFft };
+  // kAuto: GMRES where it takes few steps, else LU; by a grid where that is given and cheaper, else stored where the
+  // matrix fits
+  Kind kind = Kind::kAuto;
   double tolerance = 1e-4;  // relative residual of every column, by products in single precision
   int max_steps = 400;
   int restart = 100;

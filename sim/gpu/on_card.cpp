@@ -1,9 +1,13 @@
 #include "sim/gpu/on_card.h"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
+
+#include "sim/bem/grid_convolution.h"
 
 namespace touchfield {
 
@@ -20,6 +24,7 @@ GpuSolveOptions card_options(const SolverOptions& options, bool leaves_open) {
   card.kind = leaves_open                          ? Kind::kAuto
               : options.kind == SolverKind::kLu    ? Kind::kLu
               : options.kind == SolverKind::kGmres ? Kind::kGmres
+              : options.kind == SolverKind::kFft   ? Kind::kFft
                                                    : Kind::kMatrixFree;
   return card;
 }
@@ -31,6 +36,34 @@ GpuSolveOptions together(GpuSolveOptions options) {
 }
 
 }  // namespace
+
+GpuGrid card_grid(const GridBody& body, const Vector3& lowest, const ScatteringSystem& system) {
+  const Complex wavenumber = system.wave().wavenumber();
+  const double gamma = system.options().coupling / system.wave().k();
+  const double tolerance = system.options().grid_tolerance;
+  const GridSpec spec = choose_grid(body, wavenumber, gamma, tolerance).spec;
+  const KernelSplit kernel(wavenumber, spec.reach, spec.shape);
+  const KaiserWindow window(spec.width, spec.window_shape);
+  GridAxes points{};
+  for (std::size_t a = 0; a < points.size(); ++a) {
+    points[a] = static_cast<int>(std::floor(body.extent(static_cast<Eigen::Index>(a)) / spec.step)) + spec.width;
+  }
+  const GridAxes period = grid_period(spec, body.extent, points);
+  GpuGrid grid;
+  grid.tolerance = tolerance;
+  grid.step = spec.step;
+  grid.reach = spec.reach;
+  grid.width = spec.width;
+  grid.lanes = window.lanes();
+  grid.window = window.polynomials<float>();
+  grid.local = kernel.local<float>(gamma);
+  Eigen::Map<Vector3>(grid.origin) = lowest;
+  std::copy(points.begin(), points.end(), grid.points);
+  std::copy(period.begin(), period.end(), grid.period);
+  const std::vector<Complex> symbol = grid_symbol(kernel, spec, body.extent, period);
+  grid.symbol.assign(symbol.begin(), symbol.end());
+  return grid;
+}
 
 GpuSources card_sources(const TransducerArray& array, const Eigen::VectorXcd& response) {
   GpuSources sources;
@@ -91,7 +124,10 @@ auto BodyOnCard::guarded(const Work& work) const {
 
 BodyOnCard::BodyOnCard(std::shared_ptr<Gpu> gpu, const ScatteringSystem& system, const SolverOptions& options,
                        bool leaves_open)
-    : gpu_(std::move(gpu)), system_(system), options_(card_options(options, leaves_open)) {
+    : gpu_(std::move(gpu)),
+      system_(system),
+      box_{system.mesh().centroids().rowwise().minCoeff(), grid_body(system.mesh())},
+      options_(card_options(options, leaves_open)) {
   const SchemeTraits& scheme = traits(system.scheme());
   if (scheme.interior_points) {
     throw std::invalid_argument("BodyOnCard: a scheme with interior points");
@@ -105,6 +141,9 @@ BodyOnCard::BodyOnCard(std::shared_ptr<Gpu> gpu, const ScatteringSystem& system,
   spec.split_ratio = rule.split_ratio;
   spec.seven_below = rule.seven_below;
   spec.three_below = rule.three_below;
+  if (system.options().grid_tolerance >= kFinestSingleGrid) {
+    spec.grid = [this] { return card_grid(box_.body, box_.lowest, system_); };
+  }
   body_ = guarded([&] { return gpu_->body(spec); });
 }
 
@@ -117,6 +156,7 @@ SolveReport BodyOnCard::reported(const GpuSolveReport& report) {
   using Kind = GpuSolveOptions::Kind;
   kind_ = report.kind == Kind::kLu      ? SolverKind::kLu
           : report.kind == Kind::kGmres ? SolverKind::kGmres
+          : report.kind == Kind::kFft   ? SolverKind::kFft
                                         : SolverKind::kMatrixFree;
   return {report.steps, 0, report.residual, report.converged};
 }
@@ -219,6 +259,7 @@ Solved BodyOnCard::transfer_rows(const TransducerArray& array, const std::vector
 }
 
 void BodyOnCard::move(const TriangleMesh& mesh) {
+  box_ = {mesh.centroids().rowwise().minCoeff(), grid_body(mesh)};
   guarded([&] { body_->move(mesh.vertices().data()); });
 }
 

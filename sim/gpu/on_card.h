@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/acoustics/transducer_array.h"
+#include "sim/bem/grid_spec.h"
 #include "sim/bem/scattering_solver.h"
 #include "sim/core/errors.h"
 #include "sim/gpu/gpu.h"
@@ -34,6 +35,11 @@ auto on_card(const Work& work) {
 GpuSources card_sources(const TransducerArray& array, const Eigen::VectorXcd& response);
 GpuBodySpec card_surface(const TriangleMesh& mesh, const Wave& wave);
 
+/// The grid of a body for the sums of a system of it, which has a grid_tolerance that single precision reaches.
+///
+/// lowest   the lowest coordinates of its centroids [m]
+GpuGrid card_grid(const GridBody& body, const Vector3& lowest, const ScatteringSystem& system);
+
 /// What a card makes of the field at points off the skin: see GpuField.
 struct FarField {
   Eigen::MatrixXcd pressure;  // J x S [Pa]
@@ -56,6 +62,9 @@ FarField far_field_on_card(Gpu& gpu, double far_distance, const TriangleMesh& me
 /// some 2e-5 near a resonance, which their report says.
 inline constexpr double kFinestOnCard = 1e-5;
 
+/// Faces from which on products by a grid take less there than products by pairs, for few columns.
+inline constexpr Eigen::Index kGridOnCard = 15'000;
+
 /// A ScatteringSystem on a graphics card: what its solver and its sums do on the processor, in single precision.
 ///
 /// accuracy   pressures within 1e-4 of those in double at the finest tolerance, of the plain schemes 1e-3 off resonance
@@ -63,10 +72,13 @@ inline constexpr double kFinestOnCard = 1e-5;
 ///            no room even without a stored matrix, DeviceError where it fails
 class BodyOnCard {
  public:
-  /// system   of a scheme without interior points; outlives this
+  /// system   of a scheme without interior points; outlives this. Where its grid_tolerance is > 0 and single precision
+  ///          reaches it, sums may go through a grid on the card too
   /// leaves_open   whether the card chooses between LU and GMRES
   BodyOnCard(std::shared_ptr<Gpu> gpu, const ScatteringSystem& system, const SolverOptions& options, bool leaves_open);
   BodyOnCard(std::shared_ptr<Gpu>, const ScatteringSystem&&, const SolverOptions&, bool) = delete;
+  BodyOnCard(const BodyOnCard&) = delete;
+  BodyOnCard& operator=(const BodyOnCard&) = delete;
 
   Gpu& gpu() const { return *gpu_; }
 
@@ -126,6 +138,11 @@ class BodyOnCard {
 
   std::shared_ptr<Gpu> gpu_;
   const ScatteringSystem& system_;
+  struct Box {
+    Vector3 lowest;
+    GridBody body;
+  };
+  Box box_;  // round the body where it is
   GpuSolveOptions options_;
 
   SolverKind kind_ = SolverKind::kMatrixFree;

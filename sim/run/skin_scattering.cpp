@@ -23,6 +23,13 @@ SystemOptions system_options(const SolverSpec& spec, SolverKind kind) {
   return options;
 }
 
+/// kind   how it is solved; none: on a card
+ScatteringSystem make_system(TriangleMesh mesh, const Wave& wave, Scheme scheme, const SolverSpec& spec,
+                             std::optional<SolverKind> kind) {
+  const SystemOptions options = system_options(spec, kind.value_or(sums_on_card(spec, mesh.face_count())));
+  return {std::move(mesh), wave, scheme, options};
+}
+
 constexpr double kDoubleEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kBroken = 100.0;        // tolerances
 constexpr double kNoSolution = 0.5;      // a residual that no tolerance excuses
@@ -53,8 +60,8 @@ SkinModel::SkinModel(TriangleMesh mesh, const Wave& wave, Scheme scheme, const S
       by_grid_(solver_grid(grid_body(mesh), wave, spec).seconds),
       device_(choose_device(spec, scheme, mesh.face_count(), right_hand_sides)),
       decision_(choose_solver(spec, scheme, mesh.face_count(), available_memory(), right_hand_sides, by_grid_)),
-      system_(std::move(mesh), wave, scheme,
-              system_options(spec, device_.card ? SolverKind::kMatrixFree : decision_.options.kind)) {
+      system_(make_system(std::move(mesh), wave, scheme, spec,
+                          device_.card ? std::nullopt : std::optional(decision_.options.kind))) {
   if (device_.card) {
     decision_.options.precision = Precision::kSingle;
     decision_.options.refine = false;

@@ -20,6 +20,12 @@ constexpr Eigen::Index kUnknownsAColumn = 600;
 constexpr double kGridPays = 0.8;  // of the time of direct products: the grid must be made first
 // Entries of B times right-hand sides from which on a processor takes longer than a card's start.
 constexpr double kCardPays = 5e8;
+constexpr double kGridError = 0.11;  // of the tolerance, that products by a grid may be off by
+
+/// Whether a grid in single precision is accurate enough.
+bool single_grid_suits(const SolverSpec& spec) {
+  return grid_tolerance(spec) >= kFinestSingleGrid && grid_tolerance(spec) <= kGridError * spec.tolerance;
+}
 
 }  // namespace
 
@@ -32,8 +38,8 @@ DeviceDecision choose_device(const SolverSpec& spec, Scheme scheme, Eigen::Index
   if (asked) {
     require_card(spec.device);
   }
-  if (spec.solver == SolverChoice::kFft) {
-    return {std::nullopt, "only the processor solves by Fourier transforms"};
+  if (spec.solver == SolverChoice::kFft && !single_grid_suits(spec)) {
+    return {std::nullopt, "only the processor solves by Fourier transforms to this tolerance"};
   }
   if (traits(scheme).interior_points || spec.precision == PrecisionChoice::kDouble || spec.tolerance < kFinestOnCard) {
     return {std::nullopt, "only the processor has this scheme, precision or tolerance"};
@@ -64,6 +70,12 @@ double grid_tolerance(const SolverSpec& spec) {
   return tolerance;
 }
 
+SolverKind sums_on_card(const SolverSpec& spec, Eigen::Index unknowns) {
+  const bool pays =
+      spec.solver == SolverChoice::kFft || (spec.solver == SolverChoice::kAuto && unknowns >= kGridOnCard);
+  return pays && single_grid_suits(spec) ? SolverKind::kFft : SolverKind::kMatrixFree;
+}
+
 double direct_seconds(Eigen::Index unknowns, Eigen::Index columns) {
   // 0.85 ns a pair; the more columns share its kernel, the less. Measured on hands of 5,000 to 21,000 faces.
   return (0.15e-9 + 0.7e-9 * std::pow(static_cast<double>(columns), -0.75)) *
@@ -90,7 +102,7 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
   const bool fits = available <= 0 || matrix <= kMatrixShare * available;
   const double direct = direct_seconds(unknowns, right_hand_sides);
   const bool single_grid = grid_tolerance(spec) >= kFinestSingleGrid;
-  const bool grid_suits = grid_tolerance(spec) <= 0.11 * spec.tolerance || (spec.refine && !single_grid);
+  const bool grid_suits = grid_tolerance(spec) <= kGridError * spec.tolerance || (spec.refine && !single_grid);
   const bool grid_pays = grid_suits && by_grid < kGridPays * direct;
   const SolverKind iterative = grid_pays ? SolverKind::kFft : SolverKind::kMatrixFree;
   // Right-hand sides up to which GMRES is cheaper than LU.

@@ -22,8 +22,8 @@ struct DeviceDecision {
   std::string reason;
 };
 
-/// On the processor in any case: chief, the solver by Fourier transforms, a precision of `double`, a tolerance below
-/// kFinestOnCard. `auto` takes the first card, if there is one, for work that is more than starting it takes
+/// On the processor in any case: chief, a precision of `double`, a tolerance below kFinestOnCard or, by Fourier
+/// transforms, one that grids in single precision do not reach. `auto` takes the first card, if there is one, for work that is more than starting it takes
 /// (docs/gpu.md).
 ///
 /// throws   NotBuiltError if a card is asked for that is not there
@@ -33,6 +33,9 @@ DeviceDecision choose_device(const SolverSpec& spec, Scheme scheme, Eigen::Index
 /// Accuracy of products by a grid with which a solution reaches the tolerance. It is a tenth of the tolerance, at most
 /// 1e-3, and within what grids can do in the precision that is asked for. It decides the precision of the grid.
 double grid_tolerance(const SolverSpec& spec);
+
+/// How the sums of a body on a card may go: kFft by a grid too, else kMatrixFree.
+SolverKind sums_on_card(const SolverSpec& spec, Eigen::Index unknowns);
 
 /// Seconds that one thread takes for the product of a body's matrix with a block, per column. The product is summed
 /// pair by pair in single precision, on a processor of 2020. The choice compares these seconds with those of the grid

@@ -134,6 +134,40 @@ TEST_F(GpuGmres, AStartThatIsTheSolutionTakesNoStep) {
   EXPECT_LT(near.report.steps, first.report.steps - 3);
 }
 
+// Few columns of so many rows are worked on in parts.
+TEST_F(GpuGmres, LongColumnsAreOrthogonalisedToo) {
+  constexpr int kRows = 20'011;
+  const MatrixXcf values = MatrixXcf::Ones(kRows, 1) + 0.6F * MatrixXcf::Random(kRows, 1);
+  for (const int columns : {1, 3}) {
+    const MatrixXcf b = random(kRows, columns, 7);
+    const Product here = [&](const MatrixXcd& x) { return MatrixXcd(in_double(values).col(0).asDiagonal() * x); };
+    const GmresResult expected = gmres(here, in_double(b), {1e-5, 200, 60});
+    const Matrix values_there = put(values);
+    const Matrix b_there = put(b);
+    const cuda::BlockProduct product = [&](const cuComplex* x, cuComplex* y, int count, const double*) {
+      cuda::check(
+          cublasCdgmm(context().blas(), CUBLAS_SIDE_LEFT, kRows, count, x, kRows, values_there.data(), 1, y, kRows),
+          "test");
+    };
+    MatrixXcf first;
+    for (int run = 0; run < 2; ++run) {
+      Matrix x(context(), b_there.size());
+      cuda::BlockGmres solver(context());
+      const cuda::GmresReport report =
+          solver.solve(product, kRows, columns, b_there.data(), x.data(), {1e-5, 200, 60}, false);
+      EXPECT_TRUE(report.converged);
+      EXPECT_NEAR(report.steps, *std::max_element(expected.steps.begin(), expected.steps.end()), 1);
+      const MatrixXcf found = get(x, kRows);
+      const MatrixXcd rest = in_double(b) - here(in_double(found));
+      EXPECT_LT((rest.colwise().norm().array() / in_double(b).colwise().norm().array()).maxCoeff(), 1.1e-5);
+      if (run == 0) {
+        first = found;
+      }
+      EXPECT_EQ(found, first);
+    }
+  }
+}
+
 TEST_F(GpuGmres, ZeroColumnsAreSolvedByZero) {
   const MatrixXcf a = near_identity(64, 31);
   MatrixXcf b = random(64, 3, 37);

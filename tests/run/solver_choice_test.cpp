@@ -48,7 +48,12 @@ TEST(SolverChoice, ProductsGoThroughAGridWhereThatIsFaster) {
             SolverKind::kMatrixFree);  // finer than single precision
   EXPECT_EQ(kind(500, 1, 1.0, {.solver = SolverChoice::kFft}), SolverKind::kFft);
   EXPECT_EQ(kind(50000, 1, 0.1 * direct, {}, Scheme::kChief), SolverKind::kLu);
-  EXPECT_EQ(choose_device({.solver = SolverChoice::kFft}, Scheme::kBurtonMiller, 100000, 1).card, std::nullopt);
+  const SolverSpec fine{.solver = SolverChoice::kFft, .tolerance = 1e-5};
+  EXPECT_EQ(choose_device(fine, Scheme::kBurtonMiller, 100000, 1).card, std::nullopt);
+  EXPECT_EQ(sums_on_card(fine, 100000), SolverKind::kMatrixFree);
+  EXPECT_EQ(sums_on_card({.solver = SolverChoice::kFft}, 500), SolverKind::kFft);
+  EXPECT_EQ(sums_on_card({}, 5000), SolverKind::kMatrixFree);
+  EXPECT_EQ(sums_on_card({}, 50000), SolverKind::kFft);
 }
 
 TEST(SolverChoice, PrecisionAndToleranceDecideWhatAGridIsMadeIn) {

@@ -36,7 +36,7 @@ struct GmresReport {
 /// (solvers/linear/gmres.h): a space of its own for each column, one block product a step, columns that have reached
 /// the tolerance leave the block; after each cycle residuals by a product of what it has added to x; given up are
 /// columns that have spent their steps or that a cycle has lessened by under 0.1 %. From a given x it begins with r = b
-/// - A x, and a column in tolerance takes no step. A step without its product is two kernels for all columns and one
+/// - A x, and a column in tolerance takes no step. A step without its product is a few kernels for all columns and one
 /// wait for what they have found, by which the host solves the least-squares problems. What it takes of the card grows
 /// by a block a step, is kept for the next solve, and is given back by release().
 ///
@@ -85,6 +85,8 @@ class BlockGmres {
   std::size_t run_cycle(const Problem& problem, std::vector<Column>& running);
   void update(const Problem& problem, std::vector<Column>& running, std::size_t most);
   void combine(const std::vector<Term>& terms, std::size_t count, const std::vector<Target>& targets);
+  unsigned parts(std::size_t columns) const;
+  void make_orthogonal(std::size_t columns, int count, Term* vectors);
   void multiply(const Problem& problem, const cuComplex* x, const std::vector<double>& shares);
   const std::complex<double>* wait(std::size_t count);
   void check_finite(double value) const;
@@ -97,6 +99,8 @@ class BlockGmres {
   Array<Term> terms_{*context_};
   Array<Target> targets_{*context_};
   Array<cuDoubleComplex> found_{*context_};  // by kernels, for the host
+  Array<double> squares_{*context_};            // of parts of columns
+  Array<cuDoubleComplex> products_{*context_};  // of parts of columns and vectors
   std::size_t rows_ = 0;                     // of the columns that are solved for
   GmresReport result_;
 };

@@ -250,6 +250,7 @@ void Boundary::make_diagonal() {
 }
 
 void Boundary::update() {
+  grid_ = nullptr;
   make_diagonal();
   if (near_) {
     near_->update();
@@ -319,8 +320,12 @@ void Boundary::apply(bool transposed, const cuComplex* x, cuComplex* y, int colu
     product(m, m, stored_.data(), m, x, 0.0F, y);
     return;
   }
-  if (columns <= kFewColumns) {
-    sum_kernels(faces_, near_ != nullptr, transposed, diagonal_.data(), x, columns, y, partial_);
+  if (columns <= kFewColumns || grid_ != nullptr) {
+    if (grid_ != nullptr) {
+      grid_->apply(near_ != nullptr, transposed, diagonal_.data(), x, columns, y);
+    } else {
+      sum_kernels(faces_, near_ != nullptr, transposed, diagonal_.data(), x, columns, y, partial_);
+    }
     if (near_) {
       near_->subtract_product(transposed, x, y, columns);
     }

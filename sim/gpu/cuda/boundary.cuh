@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "sim/gpu/cuda/faces.cuh"
+#include "sim/gpu/cuda/grid_sums.cuh"
 #include "sim/gpu/cuda/products.cuh"
 
 namespace touchfield::cuda {
@@ -91,7 +92,7 @@ class Boundary {
   /// faces   outlive this
   Boundary(const Faces& faces, Equation equation, const BoundaryOptions& options = {});
 
-  /// Anew after the faces moved; a stored B too.
+  /// Anew after the faces moved; a stored B too. What products went through is forgotten.
   void update();
 
   int size() const { return faces_.size(); }
@@ -111,6 +112,9 @@ class Boundary {
   /// M x M, column by column, once stored.
   const cuComplex* stored() const { return stored_.data(); }
 
+  /// Products of a B that is not stored go through a grid from now on; none: not any more.
+  void go_through(GridSums* grid) { grid_ = grid; }
+
   /// y = B x or B^T x, M x columns on the card, not the same; the first `rough` columns in TF32, the others in single
   /// precision. Made anew, for up to kFewColumns columns the sums are in single precision over 256 faces and in double
   /// beyond; for more, rows are made in panels and multiplied, smaller ones where memory is short.
@@ -129,6 +133,7 @@ class Boundary {
   bool is_stored_ = false;
   Array<cuComplex> stored_{context_}, panel_{context_};
   Array<double2> partial_{context_};
+  GridSums* grid_ = nullptr;
 };
 
 }  // namespace touchfield::cuda

@@ -21,6 +21,15 @@ void launch(Context& context, const char* what, void (*kernel)(Parameters...), d
   }
 }
 
+/// Carries out a function of CUB's, which says first how much room it needs.
+template <typename Function>
+void with_room(Context& context, const char* what, const Function& function) {
+  std::size_t bytes = 0;
+  check(function(nullptr, bytes), what);
+  Array<char> room(context, bytes);
+  check(function(room.data(), bytes), what);
+}
+
 /// The sum over each kLanes lanes of a warp, the same in all of them.
 template <int kLanes>
 __device__ double lane_sum(double value) {

@@ -181,15 +181,6 @@ __global__ void subtract_from_panel(int first, int rows, const int* start, const
 /// Blocks that hold a warp for each of `count`.
 unsigned warp_blocks(int count) { return blocks_for(std::size_t{1} * count * kWarp, kThreads); }
 
-/// Carries out a function of CUB's, which says first how much room it needs.
-template <typename Function>
-void with_room(Context& context, const Function& function) {
-  std::size_t bytes = 0;
-  check(function(nullptr, bytes), "near faces");
-  Array<char> room(context, bytes);
-  check(function(room.data(), bytes), "near faces");
-}
-
 }  // namespace
 
 NearCorrections::NearCorrections(const Faces& faces, const NearRule& rule)
@@ -207,7 +198,7 @@ void NearCorrections::update() {
   start_.resize(size + 1);
   launch(context_, "near faces", search_near<false>, blocks, kThreads, faces_.view(), reach * reach, nullptr,
          count_.data(), nullptr, nullptr);
-  with_room(context_, [&](void* room, std::size_t& bytes) {
+  with_room(context_, "near faces", [&](void* room, std::size_t& bytes) {
     return cub::DeviceScan::ExclusiveSum(room, bytes, count_.data(), start_.data(), size + 1, context_.stream());
   });
   const int pairs = start_.value(size);
@@ -226,7 +217,7 @@ void NearCorrections::integrate() {
   const FaceView& faces = faces_.view();
   const SurfaceWave& wave = faces_.wave();
   const bool damped = wave.alpha != 0.0;
-  with_room(context_, [&](void* room, std::size_t& bytes) {
+  with_room(context_, "near faces", [&](void* room, std::size_t& bytes) {
     return cub::DeviceSelect::If(room, bytes, thrust::counting_iterator<int>(0), order_.data(), count_.data(), pairs(),
                                  IsSplit{faces, rule_, row_.data(), column_.data()}, context_.stream());
   });
@@ -248,7 +239,7 @@ void NearCorrections::sort_by_columns() {
   Array<int> number(context_, pairs());
   Array<int> column(context_, pairs());
   thrust::copy(there, count, count + pairs(), number.data());
-  with_room(context_, [&](void* room, std::size_t& bytes) {
+  with_room(context_, "near faces", [&](void* room, std::size_t& bytes) {
     return cub::DeviceRadixSort::SortPairs(room, bytes, column_.data(), column.data(), number.data(), order_.data(),
                                            pairs(), 0, 8 * sizeof(int), context_.stream());
   });

@@ -14,6 +14,8 @@ constexpr double kTf32Error = 3e-4;   // of a product in TF32
 constexpr double kShareOfFree = 0.8;  // of what is free that one thing may take
 constexpr int kFacesAColumn = 64;     // at most, for LU and its inverse to take less than the steps of GMRES
 constexpr int kMostSteps = 20;        // by an inverse that is worth keeping
+constexpr int kGridFacesOfMany = 50'000;  // from which a product by a grid takes less than by a stored B for many columns
+constexpr double kGridShare = 0.55;  // of the tolerance that GMRES is to reach, whose products are off by a tenth of it
 
 }  // namespace
 
@@ -26,6 +28,7 @@ Scattering::Scattering(Context& context, const GpuBodySpec& spec)
 void Scattering::move(const double* vertices) {
   context_.use();
   faces_.move(vertices);
+  leave_grid();
   has_field_ = false;
   factors_are_current_ = false;
   if (boundary_) {
@@ -58,6 +61,7 @@ Boundary& Scattering::made(std::unique_ptr<Boundary>& boundary, Equation equatio
   if (!boundary) {
     const NearRule rule{spec_.split_ratio, spec_.seven_below, spec_.three_below};
     boundary = std::make_unique<Boundary>(faces_, equation, BoundaryOptions{rule, panel_bytes()});
+    boundary->go_through(grid_.get());
   }
   return *boundary;
 }
@@ -138,6 +142,32 @@ void Scattering::invert() {
   drop_factors();
 }
 
+bool Scattering::grid_pays(int columns) {
+  return spec_.grid && (columns <= kFewColumns || spec_.faces >= kGridFacesOfMany);
+}
+
+void Scattering::go_through_grid() {
+  boundary().forget();
+  drop_factors();
+  inverse_.reset();
+  if (!grid_) {
+    grid_ = std::make_unique<GridSums>(faces_, spec_.grid());
+  }
+  boundary().go_through(grid_.get());
+  if (plain_) {
+    plain_->go_through(grid_.get());
+  }
+}
+
+void Scattering::leave_grid() {
+  for (const auto* boundary : {&boundary_, &plain_}) {
+    if (*boundary) {
+      (*boundary)->go_through(nullptr);
+    }
+  }
+  grid_.reset();
+}
+
 /// How so many columns are solved for best, and made ready for that. Plain schemes need LU, since their B has
 /// eigenvalues near 0; the others' has not, but for many columns LU takes less than the steps without it, and if the
 /// body then moves on, the inverse of that B serves until too much has changed. Where memory does not bear it, B is
@@ -152,6 +182,17 @@ GpuSolveOptions::Kind Scattering::prepare(GpuSolveOptions::Kind wanted, int colu
     const bool pays = (is_wide(columns) || !spec_.burton_miller) && inverse_.size() == 0;
     kind = has_current_factors() || pays ? Kind::kLu : Kind::kGmres;
   }
+  const bool stays = boundary().is_stored() || has_current_factors();
+  if (kind == Kind::kFft || (wanted == Kind::kAuto && kind == Kind::kGmres && !stays && grid_pays(columns))) {
+    try {
+      go_through_grid();
+      return Kind::kFft;
+    } catch (const GpuMemoryFailure&) {
+      leave_grid();
+      kind = Kind::kMatrixFree;
+    }
+  }
+  leave_grid();
   const double missing = (boundary().is_stored() ? 0.0 : 1.0) + (factors_.size() > 0 ? 0.0 : 1.0);
   if (kind == Kind::kLu && !fits(missing * matrix_bytes())) {
     kind = Kind::kGmres;
@@ -201,12 +242,14 @@ void Scattering::solve_block(const Block& block, const GpuSolveOptions& options,
     }
   };
   const bool has_inverse = by_factors || inverse_.size() > 0;
-  const GmresLimits limits{options.tolerance, options.max_steps, options.restart, options.together};
+  const bool by_grid = report.kind == GpuSolveOptions::Kind::kFft;
+  const double tolerance = by_grid ? kGridShare * options.tolerance : options.tolerance;
+  const GmresLimits limits{tolerance, options.max_steps, options.restart, options.together};
   const GmresReport done = gmres_.solve(apply, m, block.columns, block.b, block.x, limits, block.warm && !has_inverse,
                                         progress, has_inverse ? &precondition : nullptr);
   report.steps = std::max(report.steps, done.steps);
-  report.residual = std::max(report.residual, done.worst);
-  report.converged = report.converged && done.converged;
+  report.residual = std::max(report.residual, done.worst + (by_grid ? grid_->tolerance() : 0.0));
+  report.converged = report.converged && report.residual <= options.tolerance;
   shares_.insert(shares_.end(), done.shares.begin(), done.shares.end());
 }
 
@@ -239,6 +282,7 @@ GpuSolveReport Scattering::solve_columns(const Block& all, const GpuSolveOptions
         width = (width + 1) / 2;
       } else if (report.kind != Kind::kMatrixFree) {
         boundary().forget();
+        leave_grid();
         drop_factors();
         report.kind = Kind::kMatrixFree;
         width = all.columns;

@@ -66,6 +66,9 @@ class Scattering final : public GpuBody {
   bool is_wide(int columns) const;
   void invert_for(int columns);
   void invert();
+  bool grid_pays(int columns);
+  void go_through_grid();
+  void leave_grid();
   void copy(const cuComplex* from, cuComplex* to, std::size_t count);
   void set_units(const int* faces, int count, Array<cuComplex>& units);
   double matrix_bytes() const { return 8.0 * spec_.faces * spec_.faces; }
@@ -74,6 +77,7 @@ class Scattering final : public GpuBody {
   Context& context_;
   GpuBodySpec spec_;  // its pointers are not read after construction
   Faces faces_;
+  std::unique_ptr<GridSums> grid_;              // of both, where they go through it
   std::unique_ptr<Boundary> boundary_, plain_;  // made when needed
   std::unique_ptr<Sources> sources_;
   bool has_field_ = false;
