@@ -66,8 +66,8 @@ using GridAxes = std::array<int, 3>;
 /// points   of the grid that is multiplied: the period is at least as long
 GridAxes grid_period(const GridSpec& spec, const Vector3& extent, const GridAxes& points);
 
-/// What the transform of a period is multiplied by, on the octant of half the period and its end along each axis, z
-/// side by side: the spectrum of the smooth part over that of w * w and over the points of the period.
+/// What the transform of a period is multiplied by: the spectrum of the smooth part over that of w * w and over the
+/// points of the period. Along each axis it has half the period and its end, z side by side.
 std::vector<Complex> grid_symbol(const KernelSplit& kernel, const GridSpec& spec, const Vector3& extent,
                                  const GridAxes& period);
 

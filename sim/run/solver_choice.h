@@ -22,9 +22,9 @@ struct DeviceDecision {
   std::string reason;
 };
 
-/// On the processor in any case: chief, a precision of `double`, a tolerance below kFinestOnCard or, by Fourier
-/// transforms, one that grids in single precision do not reach. `auto` takes the first card, if there is one, for work
-/// that is more than starting it takes (docs/gpu.md).
+/// On the processor in any case: chief, a precision of `double`, a tolerance below kFinestOnCard. Fourier transforms
+/// also where grids in single precision do not reach the tolerance. `auto` takes the first card, if there is one, for
+/// work that is more than starting it takes (docs/gpu.md).
 ///
 /// throws   NotBuiltError if a card is asked for that is not there
 DeviceDecision choose_device(const SolverSpec& spec, Scheme scheme, Eigen::Index unknowns,

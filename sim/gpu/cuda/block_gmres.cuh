@@ -21,6 +21,7 @@ struct GmresLimits {
   int max_steps = 300;      ///< a column, >= 0
   int restart = 60;         ///< steps after which a column's space is built anew, >= 1; at most 512 are used
   bool together = false;    ///< ||b|| of a column counts as the root mean square of all where it is less
+  bool weak = false;        ///< `precondition` is not near A^-1: it takes some steps
 };
 
 struct GmresReport {
@@ -43,7 +44,7 @@ struct GmresReport {
 /// apply      A X in single precision, or TF32 where a column's share bears it: a step's is the residual before it, as
 ///            large an error of A x as the tolerance is smaller (Simoncini, Szyld, SIAM J. Sci. Comput. 25 (2003) 454);
 ///            that of what a cycle adds to x is the residual before the cycle, which a cycle of one step has multiplied
-///            already: with `precondition` the first one is such a cycle. Later steps of those that follow, which are
+///            already: with a `precondition` that is not weak the first one is such a cycle. Later steps of those that follow, which are
 ///            few, bear any error (0), as cycles end before it shows.
 /// b, x       n x S on the card, column by column without gaps, not overlapping; x is read only if it is a start
 /// precondition  if given, a matrix P near A^-1, P V: the space is that of A P, and x is taken from P V as it was made,
@@ -98,10 +99,10 @@ class BlockGmres {
   Array<cuComplex> candidate_{*context_};
   Array<Term> terms_{*context_};
   Array<Target> targets_{*context_};
-  Array<cuDoubleComplex> found_{*context_};  // by kernels, for the host
+  Array<cuDoubleComplex> found_{*context_};     // by kernels, for the host
   Array<double> squares_{*context_};            // of parts of columns
   Array<cuDoubleComplex> products_{*context_};  // of parts of columns and vectors
-  std::size_t rows_ = 0;                     // of the columns that are solved for
+  std::size_t rows_ = 0;                        // of the columns that are solved for
   GmresReport result_;
 };
 

@@ -23,22 +23,24 @@ class GridTransform {
   Array<char> work_;
 };
 
+inline constexpr int kGridTile = 8;  // points of a tile of the grid along each axis
+
 /// A face at its place in the order of cells.
 struct GridFace {
-  float3 place;   // from the middle of its cell, in units of the reach
+  float3 place;  // from the middle of its cell, in units of the reach
   float3 normal;
   int3 cell;
-  int3 first;     // point of the grid that its window reaches
+  int3 first;  // point of the grid that its window reaches
 };
 
 /// What kernels see of the faces in the order of cells, and of the grid.
 struct GridSumView {
-  int count;                // M
-  int width;                // of the window
-  int3 points, period;      // of the grid
+  int count;            // M
+  int width;            // of the window
+  int3 points, period;  // of the grid
   const GridFace* face;
-  const int* number;        // of the face at each place
-  const float* weight;      // at each place, for each axis: weights of the window, then their slopes along the normal
+  const int* number;    // of the face at each place
+  const float* weight;  // at each place, for each axis: weights of the window, then their slopes along the normal
   cuComplex* grid;
 };
 

@@ -14,7 +14,9 @@ constexpr double kTf32Error = 3e-4;   // of a product in TF32
 constexpr double kShareOfFree = 0.8;  // of what is free that one thing may take
 constexpr int kFacesAColumn = 64;     // at most, for LU and its inverse to take less than the steps of GMRES
 constexpr int kMostSteps = 20;        // by an inverse that is worth keeping
-constexpr int kGridFacesOfMany = 50'000;  // from which a product by a grid takes less than by a stored B for many columns
+// A product by a grid takes less than rows of B: for a column of at least so many faces, for any number of them with more.
+constexpr int kGridFacesAColumn = 2'000;
+constexpr int kGridFacesOfMany = 150'000;
 constexpr double kGridShare = 0.55;  // of the tolerance that GMRES is to reach, whose products are off by a tenth of it
 
 }  // namespace
@@ -143,7 +145,8 @@ void Scattering::invert() {
 }
 
 bool Scattering::grid_pays(int columns) {
-  return spec_.grid && (columns <= kFewColumns || spec_.faces >= kGridFacesOfMany);
+  return spec_.grid &&
+         (columns <= std::max(kFewColumns, spec_.faces / kGridFacesAColumn) || spec_.faces >= kGridFacesOfMany);
 }
 
 void Scattering::go_through_grid() {
