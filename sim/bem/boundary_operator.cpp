@@ -122,6 +122,15 @@ void NearCorrections::add_product(const Complex& factor, const Eigen::MatrixXcd&
   });
 }
 
+void NearCorrections::add_row(double factor, Eigen::Index face, Eigen::VectorXcf& row) const {
+  with_values([&](const auto& values) {
+    const auto i = static_cast<std::size_t>(face);
+    for (std::size_t q = start_[i]; q < start_[i + 1]; ++q) {
+      row(columns_[q]) += static_cast<std::complex<float>>(factor * Complex(values[q]));
+    }
+  });
+}
+
 void NearCorrections::add_transposed_product(const Complex& factor, const Eigen::MatrixXcd& x,
                                              Eigen::MatrixXcd& y) const {
   // Parts of the rows have sums of their own, as many whatever the threads are.

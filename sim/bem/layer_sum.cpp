@@ -258,6 +258,22 @@ Eigen::MatrixXcd LayerSum<Real>::apply_transpose(Layer layer, const Eigen::Matri
 }
 
 template <typename Real>
+void LayerSum<Real>::row(Layer layer, Eigen::Index i,
+                         Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, 1>& values) const {
+  values.resize(size());
+  alignas(64) std::array<Real, kBlock> re{};
+  alignas(64) std::array<Real, kBlock> im{};
+  for (Eigen::Index first = 0; first < size(); first += kBlock) {
+    const Eigen::Index count = std::min(kBlock, size() - first);
+    fill(layer, faces_.point(i), first, count, re.data(), im.data());
+    for (Eigen::Index j = 0; j < count; ++j) {
+      const auto weight = static_cast<Real>(weight_(first + j));
+      values(first + j) = {weight * re[static_cast<std::size_t>(j)], weight * im[static_cast<std::size_t>(j)]};
+    }
+  }
+}
+
+template <typename Real>
 void LayerSum<Real>::column(Layer layer, Eigen::Index j,
                             Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, 1>& values) const {
   values.resize(size());

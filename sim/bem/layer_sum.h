@@ -84,6 +84,9 @@ class LayerSum : public FaceSums {
   /// Column j of kDouble or kBurtonMiller, A_j K(x_i, x_j) for all i; 0 at i = j.
   void column(Layer layer, Eigen::Index j, Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, 1>& values) const;
 
+  /// Row i of any layer, A_j K(x_i, x_j) for all j; 0 at j = i.
+  void row(Layer layer, Eigen::Index i, Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, 1>& values) const;
+
   /// A_j K(z, x_j) for points that are no centroids [m], with kDouble or kSingle: J x M.
   Eigen::MatrixXcd rows(Layer layer, const Points& points) const;
 

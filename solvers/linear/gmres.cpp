@@ -99,11 +99,11 @@ class KrylovSpace {
     }
   }
 
-  /// Adds the minimiser in the space; ends the cycle.
-  void add_minimiser(Eigen::Ref<Eigen::VectorXcd> x) {
+  /// The minimiser in the space; ends the cycle.
+  void minimiser(Eigen::Ref<Eigen::VectorXcd> x) {
     auto y = reduced_.head(dimension_);
     triangle_.topLeftCorner(dimension_, dimension_).triangularView<Eigen::Upper>().solveInPlace(y);
-    x.noalias() += basis_.leftCols(dimension_) * y;
+    x.noalias() = basis_.leftCols(dimension_) * y;
   }
 
   Eigen::Index column() const { return column_; }
@@ -140,8 +140,8 @@ KrylovSpace& at(const std::vector<KrylovSpace*>& spaces, Eigen::Index i) {
 class Gmres {
  public:
   Gmres(const Product& apply, const Eigen::MatrixXcd& b, const GmresOptions& options,
-        const std::function<void(int, double)>& report)
-      : apply_(apply), b_(b), options_(options), report_(report) {}
+        const std::function<void(int, double)>& report, const Product& preconditioner)
+      : apply_(apply), preconditioner_(preconditioner), b_(b), options_(options), report_(report) {}
 
   GmresResult solve() {
     std::vector<KrylovSpace> spaces = start();
@@ -189,7 +189,7 @@ class Gmres {
       for (Eigen::Index i = 0; i < count(live); ++i) {
         block.col(i) = at(live, i).last();
       }
-      Eigen::MatrixXcd product = multiply(block);
+      Eigen::MatrixXcd product = multiply(preconditioned(block));
 #pragma omp parallel for schedule(dynamic) if (product.cols() > 1)
       for (Eigen::Index i = 0; i < product.cols(); ++i) {
         at(live, i).extend(product.col(i));
@@ -218,8 +218,11 @@ class Gmres {
     Eigen::MatrixXcd x(b_.rows(), count(running));
 #pragma omp parallel for schedule(dynamic)
     for (Eigen::Index i = 0; i < x.cols(); ++i) {
-      x.col(i) = result_.x.col(at(running, i).column());
-      at(running, i).add_minimiser(x.col(i));
+      at(running, i).minimiser(x.col(i));
+    }
+    x = preconditioned(x);
+    for (Eigen::Index i = 0; i < x.cols(); ++i) {
+      x.col(i) += result_.x.col(at(running, i).column());
     }
     Eigen::MatrixXcd r = multiply(x);
     std::vector<KrylovSpace*> next;
@@ -243,6 +246,10 @@ class Gmres {
     running = std::move(next);
   }
 
+  Eigen::MatrixXcd preconditioned(const Eigen::MatrixXcd& block) const {
+    return preconditioner_ ? preconditioner_(block) : block;
+  }
+
   Eigen::MatrixXcd multiply(const Eigen::MatrixXcd& block) {
     Eigen::MatrixXcd product = apply_(block);
     if (product.rows() != block.rows() || product.cols() != block.cols()) {
@@ -264,6 +271,7 @@ class Gmres {
   int& steps(Eigen::Index s) { return result_.steps[static_cast<std::size_t>(s)]; }
 
   const Product& apply_;
+  const Product& preconditioner_;
   const Eigen::MatrixXcd& b_;
   const GmresOptions& options_;
   const std::function<void(int, double)>& report_;
@@ -290,11 +298,11 @@ double finite_norm(const Eigen::Ref<const Eigen::VectorXcd>& v, const char* what
 }  // namespace
 
 GmresResult gmres(const Product& apply, const Eigen::MatrixXcd& b, const GmresOptions& options,
-                  const std::function<void(int step, double worst_residual)>& report) {
+                  const std::function<void(int step, double worst_residual)>& report, const Product& preconditioner) {
   if (!(options.tolerance > 0.0) || options.max_steps < 0 || options.restart < 1) {
     throw std::invalid_argument("gmres: tolerance must be > 0, max_steps >= 0 and restart >= 1");
   }
-  return Gmres(apply, b, options, report).solve();
+  return Gmres(apply, b, options, report, preconditioner).solve();
 }
 
 RefinementResult refine(const Product& exact, const Product& approximate_inverse, const Eigen::MatrixXcd& b,

@@ -35,8 +35,11 @@ struct GmresResult {
 /// latter is due to a singular matrix, a stagnating restart, or a tolerance below the rounding of the product. The
 /// better iterate of a column that is given up is returned. A zero column is solved by zero in no step.
 ///
+/// With a right preconditioner M it solves (A M) y = b and returns x = M y; residuals are those of A x = b all the same.
+///
 /// apply     A X; an n x n matrix, which need not be stored
 /// b         n x S, finite
+/// preconditioner   M X, the same linear map in every call up to rounding; none: M = 1
 /// report    called after each block step with the number of block steps done and the worst estimated residual
 /// accuracy  the true residual of a converged column is at most the tolerance. Sums over rows have one order, whatever
 ///           the number of threads: results depend on it only as far as apply does.
@@ -46,7 +49,8 @@ struct GmresResult {
 /// source    Saad, Schultz, SIAM J. Sci. Stat. Comput. 7 (1986) 856; orthogonalised by classical Gram-Schmidt twice:
 ///           Giraud, Langou, Rozloznik, van den Eshof, Numer. Math. 101 (2005) 87
 GmresResult gmres(const Product& apply, const Eigen::MatrixXcd& b, const GmresOptions& options,
-                  const std::function<void(int step, double worst_residual)>& report = {});
+                  const std::function<void(int step, double worst_residual)>& report = {},
+                  const Product& preconditioner = {});
 
 struct RefinementOptions {
   double tolerance = 1e-10;  ///< relative residual ||b - A x|| / ||b|| a column is to reach, > 0
