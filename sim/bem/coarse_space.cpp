@@ -15,9 +15,9 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kSpacing = 0.32;      // wavelengths from a face to its nearest point at most
+constexpr double kSpacing = 0.35;      // wavelengths from a face to its nearest point at most
 constexpr double kNormalScale = 0.35;  // wavelengths that a turn of the normal by one radian counts
-constexpr double kShortest = 1.2;      // of the waves that are interpolated, over k
+constexpr double kShortest = 1.0;      // of the waves that are interpolated, over k
 constexpr double kNugget = 1e-3;
 constexpr int kNeighbours = 8;
 

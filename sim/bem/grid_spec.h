@@ -75,7 +75,7 @@ struct GridBody {
 GridBody grid_body(const TriangleMesh& mesh);
 
 struct GridChoice {
-  GridSpec spec;
+  GridSpec spec{};
   double seconds = 0;  // of one thread for a product with one column, on a processor of 2020
   double memory = 0;   // of the grid and its symbol [bytes]
 };

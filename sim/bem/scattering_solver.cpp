@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <stdexcept>
 #include <utility>
 
@@ -27,6 +28,55 @@ constexpr int kMaxRounds = 8;
 constexpr Eigen::Index kSample = 8;  // columns whose residual tells for a block of more, if unrefined or by LU
 constexpr double kGridMargin = 5.0;  // the same for products by a grid: tolerance over their error
 constexpr double kLoose = 30.0 * kSingleLimit;  // tolerances from here on need no residual in double
+
+constexpr double kWorstCoarse = 1e-5;  // reciprocal condition number of E, factorised in single precision
+constexpr int kPreconditionedSteps = 40;  // at most: a preconditioner that needs more does not serve
+
+/// The preconditioner of a solver: made when it is first used, set aside for good where it does not serve.
+class Preconditioning {
+ public:
+  explicit Preconditioning(const ScatteringSystem& system) : system_(system) {}
+
+  /// None: there is none, or it was set aside.
+  std::shared_ptr<const TwoLevel> get() {
+    const std::scoped_lock lock(mutex_);
+    if (!tried_) {
+      tried_ = true;
+      try {
+        made_ = system_.two_level();
+        if (made_ && made_->reciprocal_condition() < kWorstCoarse) {
+          drop(fmt::format("the condition number of its coarse matrix is {:.1e}", 1.0 / made_->reciprocal_condition()));
+        }
+      } catch (const std::domain_error& error) {
+        drop(error.what());
+      }
+    }
+    return made_;
+  }
+
+  void set_aside(const std::string& why) {
+    const std::scoped_lock lock(mutex_);
+    drop(why);
+  }
+
+  void tell(SolveReport& report) {
+    const std::scoped_lock lock(mutex_);
+    report.two_level = made_ != nullptr;
+    report.set_aside = why_;
+  }
+
+ private:
+  void drop(const std::string& why) {
+    made_.reset();
+    why_ = why;
+  }
+
+  const ScatteringSystem& system_;
+  std::mutex mutex_;
+  bool tried_ = false;
+  std::shared_ptr<const TwoLevel> made_;
+  std::string why_;
+};
 
 struct Applied {
   Eigen::MatrixXcd x;
@@ -58,17 +108,57 @@ Inverse lu_inverse(Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dyna
   return {apply, [lu] { return lu->reciprocal_condition(); }};
 }
 
-Inverse gmres_inverse(const std::shared_ptr<const LinearOperator>& given, const SolverOptions& options) {
-  return {[given, options](bool transposed, const Eigen::MatrixXcd& b, double tolerance, int& steps,
-                           const ScatteringSolver::Report& report) -> Applied {
-    const GmresOptions limits{tolerance, std::max(0, options.max_steps - steps), options.restart};
-    const auto product = [&](const Eigen::MatrixXcd& x) {
-      return transposed ? given->apply_transpose(x) : given->apply(x);
+/// preconditioning   outlives the inverse; may be null
+Inverse gmres_inverse(const std::shared_ptr<const LinearOperator>& given, const SolverOptions& options,
+                      Preconditioning* preconditioning) {
+  return {[given, options, preconditioning](bool transposed, const Eigen::MatrixXcd& b, double tolerance, int& steps,
+                                            const ScatteringSolver::Report& report) -> Applied {
+    const auto times = [&](const LinearOperator& a) -> Product {
+      return [&a, transposed](const Eigen::MatrixXcd& x) { return transposed ? a.apply_transpose(x) : a.apply(x); };
     };
-    GmresResult result = gmres(product, b, limits, report);
-    steps += *std::max_element(result.steps.begin(), result.steps.end());
-    return {std::move(result.x), *std::max_element(result.residuals.begin(), result.residuals.end())};
+    const auto solve = [&](int most, const Product& preconditioner) {
+      const GmresOptions limits{tolerance, std::max(0, std::min(most, options.max_steps - steps)), options.restart};
+      GmresResult result = gmres(times(*given), b, limits, report, preconditioner);
+      const int taken = *std::max_element(result.steps.begin(), result.steps.end());
+      steps += taken;
+      return std::pair(Applied{std::move(result.x), *std::max_element(result.residuals.begin(), result.residuals.end())},
+                       taken < most);
+    };
+    if (const std::shared_ptr<const TwoLevel> two_level = preconditioning ? preconditioning->get() : nullptr) {
+      auto [applied, quick] = solve(kPreconditionedSteps, times(*two_level));
+      if (quick || applied.residual <= tolerance) {
+        return std::move(applied);
+      }
+      preconditioning->set_aside(fmt::format("it left {:.1e} after {} steps", applied.residual, kPreconditionedSteps));
+    }
+    return solve(options.max_steps, {}).first;
   }};
+}
+
+/// The system's own operator, which outlives the solver.
+std::shared_ptr<const LinearOperator> borrowed(const LinearOperator& given) {
+  return {std::shared_ptr<const LinearOperator>(), &given};
+}
+
+Inverse make_inverse(const ScatteringSystem& system, const SolverOptions& options, Preconditioning* preconditioning) {
+  const bool single = options.precision == Precision::kSingle;
+  switch (options.kind) {
+    case SolverKind::kLu:
+      return single ? lu_inverse<float>(system.dense_single()) : lu_inverse<double>(system.dense());
+    case SolverKind::kGmres:
+      if (single) {
+        return gmres_inverse(std::make_shared<DenseOperator<float>>(system.dense_single()), options, preconditioning);
+      }
+      return gmres_inverse(std::make_shared<DenseOperator<double>>(system.dense()), options, preconditioning);
+    case SolverKind::kMatrixFree:
+      if (single) {
+        return gmres_inverse(system.single_operator(), options, preconditioning);
+      }
+      return gmres_inverse(borrowed(system.exact()), options, preconditioning);
+    case SolverKind::kFft:
+      return gmres_inverse(borrowed(system.by_grid()), options, preconditioning);
+  }
+  throw std::logic_error("unknown solver");
 }
 
 /// Worst relative residual of kSample columns spread over all.
@@ -85,17 +175,27 @@ double sampled_residual(const Product& exact, const Eigen::MatrixXcd& x, const E
 
 class RefinedSolver : public ScatteringSolver {
  public:
-  RefinedSolver(const ScatteringSystem& system, Inverse inverse, const SolverOptions& options)
-      : system_(system), inverse_(std::move(inverse)), options_(options) {}
+  RefinedSolver(const ScatteringSystem& system, const SolverOptions& options)
+      : system_(system),
+        options_(options),
+        preconditioning_(options.two_level ? std::make_unique<Preconditioning>(system) : nullptr),
+        inverse_(make_inverse(system, options, preconditioning_.get())) {}
 
-  Solved solve(const Eigen::MatrixXcd& b, const Report& report) const override { return run(false, b, report); }
+  Solved solve(const Eigen::MatrixXcd& b, const Report& report) const override { return told(run(false, b, report)); }
   Solved solve_transpose(const Eigen::MatrixXcd& b, const Report& report) const override {
-    return run(true, b, report);
+    return told(run(true, b, report));
   }
   double reciprocal_condition() const override { return inverse_.reciprocal_condition(); }
   const SolverOptions& options() const override { return options_; }
 
  private:
+  Solved told(Solved solved) const {
+    if (preconditioning_) {
+      preconditioning_->tell(solved.report);
+    }
+    return solved;
+  }
+
   Solved run(bool transposed, const Eigen::MatrixXcd& b, const Report& report) const {
     if (b.cols() == 0) {
       return {b, {0, 0, 0.0, true}};
@@ -152,35 +252,10 @@ class RefinedSolver : public ScatteringSolver {
   }
 
   const ScatteringSystem& system_;
-  Inverse inverse_;
   SolverOptions options_;
+  std::unique_ptr<Preconditioning> preconditioning_;  // before the inverse, which refers to it
+  Inverse inverse_;
 };
-
-/// The system's own operator, which outlives the solver.
-std::shared_ptr<const LinearOperator> borrowed(const LinearOperator& given) {
-  return {std::shared_ptr<const LinearOperator>(), &given};
-}
-
-Inverse make_inverse(const ScatteringSystem& system, const SolverOptions& options) {
-  const bool single = options.precision == Precision::kSingle;
-  switch (options.kind) {
-    case SolverKind::kLu:
-      return single ? lu_inverse<float>(system.dense_single()) : lu_inverse<double>(system.dense());
-    case SolverKind::kGmres:
-      if (single) {
-        return gmres_inverse(std::make_shared<DenseOperator<float>>(system.dense_single()), options);
-      }
-      return gmres_inverse(std::make_shared<DenseOperator<double>>(system.dense()), options);
-    case SolverKind::kMatrixFree:
-      if (single) {
-        return gmres_inverse(system.single_operator(), options);
-      }
-      return gmres_inverse(borrowed(system.exact()), options);
-    case SolverKind::kFft:
-      return gmres_inverse(borrowed(system.by_grid()), options);
-  }
-  throw std::logic_error("unknown solver");
-}
 
 }  // namespace
 
@@ -202,7 +277,7 @@ std::string to_string(Precision precision) { return precision == Precision::kSin
 
 std::unique_ptr<ScatteringSolver> make_solver(const ScatteringSystem& system, const SolverOptions& options) {
   try {
-    return std::make_unique<RefinedSolver>(system, make_inverse(system, options), options);
+    return std::make_unique<RefinedSolver>(system, options);
   } catch (const std::domain_error& error) {
     throw NumericalError(
         fmt::format("scattering by {} faces, scheme {}: {}", system.faces(), to_string(system.scheme()), error.what()));

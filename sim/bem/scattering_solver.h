@@ -20,6 +20,8 @@ struct SolveReport {
   /// examined, if they are solved by LU or not refined.
   double residual = 0;
   bool converged = false;  // residual <= tolerance
+  bool two_level = false;  // whether the preconditioner was in use at the end
+  std::string set_aside{};  // why it was not though the options ask for it
 };
 
 struct Solved {

@@ -134,6 +134,13 @@ std::unique_ptr<LinearOperator> ScatteringSystem::single_operator() const {
   return make_operator<float>(operators().parts);
 }
 
+std::unique_ptr<const TwoLevel> ScatteringSystem::two_level() const {
+  if (!traits(scheme_).burton_miller) {
+    return nullptr;
+  }
+  return std::make_unique<TwoLevel>(mesh_, wave_.wavenumber(), options_.coupling, operators().parts);
+}
+
 template <typename Real>
 Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic> ScatteringSystem::make_dense() const {
   using Matrix = Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic>;

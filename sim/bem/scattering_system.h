@@ -7,6 +7,7 @@
 #include "sim/acoustics/transducer_array.h"
 #include "sim/bem/boundary_operator.h"
 #include "sim/bem/scheme.h"
+#include "sim/bem/two_level.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
@@ -91,6 +92,9 @@ class ScatteringSystem {
   const LinearOperator& by_grid() const;
   /// Sums over all faces with one point per face: by that grid where there is one, else pair by pair in double.
   const FaceSums& sums() const { return *operators().sums; }
+  /// A preconditioner of B; none where the scheme does not solve Burton and Miller's equation.
+  /// throws   as TwoLevel
+  std::unique_ptr<const TwoLevel> two_level() const;
   /// B stored.
   Eigen::MatrixXcd dense() const;
   Eigen::MatrixXcf dense_single() const;

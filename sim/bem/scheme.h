@@ -69,6 +69,7 @@ struct SolverOptions {
   double tolerance = 1e-4;  // relative residual ||B p - b|| / ||b|| of every column
   int max_steps = 400;      // of GMRES, per column
   int restart = 100;        // steps after which GMRES restarts, which bounds its memory
+  bool two_level = false;   // GMRES of Burton-Miller's equation takes the preconditioner of two_level.h
 };
 
 }  // namespace touchfield

@@ -148,10 +148,10 @@ CheckReport check_model(const Model& model, int sharing) {
   const double inside = traits(scheme).interior_points ? chief_points(model) : 0.0;
   report.available_mib = available_memory() / kMebibyte;
   GridBody body = grid_body(model.body.mesh);
-  const GridChoice own_grid = solver_grid(body, model.fixed->wave, scene.solve.solver);
+  const BodyCost own_cost = body_cost(body, model.fixed->wave, scene.solve.solver);
   report.decision =
       choose_solver(scene.solve.solver, scheme, static_cast<Eigen::Index>(m), available_memory(),
-                    sharing * largest_block(scene, scheme, model.fixed->array.size(), sharing > 1), own_grid.seconds);
+                    sharing * largest_block(scene, scheme, model.fixed->array.size(), sharing > 1), own_cost);
   const double product = product_seconds(model.body.mesh, model.fixed->wave);
   const double kernel = kKernelCost * product / (m * m);
   // Of every channel's field: the pressure and, where the slope enters, that too; b of the optimisers beside them, or
@@ -161,9 +161,7 @@ CheckReport check_model(const Model& model, int sharing) {
   // GMRES solves the drives too, LU's solves are counted below.
   const double solves = single_solves(scene) + (report.decision.options.kind == SolverKind::kLu ? 0.0 : drives);
   const double evaluated = model.fixed->evaluation.faces(model);
-  const bool iterates = report.decision.options.kind != SolverKind::kLu || evaluated > 0;
-  const double steps = iterates ? expected_steps(model, scheme) : 0.0;
-  const ModelCost own = scattering_cost(report.decision, scheme, m, inside, solves, steps, product, own_grid);
+  const ModelCost own = scattering_cost(report.decision, scheme, m, inside, solves, product, own_cost);
   const double fields = drives_channels(scene) ? (traits(scheme).burton_miller ? 2.0 : 1.0) : 0.0;
   const double gram = optimisers > 0 ? (k + n) * (k + n) : 0.0;
   const double kept =
@@ -174,7 +172,7 @@ CheckReport check_model(const Model& model, int sharing) {
   const FieldsCost off_skin = fields_cost(model, evaluated);
   bytes += off_skin.bytes;
   report.seconds = own.seconds + kernel * ((fields + 1.0) * m * n + off_skin.pairs);
-  const double share = product_share(report.decision.options.kind, model.body.mesh.face_count(), own_grid.seconds);
+  const double share = product_share(report.decision.options.kind, model.body.mesh.face_count(), own_cost.grid.seconds);
   report.seconds += resonance_checks_seconds(scene, share * product, own.seconds);
   report.note = own.note;
   const auto flops = [&] {
@@ -193,14 +191,15 @@ CheckReport check_model(const Model& model, int sharing) {
   }
   if (evaluated > 0) {
     body.faces = evaluated;
-    const GridChoice evaluation_grid = solver_grid(body, model.fixed->wave, {});
+    const BodyCost evaluation_cost = body_cost(body, model.fixed->wave, {});
+    const auto columns = static_cast<Eigen::Index>(scene.solve.methods.size());
     const SolverDecision evaluation =
-        choose_solver({}, model.fixed->evaluation.scheme, static_cast<Eigen::Index>(evaluated), available_memory(), 1,
-                      evaluation_grid.seconds);
+        choose_solver({}, model.fixed->evaluation.scheme, static_cast<Eigen::Index>(evaluated), available_memory(),
+                      columns, evaluation_cost);
     const double scale = std::pow(evaluated / m, 2);
-    const ModelCost cost = scattering_cost(evaluation, model.fixed->evaluation.scheme, evaluated, 0.0, 1.0, steps,
-                                           scale * product, evaluation_grid);
-    const auto methods = static_cast<double>(scene.solve.methods.size());
+    const ModelCost cost = scattering_cost(evaluation, model.fixed->evaluation.scheme, evaluated, 0.0, 1.0,
+                                           scale * product, evaluation_cost);
+    const auto methods = static_cast<double>(columns);
     bytes += cost.bytes + kComplex * evaluated * 4.0 * methods * 30.0;
     report.seconds += cost.seconds * (1.0 + 0.3 * (methods - 1.0)) + 2.0 * kernel * evaluated * n;
   }
@@ -274,7 +273,7 @@ Json check_value(const Model& model, const CheckReport& report, const Remarks& m
           {"target_boxes", model.boxes.size()},
           {"fields", fields},
           {"scheme", to_string(scene.solve.scheme)},
-          {"solver", to_string(report.decision.options.kind)},
+          {"solver", solver_name(report.decision.options.kind, report.decision.options.two_level)},
           {"precision", precision_name(report.decision.options)},
           {"solver_reason", report.decision.reason},
           {"evaluation_faces", report.evaluation_faces},

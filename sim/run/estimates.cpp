@@ -17,7 +17,6 @@
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/interior_points.h"
-#include "sim/mesh/remesh/surface_remesh.h"
 #include "sim/mesh/topology.h"
 #include "sim/model/evaluation.h"
 #include "sim/run/skin_scattering.h"
@@ -58,6 +57,7 @@ const Speed& speed_at(double rows) {
   return speed;
 }
 
+constexpr double kSingleComplex = 8;    // bytes
 constexpr double kLuFlops = 8.0 / 3.0;  // complex operations counted as real ones, times n^3
 constexpr double kNearPairs = 220;      // a face, of Burton-Miller's near corrections on a uniform mesh
 constexpr double kNearBytes = 24;       // a pair, while they are gathered
@@ -128,14 +128,10 @@ void compare_split(const Model& model, AccuracyReport& report, Progress& progres
   const SolveSpec& solve = model.fixed->scene.solve;
   GridBody body = grid_body(mesh);
   body.faces *= 4.0;
-  const GridChoice grid = solver_grid(body, model.fixed->wave, solve.solver);
-  const SolverDecision decision = choose_solver(solve.solver, solve.scheme, faces, available_memory(), 1, grid.seconds);
-  const double product =
-      product_share(decision.options.kind, faces, grid.seconds) * 16.0 * product_seconds(mesh, model.fixed->wave);
-  const double lu = 8.0 / 3.0 * std::pow(static_cast<double>(faces), 3) / 3e10;  // a slow machine's rate
-  const double seconds = decision.options.kind == SolverKind::kLu ? lu : 60.0 * product;
-  const double bytes = solver_memory(faces, decision.options, 1) + near_memory(static_cast<double>(faces)) +
-                       (decision.options.kind == SolverKind::kFft ? grid.memory : 0.0);
+  const BodyCost cost = body_cost(body, model.fixed->wave, solve.solver);
+  const SolverDecision decision = choose_solver(solve.solver, solve.scheme, faces, available_memory(), 1, cost);
+  const auto [bytes, seconds, note] = scattering_cost(decision, solve.scheme, body.faces, 0.0, 1.0,
+                                                      16.0 * product_seconds(mesh, model.fixed->wave), cost);
   if (seconds > kSplitSeconds) {
     report.split_reason = fmt::format("{} faces would take about {:.0f} s", faces, seconds);
     return;
@@ -154,13 +150,6 @@ void compare_split(const Model& model, AccuracyReport& report, Progress& progres
         relative_difference(areas_near(mesh, centre_of_interest(model), kTargetReach), coarse_pressure, fine_pressure);
   }
 }
-
-constexpr double kMillerSteps = 25;
-constexpr double kPlainSteps = 200;
-constexpr Eigen::Index kSmall = 15000;  // faces: the run takes seconds
-constexpr double kCoarseEdge = 0.7;     // wavelengths
-constexpr double kCaught = 32;          // steps on the coarse copy from which on sound is caught somewhere
-constexpr double kGrowth = 0.35;
 
 }  // namespace
 
@@ -201,7 +190,7 @@ Speed speed_of(const std::function<void()>& work, double operations) {
 const Speed& measured_speed(double rows) { return speed_at<0>(rows); }
 
 ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double faces, double inside, double solves,
-                          double steps, double product, const GridChoice& grid) {
+                          double product, const BodyCost& body) {
   ModelCost cost;
   const SolverOptions& options = decision.options;
   cost.bytes = solver_memory(static_cast<Eigen::Index>(faces), options, 1);
@@ -214,6 +203,12 @@ ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double 
     cost.bytes += 16.0 * faces * inside;
     cost.seconds += 8.0 * faces * faces * inside / measured_speed(faces).flops;
   }
+  const double steps = expected_steps(scheme, options.two_level);
+  if (options.two_level) {
+    const auto unknowns = static_cast<Eigen::Index>(faces);
+    cost.bytes += kSingleComplex * body.points * body.points;
+    cost.seconds += two_level_seconds(unknowns, body.points) / direct_seconds(unknowns, 1) * product;
+  }
   const double in_double = 2.2 * product * (miller ? kMillerCost : 1.0);  // the residual
   if (options.kind == SolverKind::kLu) {
     const double speed = options.precision == Precision::kSingle ? 1.9 : 1.0;
@@ -221,10 +216,10 @@ ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double 
     cost.seconds += kLuFlops * faces * faces * faces / (speed * measured.flops) + in_double * solves;
     cost.note = measured.note;
   } else if (options.kind == SolverKind::kFft) {
-    const double share = product_share(options.kind, static_cast<Eigen::Index>(faces), grid.seconds);
+    const double share = product_share(options.kind, static_cast<Eigen::Index>(faces), body.grid.seconds);
     constexpr double kOnce = 3.0;    // to make the grid, in products
     constexpr double kRounds = 3.0;  // of refinement, beyond what grids reach
-    cost.bytes += grid.memory;
+    cost.bytes += body.grid.memory;
     cost.seconds += options.tolerance < 5.0 * kFinestGridTolerance ? kRounds * solves * in_double : 0.0;
     cost.seconds += (solves * steps + kOnce) * share * product * kMillerCost;
   } else {
@@ -262,9 +257,9 @@ AccuracyReport interior_indicator(const Model& model, Scheme scheme, const Solve
   const ScatteringSystem& system = scattering.system();
   const SourceField field = source_field(mesh, model.fixed->wave, sources);
   const IncidentField incident = interior_incident(system, field);
-  const auto solver = make_solver(system, scattering.decision().options);
-  report.solver = to_string(solver->options().kind);
-  const Solved solved = solver->solve(system.right_hand_side(incident));
+  const SolverOptions& options = scattering.decision().options;
+  const Solved solved = make_solver(system, options)->solve(system.right_hand_side(incident));
+  report.solver = solver_name(options.kind, solved.report.two_level);
   const Eigen::MatrixXcd found = system.pressure(solved.x, incident);
   report.residual = solved.report.residual;
   report.body = summarise(mesh.areas(), found, field.value);
@@ -311,25 +306,6 @@ void add_accuracy(Json& check, const AccuracyReport& report, double edge) {
                   {"for_2_percent", edge_for(0.02)},
                   {"for_1_percent", edge_for(0.01)},
                   {"by", split ? "twice the difference to the split mesh" : "the indicator"}}}});
-}
-
-double expected_steps(const Model& model, Scheme scheme) {
-  if (!traits(scheme).burton_miller) {
-    return kPlainSteps;
-  }
-  const TriangleMesh& mesh = model.body.mesh;
-  const double edge = kCoarseEdge * model.fixed->wave.wavelength();
-  if (mesh.face_count() <= kSmall || mesh.mean_edge() > 0.7 * edge) {
-    return kMillerSteps;
-  }
-  try {
-    const ScatteringSystem system(remeshed_surface(mesh, EdgeSizing(edge)), model.fixed->wave, scheme);
-    const Eigen::MatrixXcd b = system.right_hand_side(system.incident(model.fixed->array, free_focus(model)));
-    const int steps = make_solver(system, {})->solve(b).report.steps;
-    return steps < kCaught ? steps : steps * std::pow(edge / mesh.mean_edge(), kGrowth);
-  } catch (const Error&) {  // thinner than the coarse edge somewhere
-    return kMillerSteps;
-  }
 }
 
 }  // namespace touchfield

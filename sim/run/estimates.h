@@ -45,11 +45,10 @@ struct ModelCost {
 
 /// inside   CHIEF's points, chief_points(); 0 of other schemes
 /// solves            right-hand sides, solved one after another
-/// steps             of GMRES for each, where it solves (expected_steps)
 /// product           seconds of a direct product with D in single precision on this mesh (product_seconds)
-/// grid              solver_grid() of this mesh; read where products go through it
+/// body              body_cost() of this mesh
 ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double faces, double inside, double solves,
-                          double steps, double product, const GridChoice& grid);
+                          double product, const BodyCost& body);
 
 /// Points inside the body that a CHIEF system will have, about: one a cube of the spacing in its volume.
 double chief_points(const Model& model);
@@ -90,17 +89,5 @@ void add_accuracy(Json& check, const AccuracyReport& report, double edge);
 
 /// Drives that focus the array on the target (or on the skin nearest to it) as if there were no body, N x 1.
 Eigen::VectorXcd free_focus(const Model& model);
-
-/// Steps that GMRES will take for one drive to the default tolerance of scenes, 1e-4.
-///
-/// Sound that is caught between folded fingers takes two to three times the steps of an open hand. Only a solution
-/// shows this. So for a Burton-Miller scheme a large body is solved on a coarse copy with edges of 0.7 wavelengths
-/// (some tenths of a second). Where nothing is caught, the steps on the copy are nearly those of any finer mesh. Where
-/// sound is caught (32 steps or more on the copy), they grow as edge^-0.35. This is within 15 % on the built-in hand's
-/// poses with 11,000 to 100,000 faces (docs/speed-and-error.md).
-///
-/// A Burton-Miller scheme gets 25 without a copy. There is no copy for up to 15,000 faces, for a mean edge above 0.49
-/// wavelengths, and where the body is too thin for it. Any other scheme gets 200.
-double expected_steps(const Model& model, Scheme scheme);
 
 }  // namespace touchfield

@@ -206,7 +206,7 @@ double resonance_difference(const SkinScattering& scattering, SkinScattering* cu
   quick.refine = false;
   quick.tolerance = kTolerance;
   quick.max_steps = kMaxSteps;
-  const double share = product_share(kind, mesh.face_count(), solver_grid(grid_body(mesh), wave, quick).seconds);
+  const double share = product_share(kind, mesh.face_count(), body_cost(grid_body(mesh), wave, quick).grid.seconds);
   const double expected = resonance_check_seconds(plain, share * product_seconds(mesh, wave));
   if (!wants_resonance_check(spec.resonance_check, plain, expected, spent)) {
     progress.detail(fmt::format(

@@ -61,7 +61,7 @@ struct Provenance {
 struct SolveRecord {
   std::string stage;  // pressure, evaluation, resonance_check, ...
   std::string scheme;
-  std::string solver;     // "LU", "GMRES, stored" or "GMRES, matrix-free"
+  std::string solver;     // solver_name(): "LU", "GMRES, FFT, two-level", ...
   std::string precision;  // "single", "single refined" or "double"
   std::string device{};   // "cpu" or "cuda:0"
   long unknowns = 0;

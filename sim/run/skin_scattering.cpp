@@ -57,9 +57,9 @@ SkinModel::SkinModel(TriangleMesh mesh, const Wave& wave, Scheme scheme, const S
                      Eigen::Index right_hand_sides)
     : spec_(spec),
       right_hand_sides_(right_hand_sides),
-      by_grid_(solver_grid(grid_body(mesh), wave, spec).seconds),
+      cost_(body_cost(grid_body(mesh), wave, spec)),
       device_(choose_device(spec, scheme, mesh.face_count(), right_hand_sides)),
-      decision_(choose_solver(spec, scheme, mesh.face_count(), available_memory(), right_hand_sides, by_grid_)),
+      decision_(choose_solver(spec, scheme, mesh.face_count(), available_memory(), right_hand_sides, cost_)),
       system_(make_system(std::move(mesh), wave, scheme, spec,
                           device_.card ? std::nullopt : std::optional(decision_.options.kind))) {
   if (device_.card) {
@@ -90,7 +90,7 @@ bool SkinModel::follow(const TriangleMesh& mesh) {
 void SkinModel::leave_card() {
   card_.reset();
   device_ = {std::nullopt, "the graphics card has too little memory"};
-  decision_ = choose_solver(spec_, system_.scheme(), system_.faces(), available_memory(), right_hand_sides_, by_grid_);
+  decision_ = choose_solver(spec_, system_.scheme(), system_.faces(), available_memory(), right_hand_sides_, cost_);
   system_ =
       ScatteringSystem(system_.mesh(), system_.wave(), system_.scheme(), system_options(spec_, decision_.options.kind));
 }
@@ -163,7 +163,7 @@ void SkinScattering::record(const std::string& stage, Eigen::Index right_hand_si
   SolveRecord record;
   record.stage = stage;
   record.scheme = to_string(system().scheme());
-  record.solver = to_string(card != nullptr ? card->kind() : decision().options.kind);
+  record.solver = card != nullptr ? to_string(card->kind()) : solver_name(decision().options.kind, report.two_level);
   record.precision = precision_name(decision().options);
   record.device = card != nullptr ? fmt::format("cuda:{}", card->gpu().info().index) : "cpu";
   record.unknowns = system().faces();
@@ -173,6 +173,9 @@ void SkinScattering::record(const std::string& stage, Eigen::Index right_hand_si
   record.residual = report.residual;
   record.converged = report.converged;
   record.seconds = seconds;
+  if (!report.set_aside.empty()) {
+    progress_.detail("  solver: without the two-level preconditioner: " + report.set_aside);
+  }
   records_.push_back(std::move(record));
   if (!allow_broken_) {
     // Unrefined single precision reaches no tolerance below its own rounding.
@@ -335,7 +338,8 @@ std::string describe_decision(const SkinScattering& scattering) {
                        scattering.device().reason);
   }
   std::string text =
-      fmt::format("  solver: {}, {}, {} unknowns", to_string(options.kind), precision_name(options), system.faces());
+      fmt::format("  solver: {}, {}, {} unknowns", solver_name(options.kind, options.two_level),
+                                 precision_name(options), system.faces());
   if (system.near_pairs() > 0) {
     text += fmt::format(", {} near pairs", system.near_pairs());
   }

@@ -46,7 +46,7 @@ class SkinModel {
  private:
   SolverSpec spec_;
   Eigen::Index right_hand_sides_;
-  double by_grid_;  // seconds of the solver_grid() of the body
+  BodyCost cost_;
   DeviceDecision device_;
   SolverDecision decision_;
   ScatteringSystem system_;

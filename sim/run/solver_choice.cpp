@@ -18,6 +18,16 @@ constexpr double kMatrixShare = 0.5;        // of the free memory that a matrix 
 // 1.7 s, measured at 5,120 faces; the one grows with the square of the unknowns, the other with the cube.
 constexpr Eigen::Index kUnknownsAColumn = 600;
 constexpr double kGridPays = 0.8;  // of the time of direct products: the grid must be made first
+constexpr double kPlainSteps = 200;
+constexpr double kMillerSteps = 30;
+constexpr double kTwoLevelSteps = 9;
+// Of TwoLevel, on hands of 3,000 to 200,000 faces.
+constexpr double kPointsAWave = 6.1;       // points per square wavelength of skin
+constexpr double kPointsAFace = 0.7;       // of a coarse mesh, at most
+constexpr double kEntrySeconds = 6e-9;     // of E, per face and point
+constexpr double kFactorSeconds = 2.4e-11;  // of its LU, per cube of points
+constexpr double kFaceSeconds = 7e-6;       // of P and the filter, per face
+constexpr double kAppliedSeconds = 4e-7;    // of a product with M, per face
 // Entries of B times right-hand sides from which on a processor takes longer than a card's start.
 constexpr double kCardPays = 5e8;
 constexpr double kGridError = 0.11;  // of the tolerance, that products by a grid may be off by
@@ -82,8 +92,19 @@ double direct_seconds(Eigen::Index unknowns, Eigen::Index columns) {
          std::pow(static_cast<double>(unknowns), 2);
 }
 
-GridChoice solver_grid(const GridBody& body, const Wave& wave, const SolverSpec& spec) {
-  return choose_grid(body, wave.wavenumber(), spec.coupling / wave.k(), grid_tolerance(spec));
+BodyCost body_cost(const GridBody& body, const Wave& wave, const SolverSpec& spec) {
+  const double waves = body.area / (wave.wavelength() * wave.wavelength());
+  return {choose_grid(body, wave.wavenumber(), spec.coupling / wave.k(), grid_tolerance(spec)),
+          std::min(kPointsAWave * waves, kPointsAFace * body.faces)};
+}
+
+double two_level_seconds(Eigen::Index unknowns, double points) {
+  const auto faces = static_cast<double>(unknowns);
+  return faces * (kEntrySeconds * points + kFaceSeconds) + kFactorSeconds * std::pow(points, 3);
+}
+
+double expected_steps(Scheme scheme, bool two_level) {
+  return two_level ? kTwoLevelSteps : (traits(scheme).burton_miller ? kMillerSteps : kPlainSteps);
 }
 
 double product_share(SolverKind kind, Eigen::Index unknowns, double by_grid) {
@@ -91,7 +112,7 @@ double product_share(SolverKind kind, Eigen::Index unknowns, double by_grid) {
 }
 
 SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index unknowns, double available,
-                             Eigen::Index right_hand_sides, double by_grid) {
+                             Eigen::Index right_hand_sides, const BodyCost& cost) {
   SolverDecision decision{{}, "as the scene asks"};
   SolverOptions& options = decision.options;
   options.tolerance = spec.tolerance;
@@ -103,11 +124,18 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
   const double direct = direct_seconds(unknowns, right_hand_sides);
   const bool single_grid = grid_tolerance(spec) >= kFinestSingleGrid;
   const bool grid_suits = grid_tolerance(spec) <= kGridError * spec.tolerance || (spec.refine && !single_grid);
+  const double by_grid = cost.grid.seconds;
   const bool grid_pays = grid_suits && by_grid < kGridPays * direct;
   const SolverKind iterative = grid_pays ? SolverKind::kFft : SolverKind::kMatrixFree;
-  // Right-hand sides up to which GMRES is cheaper than LU.
-  const double few_columns_pay =
-      static_cast<double>(unknowns / kUnknownsAColumn + 1) * (grid_pays ? direct_seconds(unknowns, 1) / by_grid : 1.0);
+  const auto columns = static_cast<double>(right_hand_sides);
+  const double step = columns * (grid_pays ? by_grid : direct);
+  const double plain_seconds = kMillerSteps * step;
+  const double two_level =
+      two_level_seconds(unknowns, cost.points) +
+      kTwoLevelSteps * (step + columns * kAppliedSeconds * static_cast<double>(unknowns));
+  const bool two_level_pays = traits(scheme).burton_miller && two_level < plain_seconds;
+  const double factorised =
+      static_cast<double>(unknowns / kUnknownsAColumn + 1) * kMillerSteps * (grid_pays ? direct_seconds(unknowns, 1) : direct);
   switch (spec.solver) {
     case SolverChoice::kLu:
       options.kind = SolverKind::kLu;
@@ -122,7 +150,7 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
       options.kind = SolverKind::kFft;
       break;
     case SolverChoice::kAuto:
-      if (traits(scheme).burton_miller && fits && few_columns_pay < static_cast<double>(right_hand_sides)) {
+      if (traits(scheme).burton_miller && fits && factorised < std::min(plain_seconds, two_level)) {
         options.kind = SolverKind::kLu;
         decision.reason = "hundreds of right-hand sides share one factorisation";
       } else if (traits(scheme).burton_miller) {
@@ -138,6 +166,10 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
                                : "its matrix would take more than half of the free memory";
       }
       break;
+  }
+  options.two_level = two_level_pays && options.kind != SolverKind::kLu;
+  if (options.two_level) {
+    decision.reason += "; the two-level preconditioner saves more than it takes";
   }
   if (options.kind == SolverKind::kFft) {
     options.precision = single_grid ? Precision::kSingle : Precision::kDouble;
@@ -160,6 +192,8 @@ Eigen::Index largest_block(const Scene& scene, Scheme scheme, Eigen::Index chann
   }
   return shared ? 2 * static_cast<Eigen::Index>(solve.methods.size()) : 1;
 }
+
+std::string solver_name(SolverKind kind, bool two_level) { return to_string(kind) + (two_level ? ", two-level" : ""); }
 
 std::string precision_name(const SolverOptions& options) {
   if (options.precision == Precision::kDouble) {

@@ -38,30 +38,42 @@ double grid_tolerance(const SolverSpec& spec);
 SolverKind sums_on_card(const SolverSpec& spec, Eigen::Index unknowns);
 
 /// Seconds that one thread takes for the product of a body's matrix with a block, per column. The product is summed
-/// pair by pair in single precision, on a processor of 2020. The choice compares these seconds with those of the grid
-/// that a body would have.
+/// pair by pair in single precision, on a processor of 2020.
 double direct_seconds(Eigen::Index unknowns, Eigen::Index columns);
-GridChoice solver_grid(const GridBody& body, const Wave& wave, const SolverSpec& spec);
+
+/// What else the solver of a body is chosen by. Without a body: neither a grid nor a preconditioner.
+struct BodyCost {
+  GridChoice grid{.seconds = std::numeric_limits<double>::infinity()};  // of products by a grid
+  double points = std::numeric_limits<double>::infinity();              // of TwoLevel's coarse space, within a tenth
+};
+BodyCost body_cost(const GridBody& body, const Wave& wave, const SolverSpec& spec);
+
+/// Seconds to make a TwoLevel, as those of direct_seconds().
+double two_level_seconds(Eigen::Index unknowns, double points);
+
+/// Steps that GMRES takes for one drive to 1e-4. Two-level: 7 to 11. Burton-Miller's equation without: 20 to 40 on an
+/// open hand, 50 to 110 on a folded one, more on finer meshes. Plain equations: up to hundreds.
+double expected_steps(Scheme scheme, bool two_level);
 
 /// What a product takes by the way that a solver multiplies, over a direct one.
 ///
-/// by_grid   seconds of the solver_grid() of the body
+/// by_grid   seconds of the grid of body_cost()
 double product_share(SolverKind kind, Eigen::Index unknowns, double by_grid);
 
 /// Rules for `auto`, in docs/user-guide.md:
 ///   burton_miller(_polished)   GMRES in single precision, with products by a grid where those are faster, else
-///                              matrix-free; LU where there are so many right-hand sides that factorising once is
-///                              cheaper and the matrix fits half of the free memory
+///                              matrix-free; with TwoLevel where it saves more than it takes to make; LU where there
+///                              are so many right-hand sides that factorising once is cheaper and the matrix fits half
+///                              of the free memory
 ///   chief                      LU
 ///   paper, paper_corrected     LU while the matrix fits half of the free memory, else GMRES as above
 /// LU is in double up to 3,000 unknowns, beyond that in single; single precision is refined unless the scene says no.
 ///
 /// available          memory that may be used [bytes]
 /// right_hand_sides   of the largest block that will be solved for
-/// by_grid            seconds of the solver_grid() of the body
+/// cost               body_cost() of the body
 SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index unknowns, double available,
-                             Eigen::Index right_hand_sides = 1,
-                             double by_grid = std::numeric_limits<double>::infinity());
+                             Eigen::Index right_hand_sides = 1, const BodyCost& cost = {});
 
 /// The largest block of right-hand sides that a scheme's model will be asked for. It is about as large as a basis of
 /// all channels where a method, the optimality bound or the written file needs the effect of every channel. Else it is
@@ -69,6 +81,9 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
 ///
 /// shared   with other scenes: then all that a scene solves for, two right-hand sides per method, counts
 Eigen::Index largest_block(const Scene& scene, Scheme scheme, Eigen::Index channels, bool shared = false);
+
+/// How a solve's solver is called: that of its kind, then ", two-level" where it is preconditioned.
+std::string solver_name(SolverKind kind, bool two_level);
 
 /// How a solve's precision is called: single, single refined, double.
 std::string precision_name(const SolverOptions& options);

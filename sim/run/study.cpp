@@ -135,12 +135,12 @@ SolverSpec spec_of(const Scene& scene, SolverKind solver, Precision precision) {
 std::string reason_to_skip(const Model& model, Scheme scheme, const SolverSpec& spec, double limit) {
   const auto faces = static_cast<double>(model.body.mesh.face_count());
   const double inside = traits(scheme).interior_points ? chief_points(model) : 0.0;
-  const SolverDecision decision = choose_solver(spec, scheme, static_cast<Eigen::Index>(faces), available_memory());
-  const double steps = decision.options.kind == SolverKind::kLu ? 0.0 : expected_steps(model, scheme);
+  const BodyCost body = body_cost(grid_body(model.body.mesh), model.fixed->wave, spec);
+  const SolverDecision decision =
+      choose_solver(spec, scheme, static_cast<Eigen::Index>(faces), available_memory(), 1, body);
   const ModelCost cost =
       scattering_cost(decision, scheme, faces, inside, static_cast<double>(model.fixed->scene.solve.methods.size()),
-                      steps, product_seconds(model.body.mesh, model.fixed->wave),
-                      solver_grid(grid_body(model.body.mesh), model.fixed->wave, spec));
+                      product_seconds(model.body.mesh, model.fixed->wave), body);
   if (available_memory() > 0 && cost.bytes > kMemoryShare * available_memory()) {
     return fmt::format("skipped: needs about {:.1f} GiB", cost.bytes / std::pow(2.0, 30));
   }

@@ -34,7 +34,7 @@ TEST(Check, CountsTheMemoryOfAGrid) {
   const Model direct = small_model({"solve.solver=matrix_free"});
   const Model by_grid = small_model({"solve.solver=fft"});
   const double grid =
-      solver_grid(grid_body(direct.body.mesh), direct.fixed->wave, by_grid.fixed->scene.solve.solver).memory;
+      body_cost(grid_body(direct.body.mesh), direct.fixed->wave, by_grid.fixed->scene.solve.solver).grid.memory;
   EXPECT_GT(grid, 1e5);
   EXPECT_NEAR(check_model(by_grid).memory_mib - check_model(direct).memory_mib, grid / std::pow(2.0, 20), 0.01);
 }

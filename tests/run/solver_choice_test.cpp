@@ -33,7 +33,7 @@ TEST(SolverChoice, AMatrixTakesAtMostHalfOfTheFreeMemory) {
 TEST(SolverChoice, ProductsGoThroughAGridWhereThatIsFaster) {
   const auto kind = [](Eigen::Index unknowns, Eigen::Index columns, double by_grid, const SolverSpec& spec = {},
                        Scheme scheme = Scheme::kBurtonMillerPolished) {
-    return choose_solver(spec, scheme, unknowns, 100.0 * kGibibyte, columns, by_grid).options.kind;
+    return choose_solver(spec, scheme, unknowns, 100.0 * kGibibyte, columns, {.grid = {.seconds = by_grid}}).options.kind;
   };
   const double direct = direct_seconds(50000, 1);
   EXPECT_EQ(kind(50000, 1, 0.1 * direct), SolverKind::kFft);
@@ -62,7 +62,7 @@ TEST(SolverChoice, PrecisionAndToleranceDecideWhatAGridIsMadeIn) {
   EXPECT_GE(grid_tolerance({.precision = PrecisionChoice::kSingle, .tolerance = 1e-9}), kFinestSingleGrid);
   EXPECT_LT(grid_tolerance({.precision = PrecisionChoice::kDouble, .tolerance = 1e-2}), kFinestSingleGrid);
   const auto precision = [](const SolverSpec& spec) {
-    return choose_solver(spec, Scheme::kBurtonMiller, 100000, 0.0, 1, 1e-3).options.precision;
+    return choose_solver(spec, Scheme::kBurtonMiller, 100000, 0.0, 1, {.grid = {.seconds = 1e-3}}).options.precision;
   };
   EXPECT_EQ(precision({.solver = SolverChoice::kFft}), Precision::kSingle);
   EXPECT_EQ(precision({.solver = SolverChoice::kFft, .tolerance = 1e-5}), Precision::kDouble);
@@ -74,9 +74,22 @@ TEST(SolverChoice, ABodysGridSecondsAreThoseOfItsSize) {
   const Wave wave(air(293.15), 40e3);
   const GridBody hand{{0.09, 0.2, 0.04}, 0.037, 20000};
   const GridBody fingertip{{0.02, 0.03, 0.02}, 0.002, 2000};
-  EXPECT_LT(solver_grid(hand, wave, {}).seconds, 0.5 * direct_seconds(20000, 1));
-  EXPECT_GT(solver_grid(fingertip, wave, {}).seconds, direct_seconds(2000, 1));
-  EXPECT_GT(solver_grid(hand, wave, {.tolerance = 1e-6}).seconds, solver_grid(hand, wave, {}).seconds);
+  EXPECT_LT(body_cost(hand, wave, {}).grid.seconds, 0.5 * direct_seconds(20000, 1));
+  EXPECT_GT(body_cost(fingertip, wave, {}).grid.seconds, direct_seconds(2000, 1));
+  EXPECT_GT(body_cost(hand, wave, {.tolerance = 1e-6}).grid.seconds, body_cost(hand, wave, {}).grid.seconds);
+}
+
+TEST(SolverChoice, ThePreconditionerIsMadeWhereItSavesMoreThanItTakes) {
+  const auto two_level = [](double faces, Eigen::Index columns, Scheme scheme, SolverChoice solver) {
+    const BodyCost cost = body_cost({{0.09, 0.2, 0.04}, 0.04, faces}, Wave(air(293.15), 40e3), {});
+    const auto unknowns = static_cast<Eigen::Index>(faces);
+    return choose_solver({.solver = solver}, scheme, unknowns, 100.0 * kGibibyte, columns, cost).options.two_level;
+  };
+  EXPECT_TRUE(two_level(100e3, 1, Scheme::kBurtonMillerPolished, SolverChoice::kAuto));
+  EXPECT_FALSE(two_level(10e3, 1, Scheme::kBurtonMillerPolished, SolverChoice::kAuto));
+  EXPECT_TRUE(two_level(10e3, 6, Scheme::kBurtonMiller, SolverChoice::kMatrixFree));
+  EXPECT_FALSE(two_level(10e3, 400, Scheme::kBurtonMiller, SolverChoice::kLu));
+  EXPECT_FALSE(two_level(100e3, 1, Scheme::kPaperCorrected, SolverChoice::kFft));
 }
 
 TEST(SolverChoice, ChiefHasNoIteration) { EXPECT_EQ(chosen(Scheme::kChief, 20000, 1, 0.1).kind, SolverKind::kLu); }
