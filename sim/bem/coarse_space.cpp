@@ -172,6 +172,7 @@ CoarseSpace::CoarseSpace(const TriangleMesh& mesh, double k) : areas_(mesh.areas
   for (const Eigen::Index f : points_) {
     points.push_back(faces[static_cast<std::size_t>(f)]);
   }
+  places_ = Eigen::MatrixXd::Map(points.front().data(), 6, static_cast<Eigen::Index>(points.size()));
   interpolation_ = interpolate(faces, points, cells, kShortest * k);
   gathering_ = interpolation_.transpose();
   const Eigen::SparseMatrix<double> p = interpolation_.cast<double>();

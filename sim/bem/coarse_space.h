@@ -23,6 +23,7 @@ class CoarseSpace {
   Eigen::Index faces() const { return interpolation_.rows(); }
   Eigen::Index size() const { return interpolation_.cols(); }
   const std::vector<Eigen::Index>& points() const { return points_; }  // faces, ascending
+  const Eigen::MatrixXd& places() const { return places_; }            // of the points, 6 x size [m]
   using Interpolation = Eigen::SparseMatrix<float, Eigen::RowMajor>;
   const Interpolation& interpolation() const { return interpolation_; }  // P, faces x size
 
@@ -39,6 +40,7 @@ class CoarseSpace {
   Eigen::MatrixXcd by_mass(const Eigen::MatrixXcd& c) const;  // (P^T A P)^-1 c
 
   std::vector<Eigen::Index> points_;
+  Eigen::MatrixXd places_;
   Interpolation interpolation_;
   Interpolation gathering_;  // P^T
   Eigen::VectorXd areas_;

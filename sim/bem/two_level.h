@@ -1,13 +1,11 @@
 #pragma once
 
-#include <memory>
-
 #include <Eigen/Core>
 
 #include "sim/bem/boundary_operator.h"
+#include "sim/bem/coarse_inverse.h"
 #include "sim/bem/coarse_space.h"
 #include "sim/bem/surface_filter.h"
-#include "solvers/linear/factorisations.h"
 #include "solvers/linear/linear_operator.h"
 
 namespace touchfield {
@@ -16,11 +14,8 @@ namespace touchfield {
 ///
 ///   M = P E^-1 R + f(L) (1 - P R),   E = B[points, :] P,
 ///
-/// with P, R of CoarseSpace and f(L) of SurfaceFilter. GMRES takes some ten steps to 1e-4 on any hand and mesh. The
-/// coarse part holds the waves that run between folds, the filter those too short to travel. E is made of the
-/// fine matrix's own rows and factorised in single precision.
-///
-/// memory   8 bytes per pair of points; some 2,200 to 3,300 points on a hand
+/// with P, R of CoarseSpace, E^-1 of CoarseInverse and f(L) of SurfaceFilter. GMRES takes some ten steps to 1e-4 on any
+/// hand and mesh. The coarse part holds the waves that run between folds, the filter those too short to travel.
 class TwoLevel : public LinearOperator {
  public:
   /// parts   of B, with Layer::kBurtonMiller
@@ -28,7 +23,8 @@ class TwoLevel : public LinearOperator {
   TwoLevel(const TriangleMesh& mesh, const Complex& wavenumber, double coupling, const BoundaryParts& parts);
 
   const CoarseSpace& coarse() const { return coarse_; }
-  double reciprocal_condition() const { return inverse_->reciprocal_condition(); }  // of E, estimated
+  Eigen::Index blocks() const { return inverse_.blocks(); }
+  double reciprocal_condition() const { return inverse_.reciprocal_condition(); }  // of E, estimated
 
   Eigen::Index size() const override { return coarse_.faces(); }
   /// M X.
@@ -39,7 +35,7 @@ class TwoLevel : public LinearOperator {
  private:
   CoarseSpace coarse_;
   SurfaceFilter filter_;
-  std::unique_ptr<DenseLuSingle> inverse_;
+  CoarseInverse inverse_;
 };
 
 }  // namespace touchfield

@@ -1,0 +1,178 @@
+// The two-level preconditioner: its parts by what they are to do, and solutions with it against LU.
+#include "sim/bem/two_level.h"
+
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "sim/bem/scattering_solver.h"
+#include "sim/hand/hand.h"
+#include "sim/hand/shapes.h"
+#include "tests/support/testing.h"
+
+namespace touchfield::two_level_test {
+
+Wave wave(double absorption = 0.0) {
+  Medium medium = air(293.15);
+  medium.absorption = absorption;
+  return {medium, 40e3};
+}
+
+TriangleMesh folded_hand(double edge) {
+  HandOptions options;
+  options.edge = edge;
+  return hand(options).mesh;
+}
+
+Eigen::MatrixXcd random_columns(Eigen::Index rows, Eigen::Index columns) {
+  std::srand(1);
+  return Eigen::MatrixXcd::Random(rows, columns);
+}
+
+TEST(CoarseSpace, PointsCoverTheSkinAndKeepTheSidesOfAFoldApart) {
+  const TriangleMesh mesh = folded_hand(3e-3);
+  const double wavelength = wave().wavelength();
+  const CoarseSpace space(mesh, wave().k());
+  double farthest = 0;
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    Eigen::VectorXd place(6);
+    place << mesh.centroids().col(f), 0.35 * wavelength * mesh.normals().col(f);
+    farthest = std::max(farthest, (space.places().colwise() - place).colwise().norm().minCoeff());
+  }
+  EXPECT_LT(farthest, 0.35 * wavelength);
+  EXPECT_GT(farthest, 0.25 * wavelength);
+}
+
+// The number of points goes by area per square wavelength.
+TEST(CoarseSpace, FinerMeshesTakeHardlyMorePoints) {
+  const auto points = [](int subdivisions) {
+    return static_cast<double>(CoarseSpace(icosphere(30e-3, subdivisions), wave().k()).size());
+  };
+  EXPECT_NEAR(points(40) / points(20), 1.0, 0.15);
+}
+
+TEST(CoarseSpace, ProjectionUndoesInterpolationAndKeepsWaves) {
+  const TriangleMesh mesh = icosphere(30e-3, 20);
+  const CoarseSpace space(mesh, wave().k());
+  const Eigen::MatrixXcd c = random_columns(space.size(), 3);
+  EXPECT_LT((space.projected(space.interpolated(c)) - c).norm(), 1e-5 * c.norm());
+  Eigen::VectorXcd plane(mesh.face_count());
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    plane(f) = std::polar(1.0, wave().k() * mesh.centroids()(2, f));
+  }
+  const double lost = (space.interpolated(space.projected(plane)) - plane).norm() / plane.norm();
+  EXPECT_LT(lost, 0.03);
+  const Eigen::MatrixXcd v = random_columns(mesh.face_count(), 1);
+  EXPECT_NEAR(std::abs(c.col(0).cwiseProduct(space.projected(v)).sum() -
+                       v.cwiseProduct(space.projected_transpose(c.col(0))).sum()),
+              0.0, 1e-9 * c.norm() * v.norm());
+}
+
+// On a sphere the surface's waves are known: l (l + 1) / R^2 is the Laplacian of harmonics of order l.
+TEST(SurfaceFilter, IsItsFunctionOfTheLaplacian) {
+  constexpr double kRadius = 20e-3;
+  const TriangleMesh mesh = icosphere(kRadius, 16);
+  const Complex k = wave(3.0).wavenumber();
+  for (const double coupling : {0.5, 1.0, 2.0}) {
+    const SurfaceFilter filter(mesh, k, coupling);
+    const auto f = [&](double l) {
+      const Complex effective = k * Complex(1.0, 0.1);
+      return 2.0 / (1.0 + coupling * std::sqrt(1.0 - l / (effective * effective)));
+    };
+    const Eigen::MatrixXcd still = Eigen::MatrixXcd::Ones(mesh.face_count(), 1);
+    EXPECT_LT((filter.apply(still) - f(0.0) * still).norm(), 0.05 * still.norm());
+    const Eigen::VectorXd z = mesh.centroids().row(2).transpose() / kRadius;
+    const Eigen::MatrixXcd fifth =  // Legendre's polynomial of order 5
+        ((63.0 * z.array().pow(5) - 70.0 * z.array().cube() + 15.0 * z.array()) / 8.0).cast<Complex>().matrix();
+    EXPECT_LT((filter.apply(fifth) - f(30.0 / (kRadius * kRadius)) * fifth).norm(), 0.1 * fifth.norm());
+    const Eigen::MatrixXcd x = random_columns(mesh.face_count(), 2);
+    EXPECT_NEAR(std::abs(x.col(0).cwiseProduct(filter.apply(x).col(1)).sum() -
+                         x.col(1).cwiseProduct(filter.apply_transpose(x).col(0)).sum()),
+                0.0, 1e-10 * x.squaredNorm());
+  }
+}
+
+struct Case {
+  SolverKind kind;
+  Precision precision;
+  double absorption;
+  Scheme scheme;
+};
+
+// A folded hand takes 49 steps without.
+TEST(TwoLevel, SolutionsAreThoseOfLuInAFewSteps) {
+  const TriangleMesh mesh = folded_hand(6e-3);
+  constexpr double kTolerance = 1e-4;
+  for (const Case& c : std::vector<Case>{{SolverKind::kMatrixFree, Precision::kSingle, 0.0, Scheme::kBurtonMiller},
+                                         {SolverKind::kGmres, Precision::kDouble, 5.0, Scheme::kBurtonMillerPolished},
+                                         {SolverKind::kFft, Precision::kSingle, 5.0, Scheme::kBurtonMiller}}) {
+    const SystemOptions system_options{.grid_tolerance = c.kind == SolverKind::kFft ? 0.1 * kTolerance : 0.0};
+    const ScatteringSystem system(mesh, wave(c.absorption), c.scheme, system_options);
+    Eigen::MatrixXcd b = random_columns(system.faces(), 2);
+    b.col(0) = system.right_hand_side(system.incident(plane_wave(Vector3::UnitZ(), 1.0)));
+    const SolverOptions options{.kind = c.kind, .precision = c.precision, .tolerance = kTolerance, .two_level = true};
+    const DenseLu lu(system.dense());
+    const auto solver = make_solver(system, options);
+    for (const bool transposed : {false, true}) {
+      const Solved solved = transposed ? solver->solve_transpose(b) : solver->solve(b);
+      const Eigen::MatrixXcd exact = transposed ? lu.solve_transpose(b) : lu.solve(b);
+      EXPECT_TRUE(solved.report.converged);
+      EXPECT_TRUE(solved.report.two_level);
+      EXPECT_EQ(solved.report.set_aside, "");
+      EXPECT_LE(solved.report.steps, 12) << to_string(c.kind);
+      for (Eigen::Index s = 0; s < b.cols(); ++s) {
+        EXPECT_LT((solved.x.col(s) - exact.col(s)).norm(), 6.0 * kTolerance * exact.col(s).norm()) << to_string(c.kind);
+      }
+    }
+  }
+}
+
+TEST(TwoLevel, ItsTransposeIsItsTranspose) {
+  const ScatteringSystem system(folded_hand(7e-3), wave(), Scheme::kBurtonMiller);
+  const auto m = system.two_level();
+  const Eigen::MatrixXcd x = random_columns(system.faces(), 2);
+  EXPECT_LT(std::abs(x.col(0).cwiseProduct(m->apply(x).col(1)).sum() -
+                     x.col(1).cwiseProduct(m->apply_transpose(x).col(0)).sum()),
+            1e-5 * m->apply(x).norm() * x.norm());
+}
+
+// A body of more points than are factorised as a whole: 0.06 m2.
+TEST(TwoLevel, LargeBodiesAreSolvedByBlocks) {
+  const ScatteringSystem system(icosphere(70e-3, 26), wave(), Scheme::kBurtonMiller, {.grid_tolerance = 1e-5});
+  const auto m = system.two_level();
+  EXPECT_GT(m->blocks(), 1);
+  const Eigen::MatrixXcd x = random_columns(system.faces(), 2);
+  EXPECT_LT(std::abs(x.col(0).cwiseProduct(m->apply(x).col(1)).sum() -
+                     x.col(1).cwiseProduct(m->apply_transpose(x).col(0)).sum()),
+            1e-5 * m->apply(x).norm() * x.norm());
+  const Eigen::MatrixXcd b = system.right_hand_side(system.incident(plane_wave(Vector3::UnitZ(), 1.0)));
+  const Solved with = make_solver(system, {.kind = SolverKind::kFft, .two_level = true})->solve(b);
+  const Solved without = make_solver(system, {.kind = SolverKind::kFft})->solve(b);
+  EXPECT_LE(with.report.steps, 12);
+  EXPECT_GT(without.report.steps, with.report.steps);
+  EXPECT_LT((with.x - without.x).norm(), 3e-4 * without.x.norm());
+}
+
+TEST(TwoLevel, WhatDoesNotServeIsSetAsideAndTheReportSaysWhy) {
+  // Almost the plain equation, at a resonance of the sphere's inside, k R = pi.
+  const ScatteringSystem system(icosphere(std::numbers::pi / wave().k(), 6), wave(), Scheme::kBurtonMiller,
+                                {.coupling = 1e-7});
+  const Eigen::MatrixXcd b = random_columns(system.faces(), 1);
+  const Solved solved = make_solver(system, {.max_steps = 800, .two_level = true})->solve(b);
+  EXPECT_FALSE(solved.report.two_level);
+  EXPECT_NE(solved.report.set_aside, "");
+  EXPECT_GT(solved.report.steps, 0);
+  EXPECT_FALSE(make_solver(system, {.two_level = false})->solve(b).report.two_level);
+}
+
+// Plain equations have no preconditioner: the option asks for nothing.
+TEST(TwoLevel, PlainEquationsHaveNone) {
+  const ScatteringSystem system(icosphere(10e-3, 4), wave(), Scheme::kPaperCorrected);
+  EXPECT_EQ(system.two_level(), nullptr);
+  const Solved solved = make_solver(system, {.two_level = true})->solve(random_columns(system.faces(), 1));
+  EXPECT_FALSE(solved.report.two_level);
+  EXPECT_EQ(solved.report.set_aside, "");
+}
+
+}  // namespace touchfield::two_level_test
