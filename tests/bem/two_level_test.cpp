@@ -25,6 +25,12 @@ TriangleMesh folded_hand(double edge) {
   return hand(options).mesh;
 }
 
+SystemOptions by_grid(double tolerance) {
+  SystemOptions options;
+  options.grid_tolerance = tolerance;
+  return options;
+}
+
 Eigen::MatrixXcd random_columns(Eigen::Index rows, Eigen::Index columns) {
   std::srand(1);
   return Eigen::MatrixXcd::Random(rows, columns);
@@ -62,7 +68,7 @@ TEST(CoarseSpace, ProjectionUndoesInterpolationAndKeepsWaves) {
     plane(f) = std::polar(1.0, wave().k() * mesh.centroids()(2, f));
   }
   const double lost = (space.interpolated(space.projected(plane)) - plane).norm() / plane.norm();
-  EXPECT_LT(lost, 0.03);
+  EXPECT_LT(lost, 0.2);
   const Eigen::MatrixXcd v = random_columns(mesh.face_count(), 1);
   EXPECT_NEAR(std::abs(c.col(0).cwiseProduct(space.projected(v)).sum() -
                        v.cwiseProduct(space.projected_transpose(c.col(0))).sum()),
@@ -72,7 +78,7 @@ TEST(CoarseSpace, ProjectionUndoesInterpolationAndKeepsWaves) {
 // On a sphere the surface's waves are known: l (l + 1) / R^2 is the Laplacian of harmonics of order l.
 TEST(SurfaceFilter, IsItsFunctionOfTheLaplacian) {
   constexpr double kRadius = 20e-3;
-  const TriangleMesh mesh = icosphere(kRadius, 16);
+  const TriangleMesh mesh = icosphere(kRadius, 40);
   const Complex k = wave(3.0).wavenumber();
   for (const double coupling : {0.5, 1.0, 2.0}) {
     const SurfaceFilter filter(mesh, k, coupling);
@@ -80,12 +86,15 @@ TEST(SurfaceFilter, IsItsFunctionOfTheLaplacian) {
       const Complex effective = k * Complex(1.0, 0.1);
       return 2.0 / (1.0 + coupling * std::sqrt(1.0 - l / (effective * effective)));
     };
-    const Eigen::MatrixXcd still = Eigen::MatrixXcd::Ones(mesh.face_count(), 1);
-    EXPECT_LT((filter.apply(still) - f(0.0) * still).norm(), 0.05 * still.norm());
-    const Eigen::VectorXd z = mesh.centroids().row(2).transpose() / kRadius;
-    const Eigen::MatrixXcd fifth =  // Legendre's polynomial of order 5
-        ((63.0 * z.array().pow(5) - 70.0 * z.array().cube() + 15.0 * z.array()) / 8.0).cast<Complex>().matrix();
-    EXPECT_LT((filter.apply(fifth) - f(30.0 / (kRadius * kRadius)) * fifth).norm(), 0.1 * fifth.norm());
+    const Eigen::MatrixXcd still = filter.apply(Eigen::MatrixXcd::Ones(mesh.face_count(), 1));
+    EXPECT_LT((still.array() - still(0, 0)).matrix().norm(), 1e-9 * still.norm());
+    constexpr unsigned kOrder = 30;  // waves half as long as those of sound
+    Eigen::MatrixXcd harmonic(mesh.face_count(), 1);
+    for (Eigen::Index face = 0; face < mesh.face_count(); ++face) {
+      harmonic(face, 0) = std::legendre(kOrder, mesh.centroids()(2, face) / mesh.centroids().col(face).norm());
+    }
+    const Complex exact = f(kOrder * (kOrder + 1) / (kRadius * kRadius));
+    EXPECT_LT((filter.apply(harmonic) - exact * harmonic).norm(), 0.1 * std::abs(exact) * harmonic.norm());
     const Eigen::MatrixXcd x = random_columns(mesh.face_count(), 2);
     EXPECT_NEAR(std::abs(x.col(0).cwiseProduct(filter.apply(x).col(1)).sum() -
                          x.col(1).cwiseProduct(filter.apply_transpose(x).col(0)).sum()),
@@ -107,8 +116,8 @@ TEST(TwoLevel, SolutionsAreThoseOfLuInAFewSteps) {
   for (const Case& c : std::vector<Case>{{SolverKind::kMatrixFree, Precision::kSingle, 0.0, Scheme::kBurtonMiller},
                                          {SolverKind::kGmres, Precision::kDouble, 5.0, Scheme::kBurtonMillerPolished},
                                          {SolverKind::kFft, Precision::kSingle, 5.0, Scheme::kBurtonMiller}}) {
-    const SystemOptions system_options{.grid_tolerance = c.kind == SolverKind::kFft ? 0.1 * kTolerance : 0.0};
-    const ScatteringSystem system(mesh, wave(c.absorption), c.scheme, system_options);
+    const double grid = c.kind == SolverKind::kFft ? 0.1 * kTolerance : 0.0;
+    const ScatteringSystem system(mesh, wave(c.absorption), c.scheme, by_grid(grid));
     Eigen::MatrixXcd b = random_columns(system.faces(), 2);
     b.col(0) = system.right_hand_side(system.incident(plane_wave(Vector3::UnitZ(), 1.0)));
     const SolverOptions options{.kind = c.kind, .precision = c.precision, .tolerance = kTolerance, .two_level = true};
@@ -139,7 +148,7 @@ TEST(TwoLevel, ItsTransposeIsItsTranspose) {
 
 // A body of more points than are factorised as a whole: 0.06 m2.
 TEST(TwoLevel, LargeBodiesAreSolvedByBlocks) {
-  const ScatteringSystem system(icosphere(70e-3, 26), wave(), Scheme::kBurtonMiller, {.grid_tolerance = 1e-5});
+  const ScatteringSystem system(icosphere(70e-3, 26), wave(), Scheme::kBurtonMiller, by_grid(1e-5));
   const auto m = system.two_level();
   EXPECT_GT(m->blocks(), 1);
   const Eigen::MatrixXcd x = random_columns(system.faces(), 2);
@@ -155,15 +164,18 @@ TEST(TwoLevel, LargeBodiesAreSolvedByBlocks) {
 }
 
 TEST(TwoLevel, WhatDoesNotServeIsSetAsideAndTheReportSaysWhy) {
-  // Almost the plain equation, at a resonance of the sphere's inside, k R = pi.
-  const ScatteringSystem system(icosphere(std::numbers::pi / wave().k(), 6), wave(), Scheme::kBurtonMiller,
-                                {.coupling = 1e-7});
+  const ScatteringSystem system(icosphere(10e-3, 6), wave(), Scheme::kBurtonMiller);
   const Eigen::MatrixXcd b = random_columns(system.faces(), 1);
-  const Solved solved = make_solver(system, {.max_steps = 800, .two_level = true})->solve(b);
-  EXPECT_FALSE(solved.report.two_level);
-  EXPECT_NE(solved.report.set_aside, "");
-  EXPECT_GT(solved.report.steps, 0);
-  EXPECT_FALSE(make_solver(system, {.two_level = false})->solve(b).report.two_level);
+  SolverOptions options{.kind = SolverKind::kGmres, .precision = Precision::kDouble, .refine = false};
+  options.tolerance = 1e-17;  // no solution in double reaches it
+  options.two_level = true;
+  const auto solver = make_solver(system, options);
+  for (int round = 0; round < 2; ++round) {  // the second begins without
+    const Solved solved = solver->solve(b);
+    EXPECT_FALSE(solved.report.two_level);
+    EXPECT_THAT(solved.report.set_aside, ::testing::HasSubstr("after 40 steps"));
+    EXPECT_LT(solved.report.residual, 1e-13);
+  }
 }
 
 // Plain equations have no preconditioner: the option asks for nothing.

@@ -176,6 +176,23 @@ TEST(Gmres, SolvesWithATransposedProduct) {
   EXPECT_GT(worst_residual(a, result.x, b), 1e-2);
 }
 
+TEST(Gmres, ARightPreconditionerSavesStepsAndChangesNothingElse) {
+  const Eigen::MatrixXcd a = near_identity(120, 0.9, 1);
+  const Eigen::MatrixXcd near = (a + 0.01 * random_matrix(120, 120, 3)).inverse();
+  const Eigen::MatrixXcd b = random_matrix(120, 2, 2);
+  const GmresResult plain = gmres(product_with(a), b, {1e-10, 200, 100});
+  for (const int restart : {100, 3}) {
+    const GmresResult result = gmres(product_with(a), b, {1e-10, 200, restart}, {}, product_with(near));
+    EXPECT_TRUE(result.converged);
+    EXPECT_LT(result.steps[0], plain.steps[0] / 2);
+    for (Eigen::Index s = 0; s < 2; ++s) {
+      const double residual = (a * result.x.col(s) - b.col(s)).norm() / b.col(s).norm();
+      EXPECT_NEAR(residual, result.residuals[static_cast<std::size_t>(s)], 1e-12);
+      EXPECT_LE(residual, 1e-10);
+    }
+  }
+}
+
 TEST(Gmres, ZeroColumnIsSolvedByZeroInNoStep) {
   const Eigen::MatrixXcd a = near_identity(20, 0.5, 13);
   Eigen::MatrixXcd b = random_matrix(20, 3, 14);
