@@ -12,9 +12,9 @@
 namespace touchfield {
 
 /// E^-1 for E = B[points, :] P in single precision, with P and the points of CoarseSpace. E is made of the fine matrix's
-/// own rows. Up to 4,000 points it is factorised. More points are split in blocks of at most 2,000, and E^-1 is
-/// approximated by restricted Schwarz: each block solves for its points and those up to 0.75 wavelengths around, and
-/// gives the values of its own.
+/// own rows. Up to 4,000 points it is factorised as a whole. More points are split in blocks of at most 2,000, which
+/// approximate E^-1 by restricted Schwarz. Each block solves for its own points and for those up to 0.75 wavelengths
+/// around. It gives the values of its own.
 ///
 /// memory   8 bytes per pair of points of a block
 class CoarseInverse {

@@ -95,9 +95,8 @@ void find_nearest(const std::vector<Place>& points, const Cells& cells, const Pl
   found.clear();
   // What lies further than `ring` cubes is further than ring sides away.
   for (int ring = 0;; ++ring) {
-    cells.for_each(place, ring, [&](int p) {
-      found.emplace_back((points[static_cast<std::size_t>(p)] - place).squaredNorm(), p);
-    });
+    cells.for_each(place, ring,
+                   [&](int p) { found.emplace_back((points[static_cast<std::size_t>(p)] - place).squaredNorm(), p); });
     const double certain = ring * cells.side();
     if (static_cast<int>(found.size()) >= wanted) {
       std::nth_element(found.begin(), found.begin() + wanted - 1, found.end());
@@ -136,8 +135,8 @@ CoarseSpace::Interpolation interpolate(const std::vector<Place>& faces, const st
       }
       const Eigen::VectorXd weights = c.llt().solve(right);
       for (int a = 0; a < near; ++a) {
-        entries[static_cast<std::size_t>(f * near + a)] = {static_cast<int>(f), found[static_cast<std::size_t>(a)].second,
-                                                           static_cast<float>(weights(a))};
+        entries[static_cast<std::size_t>(f * near + a)] = {
+            static_cast<int>(f), found[static_cast<std::size_t>(a)].second, static_cast<float>(weights(a))};
       }
     }
   }

@@ -29,7 +29,7 @@ constexpr Eigen::Index kSample = 8;  // columns whose residual tells for a block
 constexpr double kGridMargin = 5.0;  // the same for products by a grid: tolerance over their error
 constexpr double kLoose = 30.0 * kSingleLimit;  // tolerances from here on need no residual in double
 
-constexpr double kWorstCoarse = 1e-5;  // reciprocal condition number of E, factorised in single precision
+constexpr double kWorstCoarse = 1e-5;     // reciprocal condition number of E, factorised in single precision
 constexpr int kPreconditionedSteps = 40;  // at most: a preconditioner that needs more does not serve
 
 /// The preconditioner of a solver: made when it is first used, set aside for good where it does not serve.
@@ -121,8 +121,9 @@ Inverse gmres_inverse(const std::shared_ptr<const LinearOperator>& given, const 
       GmresResult result = gmres(times(*given), b, limits, report, preconditioner);
       const int taken = *std::max_element(result.steps.begin(), result.steps.end());
       steps += taken;
-      return std::pair(Applied{std::move(result.x), *std::max_element(result.residuals.begin(), result.residuals.end())},
-                       taken < most);
+      return std::pair(
+          Applied{std::move(result.x), *std::max_element(result.residuals.begin(), result.residuals.end())},
+          taken < most);
     };
     if (const std::shared_ptr<const TwoLevel> two_level = preconditioning ? preconditioning->get() : nullptr) {
       auto [applied, quick] = solve(kPreconditionedSteps, times(*two_level));

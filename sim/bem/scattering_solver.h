@@ -19,8 +19,8 @@ struct SolveReport {
   /// error or more, GMRES through a grid takes it by those products plus this error. Of more than 8 columns only 8 are
   /// examined, if they are solved by LU or not refined.
   double residual = 0;
-  bool converged = false;  // residual <= tolerance
-  bool two_level = false;  // whether the preconditioner was in use at the end
+  bool converged = false;   // residual <= tolerance
+  bool two_level = false;   // whether the preconditioner was in use at the end
   std::string set_aside{};  // why it was not though the options ask for it
 };
 

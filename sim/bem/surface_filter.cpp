@@ -64,10 +64,8 @@ SurfaceFilter::SurfaceFilter(const TriangleMesh& mesh, const Complex& wavenumber
     if (edge.faces != 2) {  // nothing flows where a surface ends or branches
       continue;
     }
-    const double length =
-        (mesh.corner(edge.face, (edge.corner + 1) % 3) - mesh.corner(edge.face, edge.corner)).norm();
-    const double weight =
-        length / (height(mesh, edge.face, edge.corner) + height(mesh, edge.other, edge.other_corner));
+    const double length = (mesh.corner(edge.face, (edge.corner + 1) % 3) - mesh.corner(edge.face, edge.corner)).norm();
+    const double weight = length / (height(mesh, edge.face, edge.corner) + height(mesh, edge.other, edge.other_corner));
     entries.emplace_back(edge.face, edge.other, -weight / areas_(edge.face));
     entries.emplace_back(edge.other, edge.face, -weight / areas_(edge.other));
     diagonal(edge.face) += weight / areas_(edge.face);

@@ -8,12 +8,12 @@
 
 namespace touchfield {
 
-/// A polynomial in the Laplacian of a surface that is about the inverse of Burton and Miller's matrix on waves too short
-/// to travel:
+/// A polynomial in the Laplacian of a surface. It is about the inverse of Burton and Miller's matrix on waves too
+/// short to travel:
 ///
 ///   f(L),   f(l) = 2 / (1 + c sqrt(1 - l / k_e^2)),   k_e = k (1 + 0.1 i),
 ///
-/// the inverse of the operator's symbol on a plane, c its coupling. L is the two-point finite-volume Laplacian on faces,
+/// the inverse of the operator's symbol on a plane, c its coupling. L is the two-point finite-volume Laplacian,
 /// (L x)_i = sum over edges of l_ij / (h_i + h_j) (x_i - x_j) / A_i, h the distances of the centroids from the edge.
 /// The polynomial is Chebyshev's on [0, largest eigenvalue by Gershgorin], of degree 4 and half the ratio of the
 /// shortest wavenumber of the mesh to k, 16 at most.

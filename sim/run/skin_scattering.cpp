@@ -337,8 +337,7 @@ std::string describe_decision(const SkinScattering& scattering) {
     return fmt::format("  solver: on {}, single, {} unknowns ({})", gpu->info().name, system.faces(),
                        scattering.device().reason);
   }
-  std::string text =
-      fmt::format("  solver: {}, {}, {} unknowns", solver_name(options.kind, options.two_level),
+  std::string text = fmt::format("  solver: {}, {}, {} unknowns", solver_name(options.kind, options.two_level),
                                  precision_name(options), system.faces());
   if (system.near_pairs() > 0) {
     text += fmt::format(", {} near pairs", system.near_pairs());

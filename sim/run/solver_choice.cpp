@@ -101,8 +101,8 @@ BodyCost body_cost(const GridBody& body, const Wave& wave, const SolverSpec& spe
 
 double two_level_seconds(Eigen::Index unknowns, double points) {
   const auto faces = static_cast<double>(unknowns);
-  return faces * (kEntrySeconds * points + kFaceSeconds) + kFactorSeconds * points *
-         std::pow(points <= 2.0 * kMostFactorPoints ? points : kMostFactorPoints, 2);
+  return faces * (kEntrySeconds * points + kFaceSeconds) +
+         kFactorSeconds * points * std::pow(points <= 2.0 * kMostFactorPoints ? points : kMostFactorPoints, 2);
 }
 
 double expected_steps(Scheme scheme, bool two_level) {
@@ -132,12 +132,11 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
   const auto columns = static_cast<double>(right_hand_sides);
   const double step = columns * (grid_pays ? by_grid : direct);
   const double plain_seconds = kMillerSteps * step;
-  const double two_level =
-      two_level_seconds(unknowns, cost.points) +
-      kTwoLevelSteps * (step + columns * kAppliedSeconds * static_cast<double>(unknowns));
+  const double two_level = two_level_seconds(unknowns, cost.points) +
+                           kTwoLevelSteps * (step + columns * kAppliedSeconds * static_cast<double>(unknowns));
   const bool two_level_pays = traits(scheme).burton_miller && two_level < plain_seconds;
-  const double factorised =
-      static_cast<double>(unknowns / kUnknownsAColumn + 1) * kMillerSteps * (grid_pays ? direct_seconds(unknowns, 1) : direct);
+  const double factorised = static_cast<double>(unknowns / kUnknownsAColumn + 1) * kMillerSteps *
+                            (grid_pays ? direct_seconds(unknowns, 1) : direct);
   switch (spec.solver) {
     case SolverChoice::kLu:
       options.kind = SolverKind::kLu;

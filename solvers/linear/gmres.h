@@ -35,7 +35,7 @@ struct GmresResult {
 /// latter is due to a singular matrix, a stagnating restart, or a tolerance below the rounding of the product. The
 /// better iterate of a column that is given up is returned. A zero column is solved by zero in no step.
 ///
-/// With a right preconditioner M it solves (A M) y = b and returns x = M y; residuals are those of A x = b all the same.
+/// With a right preconditioner M it solves (A M) y = b and returns x = M y. Residuals are those of A x = b.
 ///
 /// apply     A X; an n x n matrix, which need not be stored
 /// b         n x S, finite

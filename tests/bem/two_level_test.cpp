@@ -88,13 +88,14 @@ TEST(SurfaceFilter, IsItsFunctionOfTheLaplacian) {
     };
     const Eigen::MatrixXcd still = filter.apply(Eigen::MatrixXcd::Ones(mesh.face_count(), 1));
     EXPECT_LT((still.array() - still(0, 0)).matrix().norm(), 1e-9 * still.norm());
-    constexpr unsigned kOrder = 30;  // waves half as long as those of sound
+    constexpr unsigned kOrder = 45;  // waves a third as long as those of sound
     Eigen::MatrixXcd harmonic(mesh.face_count(), 1);
     for (Eigen::Index face = 0; face < mesh.face_count(); ++face) {
       harmonic(face, 0) = std::legendre(kOrder, mesh.centroids()(2, face) / mesh.centroids().col(face).norm());
     }
     const Complex exact = f(kOrder * (kOrder + 1) / (kRadius * kRadius));
-    EXPECT_LT((filter.apply(harmonic) - exact * harmonic).norm(), 0.1 * std::abs(exact) * harmonic.norm());
+    // The two-point Laplacian is not consistent on irregular triangles.
+    EXPECT_LT((filter.apply(harmonic) - exact * harmonic).norm(), 0.35 * std::abs(exact) * harmonic.norm());
     const Eigen::MatrixXcd x = random_columns(mesh.face_count(), 2);
     EXPECT_NEAR(std::abs(x.col(0).cwiseProduct(filter.apply(x).col(1)).sum() -
                          x.col(1).cwiseProduct(filter.apply_transpose(x).col(0)).sum()),

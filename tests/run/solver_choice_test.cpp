@@ -33,7 +33,8 @@ TEST(SolverChoice, AMatrixTakesAtMostHalfOfTheFreeMemory) {
 TEST(SolverChoice, ProductsGoThroughAGridWhereThatIsFaster) {
   const auto kind = [](Eigen::Index unknowns, Eigen::Index columns, double by_grid, const SolverSpec& spec = {},
                        Scheme scheme = Scheme::kBurtonMillerPolished) {
-    return choose_solver(spec, scheme, unknowns, 100.0 * kGibibyte, columns, {.grid = {.seconds = by_grid}}).options.kind;
+    const BodyCost cost{.grid = {.seconds = by_grid}};
+    return choose_solver(spec, scheme, unknowns, 100.0 * kGibibyte, columns, cost).options.kind;
   };
   const double direct = direct_seconds(50000, 1);
   EXPECT_EQ(kind(50000, 1, 0.1 * direct), SolverKind::kFft);
