@@ -61,30 +61,34 @@ void for_each_ball(const SoftPart& part, const Visit& visit) {
   }
 }
 
-/// The body's surface on a grid about it. Of blocks that it cannot cross all nodes get the distance of the middle.
+/// The body's surface on a grid about it. Of cubes that it cannot cross all nodes get the distance of the middle, the
+/// others are cut into eight.
 Isosurface extract(const SoftBody& body, double spacing) {
-  constexpr int kBlock = 8;          // nodes along a side
+  constexpr int kBlock = 8;          // nodes along a side of the largest cubes
   constexpr double kSteepest = 1.5;  // bound on the gradient of a SoftBody: 1 plus the slope of a plate's radius
-  constexpr double kHalf = 0.5 * (kBlock - 1);
-  const double reach = kSteepest * std::sqrt(3.0) * (kHalf + 1.0) * spacing;
   const Vector3 cells = (body.upper() - body.lower()) / spacing;
   NodeGrid grid{body.lower().array() - 2.0 * spacing, spacing, {}};
   for (int axis = 0; axis < 3; ++axis) {
     grid.count[static_cast<std::size_t>(axis)] = (static_cast<int>((cells(axis) + 5.0) / kBlock) + 1) * kBlock;
   }
-  const auto node = [&](double i, double j, double k) -> Vector3 { return grid.origin + spacing * Vector3(i, j, k); };
   // A node on the surface would make faces without area.
   const auto off_zero = [least = 1e-3 * spacing](double distance) {
     return static_cast<float>(std::abs(distance) < least ? std::copysign(least, distance) : distance);
   };
   std::vector<float> distances(grid.size());
-  const auto fill_block = [&](int i0, int j0, int k0) {
-    const double middle = body.distance(node(i0 + kHalf, j0 + kHalf, k0 + kHalf));
-    const bool crossed = std::abs(middle) <= reach;
-    for (int k = k0; k < k0 + kBlock; ++k) {
-      for (int j = j0; j < j0 + kBlock; ++j) {
-        for (int i = i0; i < i0 + kBlock; ++i) {
-          distances[grid.index(i, j, k)] = off_zero(crossed ? body.distance(node(i, j, k)) : middle);
+  const auto fill = [&](const auto& fill_part, int i0, int j0, int k0, int side) -> void {
+    const double half = 0.5 * (side - 1);
+    const double middle = body.distance(grid.origin + spacing * Vector3(i0 + half, j0 + half, k0 + half));
+    const bool crossed = std::abs(middle) <= kSteepest * std::sqrt(3.0) * (half + 1.0) * spacing;
+    const int step = crossed && side > 1 ? side / 2 : 1;
+    for (int k = k0; k < k0 + side; k += step) {
+      for (int j = j0; j < j0 + side; j += step) {
+        for (int i = i0; i < i0 + side; i += step) {
+          if (crossed && side > 1) {
+            fill_part(fill_part, i, j, k, step);
+          } else {
+            distances[grid.index(i, j, k)] = off_zero(middle);
+          }
         }
       }
     }
@@ -93,7 +97,7 @@ Isosurface extract(const SoftBody& body, double spacing) {
   for (int k = 0; k < grid.count[2]; k += kBlock) {
     for (int j = 0; j < grid.count[1]; j += kBlock) {
       for (int i = 0; i < grid.count[0]; i += kBlock) {
-        fill_block(i, j, k);
+        fill(fill, i, j, k, kBlock);
       }
     }
   }
