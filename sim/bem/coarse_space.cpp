@@ -11,15 +11,11 @@
 
 #include <Eigen/Cholesky>
 
+#include "sim/bem/coarse_formulas.h"
+
 namespace touchfield {
 
 namespace {
-
-constexpr double kSpacing = 0.35;      // wavelengths from a face to its nearest point at most
-constexpr double kNormalScale = 0.35;  // wavelengths that a turn of the normal by one radian counts
-constexpr double kShortest = 1.0;      // of the waves that are interpolated, over k
-constexpr double kNugget = 1e-3;
-constexpr int kNeighbours = 8;
 
 using Place = Eigen::Matrix<double, 6, 1>;
 
@@ -109,12 +105,9 @@ void find_nearest(const std::vector<Place>& points, const Cells& cells, const Pl
   found.resize(static_cast<std::size_t>(wanted));
 }
 
-/// 2 J1(z) / z.
-double covariance(double z) { return z < 1e-4 ? 1.0 : 2.0 * j1(z) / z; }
-
 CoarseSpace::Interpolation interpolate(const std::vector<Place>& faces, const std::vector<Place>& points,
                                        const Cells& cells, double shortest) {
-  const int near = std::min(kNeighbours, static_cast<int>(points.size()));
+  const int near = std::min(kCoarseNeighbours, static_cast<int>(points.size()));
   std::vector<Eigen::Triplet<float>> entries(faces.size() * static_cast<std::size_t>(near));
 #pragma omp parallel
   {
@@ -128,10 +121,10 @@ CoarseSpace::Interpolation interpolate(const std::vector<Place>& faces, const st
         const Place& at = points[static_cast<std::size_t>(found[static_cast<std::size_t>(a)].second)];
         for (int b = 0; b < a; ++b) {
           const Place& other = points[static_cast<std::size_t>(found[static_cast<std::size_t>(b)].second)];
-          c(a, b) = c(b, a) = covariance(shortest * (at - other).norm());
+          c(a, b) = c(b, a) = coarse_covariance(shortest * (at - other).norm());
         }
-        c(a, a) = 1.0 + kNugget;
-        right(a) = covariance(shortest * std::sqrt(found[static_cast<std::size_t>(a)].first));
+        c(a, a) = 1.0 + kCoarseNugget;
+        right(a) = coarse_covariance(shortest * std::sqrt(found[static_cast<std::size_t>(a)].first));
       }
       const Eigen::VectorXd weights = c.llt().solve(right);
       for (int a = 0; a < near; ++a) {
@@ -164,15 +157,15 @@ Eigen::MatrixXcd product(const CoarseSpace::Interpolation& a, const Eigen::Matri
 
 CoarseSpace::CoarseSpace(const TriangleMesh& mesh, double k) : areas_(mesh.areas()) {
   const double wavelength = 2.0 * std::numbers::pi / k;
-  const std::vector<Place> faces = places_of(mesh, kNormalScale * wavelength);
-  Cells cells(kSpacing * wavelength);
-  points_ = spread_points(faces, kSpacing * wavelength, cells);
+  const std::vector<Place> faces = places_of(mesh, kCoarseNormalScale * wavelength);
+  Cells cells(kCoarseSpacing * wavelength);
+  points_ = spread_points(faces, kCoarseSpacing * wavelength, cells);
   std::vector<Place> points;
   for (const Eigen::Index f : points_) {
     points.push_back(faces[static_cast<std::size_t>(f)]);
   }
   places_ = Eigen::MatrixXd::Map(points.front().data(), 6, static_cast<Eigen::Index>(points.size()));
-  interpolation_ = interpolate(faces, points, cells, kShortest * k);
+  interpolation_ = interpolate(faces, points, cells, kCoarseShortest * k);
   gathering_ = interpolation_.transpose();
   const Eigen::SparseMatrix<double> p = interpolation_.cast<double>();
   const Eigen::SparseMatrix<double> weighted = areas_.asDiagonal() * p;

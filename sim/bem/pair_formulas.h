@@ -3,13 +3,8 @@
 #include <cmath>
 #include <type_traits>
 
+#include "sim/bem/everywhere.h"
 #include "sim/bem/pair_loops.h"
-
-#ifdef __CUDACC__
-#define TOUCHFIELD_EVERYWHERE __host__ __device__
-#else
-#define TOUCHFIELD_EVERYWHERE
-#endif
 
 namespace touchfield::TOUCHFIELD_LEVEL {
 

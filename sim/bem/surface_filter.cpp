@@ -1,19 +1,15 @@
 #include "sim/bem/surface_filter.h"
 
-#include <algorithm>
-#include <cmath>
-#include <numbers>
 #include <vector>
 
+#include <Eigen/Geometry>
+
+#include "sim/bem/filter_formulas.h"
 #include "sim/mesh/topology.h"
 
 namespace touchfield {
 
 namespace {
-
-constexpr double kDamping = 0.1;  // of k_e; 0.02 to 0.3 take as many steps
-constexpr int kSamples = 200;     // of f, for its coefficients
-constexpr int kLargestDegree = 16;
 
 /// Distance of a face's centroid from the line of its edge from corner c on.
 double height(const TriangleMesh& mesh, Eigen::Index face, int c) {
@@ -77,18 +73,8 @@ SurfaceFilter::SurfaceFilter(const TriangleMesh& mesh, const Complex& wavenumber
   }
   shifted_.setFromTriplets(entries.begin(), entries.end());
   shifted_ *= 2.0 / largest;
-  const double ratio = std::sqrt(largest) / wavenumber.real();
-  const int degree = std::min(kLargestDegree, static_cast<int>(std::ceil(4.0 + 0.5 * ratio)));
-  const Complex effective = wavenumber * Complex(1.0, kDamping);
-  coefficients_ = Eigen::VectorXcd::Zero(degree + 1);
-  for (int q = 0; q < kSamples; ++q) {
-    const double angle = (q + 0.5) * std::numbers::pi / kSamples;
-    const double l = 0.5 * (std::cos(angle) + 1.0) * largest;
-    const Complex value = 2.0 / (1.0 + coupling * std::sqrt(1.0 - l / (effective * effective)));
-    for (int j = 0; j <= degree; ++j) {
-      coefficients_(j) += (j == 0 ? 1.0 : 2.0) / kSamples * std::cos(j * angle) * value;
-    }
-  }
+  const std::vector<Complex> coefficients = filter_coefficients(wavenumber, coupling, largest);
+  coefficients_ = Eigen::VectorXcd::Map(coefficients.data(), static_cast<Eigen::Index>(coefficients.size()));
 }
 
 Eigen::MatrixXcd SurfaceFilter::apply(const Eigen::MatrixXcd& x) const {

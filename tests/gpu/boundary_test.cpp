@@ -150,7 +150,7 @@ TEST_F(GpuBoundary, RowsAreThoseOfTheStoredMatrix) {
     const Eigen::MatrixXcf matrix = stored(context(), boundary);
     const Eigen::MatrixXcf before = random_block(103, m);
     GpuBlock rows(context(), before);
-    boundary.fill_rows(37, 101, rows.data(), 103);
+    boundary.fill_rows({37, 101}, rows.data(), 103);
     EXPECT_EQ(rows.get().topRows(101), matrix.middleRows(37, 101));
     EXPECT_EQ(rows.get().bottomRows(2), before.bottomRows(2));
   }

@@ -89,7 +89,7 @@ TEST_F(GpuNear, ProductsAndRowsAreTheCpus) {
   const Eigen::Index rows = 77;
   const Eigen::MatrixXcf panel = Eigen::MatrixXcf::Random(rows + 5, m);
   GpuBlock some(context(), panel);
-  near.subtract_rows(31, static_cast<int>(rows), some.data(), static_cast<int>(rows) + 5);
+  near.subtract_rows({31, static_cast<int>(rows)}, some.data(), static_cast<int>(rows) + 5);
   Eigen::MatrixXcd expected = panel.cast<Complex>();
   expected.topRows(rows) -= matrix.middleRows(31, rows);
   EXPECT_LT(block_error(some.get(), expected), 5e-6);

@@ -130,7 +130,8 @@ GmresReport BlockGmres::solve(const BlockProduct& apply, int n, int columns, con
     const auto most = static_cast<std::size_t>(std::min({limits.restart, limits.max_steps, n, kMostSteps}));
     const Problem problem{apply, precondition, b, x, limits, report, most};
     std::vector<Column> running = start(problem, columns, x_is_start);
-    for (bool in_cycle = !x_is_start; !running.empty(); in_cycle = true) {
+    enough_ = false;
+    for (bool in_cycle = !x_is_start; !running.empty() && !enough_; in_cycle = true) {
       update(problem, running, in_cycle ? run_cycle(problem, running) : 0);
     }
     result_.worst = *std::max_element(result_.residuals.begin(), result_.residuals.end());
@@ -222,15 +223,17 @@ std::size_t BlockGmres::run_cycle(const Problem& problem, std::vector<Column>& r
       check_finite(found[k + 1].imag());
       live[i]->extend(found, product_.data() + rows_ * i);
     }
+    const auto less = [](const Column& a, const Column& b) { return a.estimate < b.estimate; };
+    const double worst = std::max_element(running.begin(), running.end(), less)->estimate;
     if (problem.report) {
-      const auto less = [](const Column& a, const Column& b) { return a.estimate < b.estimate; };
-      problem.report(result_.steps, std::max_element(running.begin(), running.end(), less)->estimate);
+      problem.report(result_.steps, worst);
     }
+    enough_ = problem.limits.enough && problem.limits.enough(result_.steps, worst);
     const double mended = problem.by_inverse() ? kMended : 0.0;
     const auto done = [&](const Column* column) {
       const double target = std::max(problem.limits.tolerance, mended * column->before / column->norm);
       return column->estimate <= target || column->exhausted || column->rotations.size() == problem.most ||
-             column->steps >= problem.limits.max_steps || (problem.by_inverse() && column->steps == 1);
+             column->steps >= problem.limits.max_steps || (problem.by_inverse() && column->steps == 1) || enough_;
     };
     live.erase(std::remove_if(live.begin(), live.end(), done), live.end());
   }

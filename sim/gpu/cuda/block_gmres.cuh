@@ -22,6 +22,8 @@ struct GmresLimits {
   int restart = 60;         ///< steps after which a column's space is built anew, >= 1; at most 512 are used
   bool together = false;    ///< ||b|| of a column counts as the root mean square of all where it is less
   bool weak = false;        ///< `precondition` is not near A^-1: it takes some steps
+  /// Asked after each step with the number of steps done and the worst estimated residual; true ends the solution there.
+  std::function<bool(int, double)> enough = {};
 };
 
 struct GmresReport {
@@ -103,6 +105,7 @@ class BlockGmres {
   Array<double> squares_{*context_};            // of parts of columns
   Array<cuDoubleComplex> products_{*context_};  // of parts of columns and vectors
   std::size_t rows_ = 0;                        // of the columns that are solved for
+  bool enough_ = false;
   GmresReport result_;
 };
 

@@ -20,7 +20,7 @@ constexpr Layer kLayerOf = kMiller ? (kTransposed ? Layer::kAdjointMiller : Laye
 
 template <bool kMiller, bool kDamped>
 __global__ void __launch_bounds__(kThreads)
-    fill_values(PairConstants<float> constants, FaceView faces, const cuDoubleComplex* diagonal, int first, int rows,
+    fill_values(PairConstants<float> constants, FaceView faces, const cuDoubleComplex* diagonal, RowRange range,
                 const int* list, int columns, cuComplex* panel, int ld) {
   __shared__ Vector place[kFillTile];
   __shared__ float3 normal[kFillTile];
@@ -38,10 +38,10 @@ __global__ void __launch_bounds__(kThreads)
   }
   __syncthreads();
   const int row = static_cast<int>(blockIdx.x) * kThreads + t;
-  if (row >= rows) {
+  if (row >= range.count) {
     return;
   }
-  const int i = first + row;
+  const int i = range.face(row);
   const Vector x = faces.place[i];
   const float3 m = faces.plain_normal[i];
   cuComplex* out = panel + row + std::size_t{1} * begin * ld;
@@ -195,14 +195,14 @@ __global__ void __launch_bounds__(kThreads) set_gauss(FaceView faces, cuDoubleCo
 
 }  // namespace
 
-void fill_kernels(const Faces& faces, bool miller, const cuDoubleComplex* diagonal, int first, int rows,
+void fill_kernels(const Faces& faces, bool miller, const cuDoubleComplex* diagonal, const RowRange& rows,
                   const int* list, int columns, cuComplex* panel, int ld) {
   const PairConstants<float> constants = faces.wave().constants<float>();
   const bool damped = constants.damping != 0.0F;
   const auto kernel = miller ? (damped ? fill_values<true, true> : fill_values<true, false>)
                              : (damped ? fill_values<false, true> : fill_values<false, false>);
-  launch(faces.context(), "kernels", kernel, dim3(blocks_for(rows, kThreads), blocks_for(columns, kFillTile)), kThreads,
-         constants, faces.view(), diagonal, first, rows, list, columns, panel, ld);
+  launch(faces.context(), "kernels", kernel, dim3(blocks_for(rows.count, kThreads), blocks_for(columns, kFillTile)),
+         kThreads, constants, faces.view(), diagonal, rows, list, columns, panel, ld);
 }
 
 void sum_kernels(const Faces& faces, bool miller, bool transposed, const cuDoubleComplex* diagonal, const cuComplex* x,
@@ -260,10 +260,10 @@ void Boundary::update() {
   }
 }
 
-void Boundary::fill_rows(int first, int rows, cuComplex* panel, int ld) const {
-  fill_kernels(faces_, near_ != nullptr, diagonal_.data(), first, rows, nullptr, size(), panel, ld);
+void Boundary::fill_rows(const RowRange& rows, cuComplex* panel, int ld) const {
+  fill_kernels(faces_, near_ != nullptr, diagonal_.data(), rows, nullptr, size(), panel, ld);
   if (near_) {
-    near_->subtract_rows(first, rows, panel, ld);
+    near_->subtract_rows(rows, panel, ld);
   }
 }
 
@@ -271,13 +271,13 @@ void Boundary::fill_columns(const int* faces, int count, cuComplex* columns) con
   if (near_) {
     throw std::logic_error("columns of an equation with near integrals");
   }
-  fill_kernels(faces_, false, diagonal_.data(), 0, size(), faces, count, columns, size());
+  fill_kernels(faces_, false, diagonal_.data(), {0, size()}, faces, count, columns, size());
 }
 
 void Boundary::store() {
   is_stored_ = false;
   stored_.resize(std::size_t{1} * size() * size());
-  fill_rows(0, size(), stored_.data(), size());
+  fill_rows({0, size()}, stored_.data(), size());
   is_stored_ = true;
 }
 
@@ -334,7 +334,7 @@ void Boundary::apply(bool transposed, const cuComplex* x, cuComplex* y, int colu
   const int rows = make_panel();
   for (int first = 0; first < m; first += rows) {
     const int taken = std::min(rows, m - first);
-    fill_rows(first, taken, panel_.data(), rows);
+    fill_rows({first, taken}, panel_.data(), rows);
     if (transposed) {
       product(m, taken, panel_.data(), rows, x + first, first > 0 ? 1.0F : 0.0F, y);
     } else {

@@ -8,6 +8,14 @@
 
 namespace touchfield::cuda {
 
+/// Rows of a matrix of faces: from `first` on, of all faces or of a list on the card.
+struct RowRange {
+  int first, count;
+  const int* list = nullptr;
+
+  __device__ int face(int row) const { return list != nullptr ? list[first + row] : first + row; }
+};
+
 /// What a sum of D + i gamma W with one point a face leaves out, as touchfield::NearCorrections: for each pair of faces
 /// nearer than the rule's reach the integral over the face minus its one point, by rows. The pairs are the CPU's, to
 /// the last one. The integrals are computed in double; their one points as the sums make them, in single precision, so
@@ -32,8 +40,8 @@ class NearCorrections {
 
   /// y -= N x, or N^T x; x and y M x columns, columns < 65,536, on the card, not the same.
   void subtract_product(bool transposed, const cuComplex* x, cuComplex* y, int columns);
-  /// panel -= rows first .. first + rows - 1 of N; rows x M, ld >= rows
-  void subtract_rows(int first, int rows, cuComplex* panel, int ld) const;
+  /// panel -= rows of N; rows x M, ld >= rows
+  void subtract_rows(const RowRange& rows, cuComplex* panel, int ld) const;
 
  private:
   void integrate();
@@ -51,14 +59,14 @@ class NearCorrections {
   Array<int> column_start_{context_};  // M + 1, once sorted
 };
 
-/// Rows first .. first + rows - 1 of the matrix of a surface's faces with one point a face,
+/// Rows of the matrix of a surface's faces with one point a face,
 ///
 ///   panel(i, j) = -A_j K(x_i, x_j) / 4 pi, on the diagonal the value given;   K = D, or with miller D + i gamma W
 ///
 /// diagonal   M values on the card
 /// list       faces j, `columns` of them, on the card; null: all, columns = M
 /// panel      rows x columns, ld >= rows
-void fill_kernels(const Faces& faces, bool miller, const cuDoubleComplex* diagonal, int first, int rows,
+void fill_kernels(const Faces& faces, bool miller, const cuDoubleComplex* diagonal, const RowRange& rows,
                   const int* list, int columns, cuComplex* panel, int ld);
 
 inline constexpr int kFewColumns = 4;
@@ -100,8 +108,8 @@ class Boundary {
   const cuDoubleComplex* diagonal() const { return diagonal_.data(); }
   int near_pairs() const { return near_ ? near_->pairs() : 0; }
 
-  /// Rows first .. first + rows - 1 of B: rows x M on the card, ld >= rows.
-  void fill_rows(int first, int rows, cuComplex* panel, int ld) const;
+  /// Rows of B: rows x M on the card, ld >= rows.
+  void fill_rows(const RowRange& rows, cuComplex* panel, int ld) const;
   /// The columns of B of some faces, M x count, of a plain equation; both on the card.
   void fill_columns(const int* faces, int count, cuComplex* columns) const;
 

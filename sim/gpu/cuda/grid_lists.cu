@@ -1,13 +1,9 @@
 #include <algorithm>
 #include <cmath>
-#include <cub/device/device_radix_sort.cuh>
-#include <cub/device/device_scan.cuh>
-#include <thrust/binary_search.h>
-#include <thrust/execution_policy.h>
-#include <thrust/iterator/counting_iterator.h>
 
 #include "sim/gpu/cuda/grid_sums.cuh"
 #include "sim/gpu/cuda/launch.cuh"
+#include "sim/gpu/cuda/lists.cuh"
 
 // Where faces lie on a grid: cells, tiles and what lies within reach.
 
@@ -172,40 +168,6 @@ __global__ void find_sources(GridSumView view, int3 cells, float cell_size, cons
   if (!kFill && lane == 0) {
     count[c] = found;
   }
-}
-
-/// The first of each number 0 .. count in sorted ones.
-void find_starts(Context& context, const Array<int>& sorted, int count, Array<int>& start) {
-  const thrust::counting_iterator<int> numbers(0);
-  start.resize(static_cast<std::size_t>(count) + 1);
-  thrust::lower_bound(thrust::cuda::par.on(context.stream()), sorted.data(), sorted.data() + sorted.size(), numbers,
-                      numbers + count + 1, start.data());
-}
-
-/// Sorts numbers below `most`, and what goes with them, keeping the order of equal ones.
-void sort_pairs(Context& context, int most, const Array<int>& key, const Array<int>& value, Array<int>& sorted,
-                Array<int>& moved) {
-  const auto count = static_cast<int>(key.size());
-  sorted.resize(key.size());
-  moved.resize(key.size());
-  int bits = 1;
-  while (bits < 31 && most >> bits > 0) {
-    ++bits;
-  }
-  with_room(context, "sort", [&](void* room, std::size_t& bytes) {
-    return cub::DeviceRadixSort::SortPairs(room, bytes, key.data(), sorted.data(), value.data(), moved.data(), count, 0,
-                                           bits, context.stream());
-  });
-}
-
-/// Begins of lists whose lengths are given, with a 0 at the end; returns how long they are together.
-int add_up(Context& context, const Array<int>& count, Array<int>& start) {
-  start.resize(count.size());
-  with_room(context, "lists", [&](void* room, std::size_t& bytes) {
-    return cub::DeviceScan::ExclusiveSum(room, bytes, count.data(), start.data(), static_cast<int>(count.size()),
-                                         context.stream());
-  });
-  return start.value(count.size() - 1);
 }
 
 }  // namespace

@@ -165,14 +165,15 @@ __global__ void subtract_sparse(int size, const int* start, const int* order, co
 }
 
 /// A warp a row.
-__global__ void subtract_from_panel(int first, int rows, const int* start, const int* column, const cuComplex* value,
+__global__ void subtract_from_panel(RowRange rows, const int* start, const int* column, const cuComplex* value,
                                     cuComplex* panel, int ld) {
   const int lane = static_cast<int>(threadIdx.x) % kWarp;
   const int row = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x) / kWarp;
-  if (row >= rows) {
+  if (row >= rows.count) {
     return;
   }
-  for (int q = start[first + row] + lane; q < start[first + row + 1]; q += kWarp) {
+  const int i = rows.face(row);
+  for (int q = start[i] + lane; q < start[i + 1]; q += kWarp) {
     cuComplex& out = panel[row + std::size_t{1} * column[q] * ld];
     out = {out.x - value[q].x, out.y - value[q].y};
   }
@@ -258,8 +259,8 @@ void NearCorrections::subtract_product(bool transposed, const cuComplex* x, cuCo
          transposed ? row_.data() : column_.data(), value_.data(), x, y);
 }
 
-void NearCorrections::subtract_rows(int first, int rows, cuComplex* panel, int ld) const {
-  launch(context_, "near rows", subtract_from_panel, warp_blocks(rows), kThreads, first, rows, start_.data(),
+void NearCorrections::subtract_rows(const RowRange& rows, cuComplex* panel, int ld) const {
+  launch(context_, "near rows", subtract_from_panel, warp_blocks(rows.count), kThreads, rows, start_.data(),
          column_.data(), value_.data(), panel, ld);
 }
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <stdexcept>
 
@@ -17,6 +18,20 @@ constexpr int kMostSteps = 20;        // by an inverse that is worth keeping
 // A product by a grid takes less than rows of B: for a column of at least so many faces, for any number of them with more.
 constexpr int kGridFacesAColumn = 2'000;
 constexpr int kGridFacesOfMany = 150'000;
+constexpr int kMostTwoLevelSteps = 40;  // by a two-level preconditioner: beyond, the solution goes on without
+constexpr int kManyTwoLevelSteps = 12;  // beyond, one of where the body was is made anew
+constexpr int kTwoLevelSteps = 10;      // expected
+constexpr int kTrialSteps = 4;          // from which on GMRES without it tells how many steps it takes
+
+// Seconds that an H200 takes: a product by a grid, of one by rows of B, with many columns, and to make a two-level
+// preconditioner. Only their ratios matter.
+constexpr double kGridSeconds = 2e-8;          // per face and column
+constexpr double kRowSeconds = 3e-12;          // per pair of faces
+constexpr double kRowColumnSeconds = 1.6e-13;  // per pair and column
+constexpr double kTwoLevelSeconds = 0.05;
+constexpr double kTwoLevelFaceSeconds = 2e-7;
+constexpr double kLeastGain = 1e-3;  // of the logarithm of a residual per step: less counts as that
+
 constexpr double kGridShare = 0.55;  // of the tolerance that GMRES is to reach, whose products are off by a tenth of it
 
 }  // namespace
@@ -33,6 +48,7 @@ void Scattering::move(const double* vertices) {
   leave_grid();
   has_field_ = false;
   factors_are_current_ = false;
+  two_level_is_current_ = false;
   if (boundary_) {
     boundary_->update();
   }
@@ -110,7 +126,7 @@ void Scattering::factorise() {
   if (boundary().is_stored()) {
     copy(boundary().stored(), factors_.data(), size);
   } else {
-    boundary().fill_rows(0, spec_.faces, factors_.data(), spec_.faces);
+    boundary().fill_rows({0, spec_.faces}, factors_.data(), spec_.faces);
   }
   lu_.factorise(spec_.faces, factors_.data());
   has_factors_ = factors_are_current_ = true;
@@ -248,12 +264,95 @@ void Scattering::solve_block(const Block& block, const GpuSolveOptions& options,
   const bool by_grid = report.kind == GpuSolveOptions::Kind::kFft;
   const double tolerance = by_grid ? kGridShare * options.tolerance : options.tolerance;
   const GmresLimits limits{tolerance, options.max_steps, options.restart, options.together};
-  const GmresReport done = gmres_.solve(apply, m, block.columns, block.b, block.x, limits, block.warm && !has_inverse,
-                                        progress, has_inverse ? &precondition : nullptr);
+  const GmresReport done =
+      has_inverse || !spec_.burton_miller
+          ? gmres_.solve(apply, m, block.columns, block.b, block.x, limits, block.warm && !has_inverse, progress,
+                         has_inverse ? &precondition : nullptr)
+          : solve_by_two_levels(block, apply, limits, report.kind, progress);
   report.steps = std::max(report.steps, done.steps);
   report.residual = std::max(report.residual, done.worst + (by_grid ? grid_->tolerance() : 0.0));
   report.converged = report.converged && report.residual <= options.tolerance;
   shares_.insert(shares_.end(), done.shares.begin(), done.shares.end());
+}
+
+/// How long a product takes; see kGridSeconds.
+double Scattering::step_seconds(GpuSolveOptions::Kind kind, int columns) const {
+  const double m = spec_.faces;
+  return kind == GpuSolveOptions::Kind::kFft ? kGridSeconds * m * columns
+                                             : m * m * std::max(kRowSeconds, kRowColumnSeconds * columns);
+}
+
+/// Whether there is one now. It is only for speed: where memory or its matrices do not bear it, nothing is made.
+bool Scattering::make_two_level() {
+  try {
+    two_level_ = std::make_unique<TwoLevel>(faces_, boundary(), spec_.coupling);
+    two_level_is_current_ = true;
+  } catch (const GpuMemoryFailure&) {
+    has_two_level_ = false;
+  } catch (const std::domain_error&) {
+    has_two_level_ = false;
+  }
+  return has_two_level_;
+}
+
+/// GMRES without an inverse. If the second half of its steps so far tells that those to come take longer than making a
+/// two-level preconditioner, it goes on with that. One that takes too many steps is given up for this body.
+GmresReport Scattering::solve_by_two_levels(const Block& block, const BlockProduct& apply, const GmresLimits& limits,
+                                            GpuSolveOptions::Kind kind, const GpuProgress& progress) {
+  const double step = step_seconds(kind, block.columns);
+  const double set_up = kTwoLevelSeconds + kTwoLevelFaceSeconds * spec_.faces + kTwoLevelSteps * step;
+  int steps = 0;
+  bool warm = block.warm;
+  const auto go_on = [&](const GmresLimits& within, const BlockPreconditioner* precondition) {
+    GmresLimits rest = within;
+    rest.max_steps = std::min(within.max_steps, limits.max_steps - steps);
+    const auto told = [&, before = steps](int done, double residual) {
+      if (progress) {
+        progress(before + done, residual);
+      }
+    };
+    GmresReport report =
+        gmres_.solve(apply, spec_.faces, block.columns, block.b, block.x, rest, warm, told, precondition);
+    warm = true;
+    report.steps = steps += report.steps;
+    return report;
+  };
+  if (!two_level_) {
+    bool pays = false;
+    std::vector<double> logs{0.0};  // of the residuals after each step
+    GmresLimits trial = limits;
+    trial.enough = [&](int done, double residual) {
+      logs.push_back(std::log(residual));
+      const int half = done / 2;
+      const double a_step = std::max((logs[half] - logs[done]) / (done - half), kLeastGain);
+      const double left = (logs[done] - std::log(limits.tolerance)) / a_step;
+      return pays = has_two_level_ && done >= kTrialSteps && left * step > set_up;
+    };
+    const GmresReport report = go_on(trial, nullptr);
+    if (!pays) {
+      return report;
+    }
+    if (!make_two_level()) {
+      return go_on(limits, nullptr);
+    }
+  }
+  const BlockPreconditioner precondition = [&](const cuComplex* v, cuComplex* z, int columns) {
+    two_level_->apply(block.transposed, v, columns, z);
+  };
+  GmresLimits weak = limits;
+  weak.weak = true;
+  weak.max_steps = kMostTwoLevelSteps;
+  const int before = steps;
+  const GmresReport report = go_on(weak, &precondition);
+  if (steps - before > kManyTwoLevelSteps && !two_level_is_current_) {
+    two_level_.reset();  // the next block makes another
+  }
+  if (report.converged || steps - before < kMostTwoLevelSteps) {
+    return report;
+  }
+  has_two_level_ = has_two_level_ && !two_level_is_current_;
+  two_level_.reset();
+  return go_on(limits, nullptr);
 }
 
 /// In blocks of columns whose Krylov space has room; smaller ones where memory is short, then without a stored matrix.
@@ -276,7 +375,10 @@ GpuSolveReport Scattering::solve_columns(const Block& all, const GpuSolveOptions
       solve_block(block, options, progress, report);
     } catch (const GpuMemoryFailure&) {
       gmres_.release();
-      if (inverse_.size() > 0) {
+      if (two_level_) {
+        two_level_.reset();
+        has_two_level_ = false;
+      } else if (inverse_.size() > 0) {
         inverse_.reset();
       } else if (report.kind == Kind::kLu && !has_current_factors()) {
         drop_factors();

@@ -7,6 +7,7 @@
 #include "sim/gpu/cuda/boundary.cuh"
 #include "sim/gpu/cuda/products.cuh"
 #include "sim/gpu/cuda/sources.cuh"
+#include "sim/gpu/cuda/two_level.cuh"
 
 namespace touchfield::cuda {
 
@@ -58,6 +59,10 @@ class Scattering final : public GpuBody {
   GpuSolveReport solve_columns(const Block& all, const GpuSolveOptions& options, const GpuProgress& progress);
   void solve_block(const Block& block, const GpuSolveOptions& options, const GpuProgress& progress,
                    GpuSolveReport& report);
+  GmresReport solve_by_two_levels(const Block& block, const BlockProduct& apply, const GmresLimits& limits,
+                                  GpuSolveOptions::Kind kind, const GpuProgress& progress);
+  bool make_two_level();
+  double step_seconds(GpuSolveOptions::Kind kind, int columns) const;
   void factorise();
   int rough_columns(const double* shares, int columns, double tolerance) const;
   bool has_current_factors() const { return has_factors_ && factors_are_current_; }
@@ -84,6 +89,9 @@ class Scattering final : public GpuBody {
   Array<cuComplex> g_{context_};  // incident pressure of every channel, M x N
   Array<cuComplex> b_{context_};  // its right-hand sides where they are others
   BlockGmres gmres_{context_};
+  bool has_two_level_ = true;            // unless it has failed this body
+  bool two_level_is_current_ = false;    // else of B where the body was
+  std::unique_ptr<TwoLevel> two_level_;  // of boundary_, made when it pays
   Lu lu_{context_};
   bool has_factors_ = false;
   bool factors_are_current_ = false;  // else of B where the body was
