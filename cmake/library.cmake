@@ -27,6 +27,7 @@ install(TARGETS touchfield_library EXPORT touchfield LIBRARY DESTINATION ${CMAKE
 # Without those that are compiled for one instruction level.
 install(DIRECTORY sim solvers hardware DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/touchfield
         FILES_MATCHING PATTERN "*.h" PATTERN pair_formulas.h EXCLUDE PATTERN pair_kernel.h EXCLUDE
+        PATTERN grid_formulas.h EXCLUDE
         PATTERN reciprocal_root.h EXCLUDE)
 install(EXPORT touchfield NAMESPACE touchfield:: FILE touchfieldTargets.cmake DESTINATION ${package})
 configure_package_config_file(cmake/touchfieldConfig.cmake.in ${PROJECT_BINARY_DIR}/generated/touchfieldConfig.cmake

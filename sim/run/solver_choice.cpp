@@ -19,7 +19,7 @@ constexpr double kMatrixShare = 0.5;        // of the free memory that a matrix 
 constexpr Eigen::Index kUnknownsAColumn = 600;
 constexpr double kGridPays = 0.8;  // of the time of direct products: the grid must be made first
 constexpr double kPlainSteps = 200;
-constexpr double kMillerSteps = 30;
+constexpr double kMillerSteps = 40;  // of hands, open and folded
 constexpr double kTwoLevelSteps = 9;
 // Of TwoLevel, on hands of 3,000 to 200,000 faces.
 constexpr double kPointsAWave = 6.1;        // points per square wavelength of skin

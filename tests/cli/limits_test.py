@@ -52,7 +52,7 @@ class Limits(CommandTest):
         self.assertIn("`ulimit -v 700000` leaves OpenBLAS no room", done.stderr)
 
     def test_memory_that_a_limit_keeps_is_no_free_memory(self):
-        self.write("fine.yaml", SCENE.replace("edge_mm: 2.6", "edge_mm: 0.5"))
+        self.write("fine.yaml", SCENE.replace("edge_mm: 2.6", "edge_mm: 0.35"))
         done = self.under("-v 1500000", "run fine.yaml -o out --set solve.solver=lu", {"OMP_NUM_THREADS": "1"})
         self.assertEqual(done.returncode, 2, done.stderr)
         free = float(re.search(r"([\d.]+) GiB are free", done.stderr)[1])
@@ -70,7 +70,7 @@ class Limits(CommandTest):
             self.assertEqual((done.returncode, done.stderr), (0, ""), command)
 
     def test_processor_time_that_runs_out(self):
-        self.write("long.yaml", SCENE.replace("edge_mm: 2.6", "edge_mm: 0.5").replace("solve:", "solve:\n  solver: matrix_free"))
+        self.write("long.yaml", SCENE.replace("edge_mm: 2.6", "edge_mm: 0.35").replace("solve:", "solve:\n  solver: matrix_free"))
         done = self.under("-t 4", "run long.yaml -o out", {"OMP_NUM_THREADS": "1"})
         self.assertEqual(done.returncode, 128 + 24, done.stderr)  # SIGXCPU
         self.assertIn("ulimit -t", done.stderr)
