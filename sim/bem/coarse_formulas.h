@@ -8,7 +8,7 @@
 
 namespace touchfield {
 
-inline constexpr double kCoarseSpacing = 0.35;      // wavelengths from a face to its nearest point at most
+inline constexpr double kCoarseSpacing = 0.33;      // wavelengths from a face to its nearest point at most
 inline constexpr double kCoarseNormalScale = 0.35;  // wavelengths that a turn of the normal by one radian counts
 inline constexpr double kCoarseShortest = 1.0;      // of the waves that are interpolated, over k
 inline constexpr double kCoarseNugget = 1e-3;

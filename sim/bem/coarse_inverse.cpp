@@ -12,7 +12,7 @@ namespace touchfield {
 namespace {
 
 constexpr Eigen::Index kRowsAtOnce = 16;   // of E that are made at once
-constexpr Eigen::Index kWhole = 4000;      // points up to which E is factorised as a whole
+constexpr Eigen::Index kWhole = 5000;      // points up to which E is factorised as a whole
 constexpr Eigen::Index kOwnPoints = 2000;  // points of a block's own, at most, beyond
 constexpr double kOverlap = 0.75;          // wavelengths
 

@@ -12,7 +12,7 @@
 namespace touchfield {
 
 /// E^-1 for E = B[points, :] P in single precision, with P and the points of CoarseSpace. E is made of rows of the fine
-/// matrix B. Up to 4,000 points it is factorised as a whole. More points are split in blocks of at most 2,000, which
+/// matrix B. Up to 5,000 points it is factorised as a whole. More points are split in blocks of at most 2,000, which
 /// approximate E^-1 by restricted Schwarz. Each block solves for its own points and for those up to 0.75 wavelengths
 /// around. It gives the values of its own.
 ///

@@ -12,7 +12,7 @@
 namespace touchfield {
 
 /// Pressures on a surface by their values at a few of its faces. Distances are in (x, 0.35 wavelength n), n the normal:
-/// the two sides of a fold are far from each other. Every face has a point within 0.35 wavelengths; each face
+/// the two sides of a fold are far from each other. Every face has a point within 0.33 wavelengths; each face
 /// interpolates from its 8 nearest points with the weights C^-1 c of the covariance 2 J1(k r) / (k r), 1e-3
 /// added on the diagonal. The number of points follows from the area per square wavelength, not from the mesh.
 class CoarseSpace {

@@ -58,7 +58,7 @@ const Speed& speed_at(double rows) {
 }
 
 constexpr double kSingleComplex = 8;    // bytes
-constexpr double kPointsABlock = 4000;  // of TwoLevel, at most
+constexpr double kPointsABlock = 5000;  // of TwoLevel, at most
 constexpr double kLuFlops = 8.0 / 3.0;  // complex operations counted as real ones, times n^3
 constexpr double kNearPairs = 220;      // a face, of Burton-Miller's near corrections on a uniform mesh
 constexpr double kNearBytes = 24;       // a pair, while they are gathered

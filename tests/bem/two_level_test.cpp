@@ -46,7 +46,7 @@ TEST(CoarseSpace, PointsCoverTheSkinAndKeepTheSidesOfAFoldApart) {
     place << mesh.centroids().col(f), 0.35 * wavelength * mesh.normals().col(f);
     farthest = std::max(farthest, (space.places().colwise() - place).colwise().norm().minCoeff());
   }
-  EXPECT_LT(farthest, 0.35 * wavelength);
+  EXPECT_LT(farthest, 0.33 * wavelength);
   EXPECT_GT(farthest, 0.25 * wavelength);
 }
 
@@ -147,9 +147,9 @@ TEST(TwoLevel, ItsTransposeIsItsTranspose) {
             1e-5 * m->apply(x).norm() * x.norm());
 }
 
-// A body of more points than are factorised as a whole: 0.06 m2.
+// A body of more points than are factorised as a whole: 0.07 m2.
 TEST(TwoLevel, LargeBodiesAreSolvedByBlocks) {
-  const ScatteringSystem system(icosphere(70e-3, 26), wave(), Scheme::kBurtonMiller, by_grid(1e-5));
+  const ScatteringSystem system(icosphere(75e-3, 28), wave(), Scheme::kBurtonMiller, by_grid(1e-5));
   const auto m = system.two_level();
   EXPECT_GT(m->blocks(), 1);
   const Eigen::MatrixXcd x = random_columns(system.faces(), 2);
