@@ -292,15 +292,7 @@ std::optional<BodyOnCard::Spanned> SkinScattering::spanned_on_card(
 Eigen::MatrixXcd SkinScattering::spanned_pressure(const LowRank& drives, const std::string& stage) {
   IncidentField field;
   if (system().needs_incident_pressure()) {
-    const Eigen::MatrixXcd& unit = unit_field().pressure;
-    if (decision().options.precision == Precision::kSingle) {
-      Eigen::MatrixXcf pressure(unit.rows(), drives.rank());
-      multiply(Op::kPlain, Eigen::MatrixXcf(unit.cast<std::complex<float>>()), Op::kPlain,
-               Eigen::MatrixXcf(drives.basis.cast<std::complex<float>>()), pressure);
-      field.pressure = pressure.cast<Complex>();
-    } else {
-      field.pressure = matrix_product(unit, drives.basis);
-    }
+    field.pressure = matrix_product(unit_field().pressure, drives.basis);
   }
   return solved(drives.coefficients.adjoint(), field, stage);
 }
