@@ -22,14 +22,14 @@ constexpr double kPlainSteps = 200;
 constexpr double kMillerSteps = 40;  // of hands, open and folded
 constexpr double kTwoLevelSteps = 9;
 // Of TwoLevel, on hands of 3,000 to 200,000 faces.
-constexpr double kPointsAWave = 6.8;        // points per square wavelength of skin
-constexpr double kPointsAFace = 0.7;        // of a coarse mesh, at most
-constexpr double kEntrySeconds = 7e-9;      // of E, per face and point
-constexpr double kFactorSeconds = 5e-11;    // of its LU, per cube of points
-constexpr double kWholePoints = 5000;       // up to which E is factorised as a whole
-constexpr double kBlockPoints = 2000;       // of a block, about, beyond
-constexpr double kFaceSeconds = 1.5e-5;     // of P and the filter, per face
-constexpr double kAppliedSeconds = 5e-7;    // of a product with M, per face
+constexpr double kPointsAWave = 6.8;      // points per square wavelength of skin
+constexpr double kPointsAFace = 0.7;      // of a coarse mesh, at most
+constexpr double kEntrySeconds = 7e-9;    // of E, per face and point
+constexpr double kFactorSeconds = 5e-11;  // of its LU, per cube of points
+constexpr double kWholePoints = 5000;     // up to which E is factorised as a whole
+constexpr double kBlockPoints = 2000;     // of a block, about, beyond
+constexpr double kFaceSeconds = 1.5e-5;   // of P and the filter, per face
+constexpr double kAppliedSeconds = 5e-7;  // of a product with M, per face
 // Entries of B times right-hand sides from which on a processor takes longer than a card's start.
 constexpr double kCardPays = 5e8;
 constexpr double kGridError = 0.11;  // of the tolerance, that products by a grid may be off by

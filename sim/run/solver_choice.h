@@ -51,7 +51,7 @@ BodyCost body_cost(const GridBody& body, const Wave& wave, const SolverSpec& spe
 /// Seconds to make a TwoLevel, as those of direct_seconds().
 double two_level_seconds(Eigen::Index unknowns, double points);
 
-/// Steps that GMRES takes for one drive to 1e-4. Two-level: 7 to 11. Burton-Miller's equation without: 20 to 40 on an
+/// Steps that GMRES takes for one drive to 1e-4. Two-level: 7 to 12. Burton-Miller's equation without: 20 to 40 on an
 /// open hand, 50 to 110 on a folded one, more on finer meshes. Plain equations: up to hundreds.
 double expected_steps(Scheme scheme, bool two_level);
 

@@ -40,7 +40,8 @@ TransducerArray omni_at(const Points& positions);
 struct Answer {
   Eigen::VectorXcd pressure;  // M
   SolveReport report;
-  double rcond = 0;  // of LU
+  double rcond = 0;         // of LU
+  int two_level_steps = 0;  // of the same problem by GMRES with the preconditioner; of Burton-Miller in answers()
 };
 using Answers = std::map<Scheme, Answer>;
 
@@ -48,7 +49,8 @@ using Answers = std::map<Scheme, Answer>;
 /// steps, by LU, refined: chief in double precision, which its matrix of a coarse hand takes.
 SolverOptions usual_solver(Scheme scheme);
 
-/// The surface pressure with every channel driven by 1. `answers` also prints which scheme has not converged.
+/// The surface pressure with every channel driven by 1. `answers` also prints which scheme has not converged, and solves
+/// Burton-Miller's equation with the preconditioner too, which must change nothing.
 Answer answer(const TriangleMesh& mesh, const Wave& wave, const TransducerArray& array, Scheme scheme,
               const SolverOptions& options);
 Answers answers(const TriangleMesh& mesh, const Wave& wave, const TransducerArray& array,
@@ -87,7 +89,7 @@ std::string letters(Scheme scheme);
 Cells mesh_cells(const TriangleMesh& mesh, const Wave& wave);
 /// A column for each scheme: its figures in percent, ` / ` between them.
 Cells scheme_cells(const std::vector<Errors>& figures);
-/// GMRES steps of Burton-Miller.
+/// GMRES steps of Burton-Miller, without and with the preconditioner.
 Cells step_cells(const Answers& answers);
 
 }  // namespace touchfield
