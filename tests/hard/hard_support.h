@@ -49,7 +49,7 @@ using Answers = std::map<Scheme, Answer>;
 /// steps, by LU, refined: chief in double precision, which its matrix of a coarse hand takes.
 SolverOptions usual_solver(Scheme scheme);
 
-/// The surface pressure with every channel driven by 1. `answers` also prints which scheme has not converged, and solves
+/// The surface pressure with every channel driven by 1. `answers` also prints which scheme has not converged. It solves
 /// Burton-Miller's equation with the preconditioner too, which must change nothing.
 Answer answer(const TriangleMesh& mesh, const Wave& wave, const TransducerArray& array, Scheme scheme,
               const SolverOptions& options);
