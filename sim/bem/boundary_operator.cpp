@@ -122,11 +122,14 @@ void NearCorrections::add_product(const Complex& factor, const Eigen::MatrixXcd&
   });
 }
 
-void NearCorrections::add_row(double factor, Eigen::Index face, Eigen::VectorXcf& row) const {
+void NearCorrections::add_row(double factor, Eigen::Index face, const std::vector<std::int32_t>& places,
+                              Eigen::VectorXcf& row) const {
   with_values([&](const auto& values) {
     const auto i = static_cast<std::size_t>(face);
     for (std::size_t q = start_[i]; q < start_[i + 1]; ++q) {
-      row(columns_[q]) += static_cast<std::complex<float>>(factor * Complex(values[q]));
+      if (const std::int32_t at = places[static_cast<std::size_t>(columns_[q])]; at >= 0) {
+        row(at) += static_cast<std::complex<float>>(factor * Complex(values[q]));
+      }
     }
   });
 }

@@ -33,8 +33,8 @@ class NearCorrections {
   /// matrix += factor N
   template <typename Real>
   void add_to(const Complex& factor, Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic>& matrix) const;
-  /// row += factor times a row of N, in single precision
-  void add_row(double factor, Eigen::Index face, Eigen::VectorXcf& row) const;
+  /// row += factor times a row of N, in single precision, of the columns that have a place in the row (-1: none)
+  void add_row(double factor, Eigen::Index face, const std::vector<std::int32_t>& places, Eigen::VectorXcf& row) const;
   /// columns += factor times the given columns of N; one column of `columns` for each face, in their order
   void add_columns(const Complex& factor, const std::vector<Eigen::Index>& faces, Eigen::MatrixXcd& columns) const;
 

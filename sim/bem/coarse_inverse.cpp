@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "sim/bem/layer_sum.h"
@@ -52,53 +53,99 @@ void add_neighbours(const Eigen::MatrixXd& places, double reach, Numbers& part) 
   }
 }
 
-/// Rows of E, kRowsAtOnce at a time.
-class CoarseRows {
+/// E of some points: rows of B over the faces that interpolate from them, times P.
+class BlockMatrix {
  public:
-  /// Real parts of the rows, then imaginary ones.
-  using Row = Eigen::Array<float, 1, 2 * kRowsAtOnce>;
-
-  CoarseRows(const TriangleMesh& mesh, const BoundaryParts& parts, const CoarseSpace& coarse)
-      : parts_(parts),
-        coarse_(coarse),
-        row_(mesh.face_count()),
-        rows_(mesh.face_count(), 2 * kRowsAtOnce),
-        sums_(static_cast<std::size_t>(coarse.size())) {}
-
-  /// Of the given points, at most kRowsAtOnce; entry c holds column c of these rows.
-  const std::vector<Row>& make(const LayerSum<float>& sum, const Eigen::Index* points, Eigen::Index count) {
-    rows_.setZero();
-    for (Eigen::Index q = 0; q < count; ++q) {
-      const Eigen::Index i = coarse_.points()[static_cast<std::size_t>(points[q])];
-      sum.row(parts_.layer, i, row_);
-      row_ *= -1.0F;
-      parts_.near->add_row(-1.0, i, row_);
-      row_(i) += static_cast<std::complex<float>>(parts_.diagonal(i));
-      rows_.col(q) = row_.real();
-      rows_.col(kRowsAtOnce + q) = row_.imag();
+  BlockMatrix(const TriangleMesh& mesh, const Complex& wavenumber, const BoundaryParts& parts,
+              const CoarseSpace& coarse, const Numbers& points)
+      : parts_(parts), faces_at_(static_cast<std::size_t>(mesh.face_count()), -1), points_(points), coarse_(coarse) {
+    std::vector<std::int32_t> point_at(static_cast<std::size_t>(coarse.size()), -1);
+    for (std::size_t p = 0; p < points.size(); ++p) {
+      point_at[static_cast<std::size_t>(points[p])] = static_cast<std::int32_t>(p);
     }
-    std::ranges::fill(sums_, Row::Zero());
-    constexpr Eigen::Index kFaces = 16;  // turned row by row at once, in the nearest cache
-    Eigen::Array<float, kFaces, 2 * kRowsAtOnce, Eigen::RowMajor> turned;
-    for (Eigen::Index first = 0; first < row_.size(); first += kFaces) {
-      const Eigen::Index faces = std::min(kFaces, row_.size() - first);
-      turned.topRows(faces) = rows_.middleRows(first, faces);
-      for (Eigen::Index j = 0; j < faces; ++j) {
-        const Row values = turned.row(j);
-        for (CoarseSpace::Interpolation::InnerIterator it(coarse_.interpolation(), first + j); it; ++it) {
-          sums_[static_cast<std::size_t>(it.col())] += it.value() * values;
+    Numbers faces;
+    for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+      const std::size_t before = weights_.size();
+      for (CoarseSpace::Interpolation::InnerIterator it(coarse.interpolation(), f); it; ++it) {
+        if (const std::int32_t at = point_at[static_cast<std::size_t>(it.col())]; at >= 0) {
+          weights_.emplace_back(at, it.value());
+        }
+      }
+      if (weights_.size() > before) {
+        faces_at_[static_cast<std::size_t>(f)] = static_cast<std::int32_t>(faces.size());
+        faces.push_back(f);
+        ends_.push_back(weights_.size());
+      }
+    }
+    sum_.emplace(TriangleMesh(mesh.vertices(), mesh.triangles()(Eigen::all, faces)), wavenumber, parts.gamma);
+  }
+
+  Eigen::MatrixXcf make() const {
+    const auto size = static_cast<Eigen::Index>(points_.size());
+    Eigen::MatrixXcf e(size, size);
+#pragma omp parallel
+    {
+      Eigen::VectorXcf row(sum_->size());
+      Eigen::ArrayXXf rows(sum_->size(), 2 * kRowsAtOnce);
+      std::vector<Row> sums(points_.size());
+#pragma omp for schedule(dynamic)
+      for (Eigen::Index first = 0; first < size; first += kRowsAtOnce) {
+        const Eigen::Index count = std::min(kRowsAtOnce, size - first);
+        for (Eigen::Index q = 0; q < count; ++q) {
+          fill_row(points_[static_cast<std::size_t>(first + q)], row);
+          rows.col(q) = row.real();
+          rows.col(kRowsAtOnce + q) = row.imag();
+        }
+        interpolate(rows, sums);
+        for (Eigen::Index c = 0; c < size; ++c) {
+          const Row& of = sums[static_cast<std::size_t>(c)];
+          for (Eigen::Index q = 0; q < count; ++q) {
+            e(first + q, c) = {of(q), of(kRowsAtOnce + q)};
+          }
         }
       }
     }
-    return sums_;
+    return e;
   }
 
  private:
+  using Row = Eigen::Array<float, 1, 2 * kRowsAtOnce>;  // real parts of rows, then imaginary ones
+
+  /// The row of B of a point.
+  void fill_row(Eigen::Index point, Eigen::VectorXcf& row) const {
+    const Eigen::Index face = coarse_.points()[static_cast<std::size_t>(point)];
+    const std::int32_t at = faces_at_[static_cast<std::size_t>(face)];  // a point interpolates from itself
+    sum_->row(parts_.layer, at, row);
+    row *= -1.0F;
+    parts_.near->add_row(-1.0, face, faces_at_, row);
+    row(at) += static_cast<std::complex<float>>(parts_.diagonal(face));
+  }
+
+  /// Rows times P.
+  void interpolate(const Eigen::ArrayXXf& rows, std::vector<Row>& sums) const {
+    constexpr Eigen::Index kFaces = 16;  // turned row by row at once, in the nearest cache
+    Eigen::Array<float, kFaces, 2 * kRowsAtOnce, Eigen::RowMajor> turned;
+    std::ranges::fill(sums, Row::Zero());
+    std::size_t weight = 0;
+    for (Eigen::Index first = 0; first < rows.rows(); first += kFaces) {
+      const Eigen::Index faces = std::min(kFaces, rows.rows() - first);
+      turned.topRows(faces) = rows.middleRows(first, faces);
+      for (Eigen::Index j = 0; j < faces; ++j) {
+        const Row values = turned.row(j);
+        for (; weight < ends_[static_cast<std::size_t>(first + j)]; ++weight) {
+          sums[static_cast<std::size_t>(weights_[weight].first)] += weights_[weight].second * values;
+        }
+      }
+    }
+  }
+
   const BoundaryParts& parts_;
+  std::vector<std::int32_t> faces_at_;  // among those that interpolate from the points; -1: not
+  const Numbers& points_;
   const CoarseSpace& coarse_;
-  Eigen::VectorXcf row_;
-  Eigen::ArrayXXf rows_;
-  std::vector<Row> sums_;
+  std::vector<std::pair<std::int32_t, float>> weights_;  // face by face: point, weight
+  std::vector<std::size_t> ends_;                        // of a face's weights
+  std::optional<LayerSum<float>> sum_;
 };
 
 }  // namespace
@@ -110,43 +157,13 @@ CoarseInverse::CoarseInverse(const TriangleMesh& mesh, const Complex& wavenumber
   std::vector<Numbers> shares;
   split(coarse.places(), all, static_cast<std::size_t>(coarse.size() <= kWhole ? kWhole : kOwnPoints), shares);
   const double reach = kOverlap * 2.0 * std::numbers::pi / wavenumber.real();
-  std::vector<Eigen::MatrixXcf> matrices;
-  std::vector<std::vector<std::pair<std::size_t, Eigen::Index>>> places(all.size());  // of a row: blocks and rows there
-  Numbers order;
   for (Numbers& share : shares) {
     Block block;
     block.own = static_cast<Eigen::Index>(share.size());
-    order.insert(order.end(), share.begin(), share.end());
     add_neighbours(coarse.places(), reach, share);
-    for (std::size_t row = 0; row < share.size(); ++row) {
-      places[static_cast<std::size_t>(share[row])].emplace_back(blocks_.size(), static_cast<Eigen::Index>(row));
-    }
-    const auto size = static_cast<Eigen::Index>(share.size());
-    matrices.emplace_back(size, size);
+    block.lu = std::make_unique<DenseLuSingle>(BlockMatrix(mesh, wavenumber, parts, coarse, share).make());
     block.points = std::move(share);
     blocks_.push_back(std::move(block));
-  }
-  const LayerSum<float> sum(mesh, wavenumber, parts.gamma);
-#pragma omp parallel
-  {
-    CoarseRows rows(mesh, parts, coarse);
-#pragma omp for schedule(dynamic)
-    for (Eigen::Index first = 0; first < coarse.size(); first += kRowsAtOnce) {
-      const Eigen::Index count = std::min(kRowsAtOnce, coarse.size() - first);
-      const auto& made = rows.make(sum, order.data() + first, count);
-      for (Eigen::Index q = 0; q < count; ++q) {
-        for (const auto& [block, row] : places[static_cast<std::size_t>(order[static_cast<std::size_t>(first + q)])]) {
-          const Numbers& columns = blocks_[block].points;
-          for (std::size_t c = 0; c < columns.size(); ++c) {
-            const CoarseRows::Row& of = made[static_cast<std::size_t>(columns[c])];
-            matrices[block](row, static_cast<Eigen::Index>(c)) = {of(q), of(kRowsAtOnce + q)};
-          }
-        }
-      }
-    }
-  }
-  for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    blocks_[b].lu = std::make_unique<DenseLuSingle>(std::move(matrices[b]));
   }
 }
 

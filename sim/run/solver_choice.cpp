@@ -28,6 +28,7 @@ constexpr double kEntrySeconds = 7e-9;    // of E, per face and point
 constexpr double kFactorSeconds = 5e-11;  // of its LU, per cube of points
 constexpr double kWholePoints = 5000;     // up to which E is factorised as a whole
 constexpr double kBlockPoints = 2000;     // of a block, about, beyond
+constexpr double kOverlapping = 1.5;      // over those, points of a block and around it
 constexpr double kFaceSeconds = 1.5e-5;   // of P and the filter, per face
 constexpr double kAppliedSeconds = 5e-7;  // of a product with M, per face
 // Entries of B times right-hand sides from which on a processor takes longer than a card's start.
@@ -102,8 +103,9 @@ BodyCost body_cost(const GridBody& body, const Wave& wave, const SolverSpec& spe
 
 double two_level_seconds(Eigen::Index unknowns, double points) {
   const auto faces = static_cast<double>(unknowns);
-  return faces * (kEntrySeconds * points + kFaceSeconds) +
-         kFactorSeconds * points * std::pow(points <= kWholePoints ? points : kBlockPoints, 2);
+  const double block = std::min(points, points <= kWholePoints ? kWholePoints : kBlockPoints);
+  const double columns = std::min(points, points <= kWholePoints ? kWholePoints : kOverlapping * kBlockPoints);
+  return faces * (kEntrySeconds * columns + kFaceSeconds) + kFactorSeconds * points * block * block;
 }
 
 double expected_steps(Scheme scheme, bool two_level) {
