@@ -117,8 +117,8 @@ void measure(const std::string& pose, double edge, double far, double forearm, d
 
   const ScatteringSystem system = system_of(mesh, wave, 0.1 * tolerance);
   const Times set_up = times_of([&] { system.prepare(); });
-  const Times making = times_of([&] { system.two_level(); });
-  const double points = static_cast<double>(system.two_level()->coarse().size());
+  Eigen::Index points = 0;
+  const Times making = times_of([&] { points = system.two_level()->coarse().size(); });
   Solution found;
   const Times solving = times_of([&] { found = solve(system, SolverKind::kFft, tolerance, true); });
   const double memory = megabytes();

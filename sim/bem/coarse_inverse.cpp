@@ -12,10 +12,8 @@ namespace touchfield {
 
 namespace {
 
-constexpr Eigen::Index kRowsAtOnce = 16;   // of E that are made at once
-constexpr Eigen::Index kWhole = 5000;      // points up to which E is factorised as a whole
-constexpr Eigen::Index kOwnPoints = 2000;  // points of a block's own, at most, beyond
-constexpr double kOverlap = 0.75;          // wavelengths
+constexpr Eigen::Index kRowsAtOnce = 16;  // of E that are made at once
+constexpr double kOverlap = 0.75;         // wavelengths
 
 using Numbers = std::vector<Eigen::Index>;
 
@@ -155,7 +153,8 @@ CoarseInverse::CoarseInverse(const TriangleMesh& mesh, const Complex& wavenumber
   Numbers all(static_cast<std::size_t>(coarse.size()));
   std::iota(all.begin(), all.end(), 0);
   std::vector<Numbers> shares;
-  split(coarse.places(), all, static_cast<std::size_t>(coarse.size() <= kWhole ? kWhole : kOwnPoints), shares);
+  const Eigen::Index most = coarse.size() <= kWholePoints ? kWholePoints : kBlockPoints;
+  split(coarse.places(), all, static_cast<std::size_t>(most), shares);
   const double reach = kOverlap * 2.0 * std::numbers::pi / wavenumber.real();
   for (Numbers& share : shares) {
     Block block;

@@ -19,6 +19,9 @@ namespace touchfield {
 /// memory   8 bytes per pair of points of a block
 class CoarseInverse {
  public:
+  static constexpr Eigen::Index kWholePoints = 5000;  // up to which E is factorised as a whole
+  static constexpr Eigen::Index kBlockPoints = 2000;  // of a block's own, at most, beyond
+
   /// parts    of B, with Layer::kBurtonMiller
   /// throws   std::domain_error if a block of E is singular
   CoarseInverse(const TriangleMesh& mesh, const Complex& wavenumber, const BoundaryParts& parts,

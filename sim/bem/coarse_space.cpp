@@ -1,7 +1,6 @@
 #include "sim/bem/coarse_space.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -12,6 +11,7 @@
 #include <Eigen/Cholesky>
 
 #include "sim/bem/coarse_formulas.h"
+#include "solvers/linear/sparse_product.h"
 
 namespace touchfield {
 
@@ -139,17 +139,8 @@ CoarseSpace::Interpolation interpolate(const std::vector<Place>& faces, const st
 }
 
 Eigen::MatrixXcd product(const CoarseSpace::Interpolation& a, const Eigen::MatrixXcd& x) {
-  Eigen::MatrixXcd y(a.rows(), x.cols());
-#pragma omp parallel for schedule(static)
-  for (Eigen::Index i = 0; i < a.rows(); ++i) {
-    for (Eigen::Index s = 0; s < x.cols(); ++s) {
-      Complex sum = 0;
-      for (CoarseSpace::Interpolation::InnerIterator it(a, i); it; ++it) {
-        sum += static_cast<double>(it.value()) * x(it.col(), s);
-      }
-      y(i, s) = sum;
-    }
-  }
+  Eigen::MatrixXcd y;
+  sparse_product(a, x, y);
   return y;
 }
 

@@ -1,11 +1,13 @@
 #include "sim/bem/surface_filter.h"
 
+#include <span>
 #include <vector>
 
 #include <Eigen/Geometry>
 
 #include "sim/bem/filter_formulas.h"
 #include "sim/mesh/topology.h"
+#include "solvers/linear/sparse_product.h"
 
 namespace touchfield {
 
@@ -18,55 +20,25 @@ double height(const TriangleMesh& mesh, Eigen::Index face, int c) {
   return (mesh.centroids().col(face) - from).cross(along).norm();
 }
 
-/// y = a x for complex columns, rows shared among threads.
-void multiply_rows(const Eigen::SparseMatrix<double, Eigen::RowMajor>& a, const Eigen::MatrixXcd& x,
-                   Eigen::MatrixXcd& y) {
-#pragma omp parallel for schedule(static)
-  for (Eigen::Index i = 0; i < a.rows(); ++i) {
-    for (Eigen::Index s = 0; s < x.cols(); ++s) {
-      Complex sum = 0;
-      for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(a, i); it; ++it) {
-        sum += it.value() * x(it.col(), s);
-      }
-      y(i, s) = sum;
-    }
-  }
-}
-
 }  // namespace
 
 SurfaceFilter::SurfaceFilter(const TriangleMesh& mesh, const Complex& wavenumber, double coupling)
     : areas_(mesh.areas()), shifted_(mesh.face_count(), mesh.face_count()) {
-  const EdgeTable table = edge_table(mesh.triangles());
-  struct Meeting {
-    Eigen::Index face = -1;
-    int corner = 0;
-    int faces = 0;
-    Eigen::Index other = -1;
-    int other_corner = 0;
-  };
-  std::vector<Meeting> edges(static_cast<std::size_t>(table.ends.cols()));
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    for (int c = 0; c < 3; ++c) {
-      Meeting& edge = edges[static_cast<std::size_t>(table.of_face(c, f))];
-      (edge.faces == 0 ? edge.face : edge.other) = f;
-      (edge.faces == 0 ? edge.corner : edge.other_corner) = c;
-      ++edge.faces;
-    }
-  }
   std::vector<Eigen::Triplet<double>> entries;
   Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(mesh.face_count());
-  for (const Meeting& edge : edges) {
-    if (edge.faces != 2) {  // nothing flows where a surface ends or branches
-      continue;
+  for_each_edge(sorted_sides(mesh.triangles()), [&](std::span<const Side> sides) {
+    if (sides.size() != 2) {  // nothing flows where a surface ends or branches
+      return;
     }
-    const double length = (mesh.corner(edge.face, (edge.corner + 1) % 3) - mesh.corner(edge.face, edge.corner)).norm();
-    const double weight = length / (height(mesh, edge.face, edge.corner) + height(mesh, edge.other, edge.other_corner));
-    entries.emplace_back(edge.face, edge.other, -weight / areas_(edge.face));
-    entries.emplace_back(edge.other, edge.face, -weight / areas_(edge.other));
-    diagonal(edge.face) += weight / areas_(edge.face);
-    diagonal(edge.other) += weight / areas_(edge.other);
-  }
+    const Side& one = sides[0];
+    const Side& other = sides[1];
+    const double length = (mesh.corner(one.face, (one.corner + 1) % 3) - mesh.corner(one.face, one.corner)).norm();
+    const double weight = length / (height(mesh, one.face, one.corner) + height(mesh, other.face, other.corner));
+    entries.emplace_back(one.face, other.face, -weight / areas_(one.face));
+    entries.emplace_back(other.face, one.face, -weight / areas_(other.face));
+    diagonal(one.face) += weight / areas_(one.face);
+    diagonal(other.face) += weight / areas_(other.face);
+  });
   const double largest = 2.0 * diagonal.maxCoeff();
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
     entries.emplace_back(f, f, diagonal(f) - 0.5 * largest);
@@ -81,10 +53,10 @@ Eigen::MatrixXcd SurfaceFilter::apply(const Eigen::MatrixXcd& x) const {
   Eigen::MatrixXcd before = x;
   Eigen::MatrixXcd now(x.rows(), x.cols());
   Eigen::MatrixXcd next(x.rows(), x.cols());
-  multiply_rows(shifted_, before, now);
+  sparse_product(shifted_, before, now);
   Eigen::MatrixXcd y = coefficients_(0) * before + coefficients_(1) * now;
   for (int j = 2; j <= degree(); ++j) {
-    multiply_rows(shifted_, now, next);
+    sparse_product(shifted_, now, next);
     next = 2.0 * next - before;
     y += coefficients_(j) * next;
     before.swap(now);

@@ -58,7 +58,6 @@ const Speed& speed_at(double rows) {
 }
 
 constexpr double kSingleComplex = 8;    // bytes
-constexpr double kPointsABlock = 5000;  // of TwoLevel, at most
 constexpr double kLuFlops = 8.0 / 3.0;  // complex operations counted as real ones, times n^3
 constexpr double kNearPairs = 220;      // a face, of Burton-Miller's near corrections on a uniform mesh
 constexpr double kNearBytes = 24;       // a pair, while they are gathered
@@ -207,7 +206,7 @@ ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double 
   const double steps = expected_steps(scheme, options.two_level);
   if (options.two_level) {
     const auto unknowns = static_cast<Eigen::Index>(faces);
-    cost.bytes += kSingleComplex * body.points * std::min(body.points, kPointsABlock);
+    cost.bytes += kSingleComplex * body.points * std::min(body.points, double{CoarseInverse::kWholePoints});
     cost.seconds += two_level_seconds(unknowns, body.points) / direct_seconds(unknowns, 1) * product;
   }
   const double in_double = 2.2 * product * (miller ? kMillerCost : 1.0);  // the residual

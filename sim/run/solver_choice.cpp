@@ -26,9 +26,7 @@ constexpr double kPointsAWave = 6.8;      // points per square wavelength of ski
 constexpr double kPointsAFace = 0.7;      // of a coarse mesh, at most
 constexpr double kEntrySeconds = 7e-9;    // of E, per face and point
 constexpr double kFactorSeconds = 5e-11;  // of its LU, per cube of points
-constexpr double kWholePoints = 5000;     // up to which E is factorised as a whole
-constexpr double kBlockPoints = 2000;     // of a block, about, beyond
-constexpr double kOverlapping = 1.5;      // over those, points of a block and around it
+constexpr double kOverlapping = 1.5;      // points of a block and around it, over its own
 constexpr double kFaceSeconds = 1.5e-5;   // of P and the filter, per face
 constexpr double kAppliedSeconds = 5e-7;  // of a product with M, per face
 // Entries of B times right-hand sides from which on a processor takes longer than a card's start.
@@ -103,8 +101,10 @@ BodyCost body_cost(const GridBody& body, const Wave& wave, const SolverSpec& spe
 
 double two_level_seconds(Eigen::Index unknowns, double points) {
   const auto faces = static_cast<double>(unknowns);
-  const double block = std::min(points, points <= kWholePoints ? kWholePoints : kBlockPoints);
-  const double columns = std::min(points, points <= kWholePoints ? kWholePoints : kOverlapping * kBlockPoints);
+  constexpr double kWhole = CoarseInverse::kWholePoints;
+  constexpr double kOwn = CoarseInverse::kBlockPoints;
+  const double block = points <= kWhole ? points : kOwn;
+  const double columns = points <= kWhole ? points : kOverlapping * kOwn;
   return faces * (kEntrySeconds * columns + kFaceSeconds) + kFactorSeconds * points * block * block;
 }
 

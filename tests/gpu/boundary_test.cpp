@@ -21,26 +21,6 @@ constexpr EquationCase kEquations[] = {{cuda::Equation::kPaper, Scheme::kPaper},
                                        {cuda::Equation::kPaperCorrected, Scheme::kPaperCorrected},
                                        {cuda::Equation::kBurtonMiller, Scheme::kBurtonMiller}};
 
-Wave wave_of(double absorption) {
-  Medium medium = air(293.15);
-  medium.absorption = absorption;
-  return {medium, 40e3};
-}
-
-cuda::Faces faces_of(cuda::Context& context, const TriangleMesh& mesh, const Wave& wave) {
-  return {context,
-          mesh.triangles().data(),
-          static_cast<int>(mesh.face_count()),
-          mesh.vertices().data(),
-          static_cast<int>(mesh.vertex_count()),
-          {wave.k(), wave.medium().absorption, 1.0 / wave.k()}};
-}
-
-Eigen::MatrixXcf random_block(Eigen::Index rows, Eigen::Index columns) {
-  std::srand(5);
-  return Eigen::MatrixXcf::Random(rows, columns);
-}
-
 Eigen::MatrixXcf product(cuda::Context& context, cuda::Boundary& boundary, bool transposed, const Eigen::MatrixXcf& x,
                          int rough = 0) {
   GpuBlock there(context, x);

@@ -9,26 +9,6 @@
 namespace touchfield {
 namespace gpu_grid_test {
 
-Wave wave_of(double absorption) {
-  Medium medium = air(293.15);
-  medium.absorption = absorption;
-  return {medium, 40e3};
-}
-
-cuda::Faces faces_of(cuda::Context& context, const TriangleMesh& mesh, const Wave& wave) {
-  return {context,
-          mesh.triangles().data(),
-          static_cast<int>(mesh.face_count()),
-          mesh.vertices().data(),
-          static_cast<int>(mesh.vertex_count()),
-          {wave.k(), wave.medium().absorption, 1.0 / wave.k()}};
-}
-
-Eigen::MatrixXcf random_block(Eigen::Index rows, Eigen::Index columns) {
-  std::srand(5);
-  return Eigen::MatrixXcf::Random(rows, columns);
-}
-
 std::vector<GpuSurface> surfaces() {
   HandOptions options;
   options.edge = 3.2e-3;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -98,6 +99,26 @@ inline double row_error(const Eigen::MatrixXcf& found, const Eigen::MatrixXcd& e
 
 inline double block_error(const Eigen::MatrixXcf& found, const Eigen::MatrixXcd& expected) {
   return (found.cast<Complex>() - expected).norm() / expected.norm();
+}
+
+inline Wave wave_of(double absorption) {
+  Medium medium = air(293.15);
+  medium.absorption = absorption;
+  return {medium, 40e3};
+}
+
+inline cuda::Faces faces_of(cuda::Context& context, const TriangleMesh& mesh, const Wave& wave) {
+  return {context,
+          mesh.triangles().data(),
+          static_cast<int>(mesh.face_count()),
+          mesh.vertices().data(),
+          static_cast<int>(mesh.vertex_count()),
+          {wave.k(), wave.medium().absorption, 1.0 / wave.k()}};
+}
+
+inline Eigen::MatrixXcf random_block(Eigen::Index rows, Eigen::Index columns, unsigned seed = 5) {
+  std::srand(seed);
+  return Eigen::MatrixXcf::Random(rows, columns);
 }
 
 }  // namespace touchfield

@@ -9,11 +9,6 @@
 namespace touchfield {
 namespace gpu_two_level_test {
 
-Eigen::MatrixXcf random_block(Eigen::Index rows, Eigen::Index columns) {
-  std::srand(11);
-  return Eigen::MatrixXcf::Random(rows, columns);
-}
-
 TriangleMesh index_up() {
   HandOptions options;
   options.pose = "index_up";
@@ -39,7 +34,7 @@ TEST_F(GpuTwoLevel, TheFilterIsTheCpus) {
       cuda::SurfaceFilter filter(faces, 1.0);
       const SurfaceFilter expected(mesh, wavenumber, 1.0);
       EXPECT_EQ(filter.degree(), expected.degree());
-      const Eigen::MatrixXcf x = random_block(mesh.face_count(), 2);
+      const Eigen::MatrixXcf x = random_block(mesh.face_count(), 2, 11);
       EXPECT_LT(block_error(applied(filter, false, x), expected.apply(x.cast<Complex>())), 1e-5);
       EXPECT_LT(block_error(applied(filter, true, x), expected.apply_transpose(x.cast<Complex>())), 1e-5);
     }
@@ -52,7 +47,7 @@ TEST_F(GpuTwoLevel, TheTransposeIsOne) {
   cuda::TwoLevel two_level(faces, cuda::Boundary(faces, cuda::Equation::kBurtonMiller), 1.0);
   EXPECT_GT(two_level.points(), 1500);
   EXPECT_LT(two_level.points(), 3500);
-  const Eigen::MatrixXcf x = random_block(mesh.face_count(), 2);
+  const Eigen::MatrixXcf x = random_block(mesh.face_count(), 2, 11);
   const Eigen::MatrixXcd there = applied(two_level, false, x).cast<Complex>();
   const Eigen::MatrixXcd back = applied(two_level, true, x).cast<Complex>();
   const Eigen::MatrixXcd wide = x.cast<Complex>();
@@ -111,7 +106,7 @@ TEST_F(GpuTwoLevel, GmresStopsWhereItIsEnough) {
   const cuda::BlockProduct apply = [&](const cuComplex* x, cuComplex* y, int columns, const double*) {
     boundary.apply(false, x, y, columns, 0);
   };
-  GpuBlock b(context(), random_block(count, 1));
+  GpuBlock b(context(), random_block(count, 1, 11));
   GpuBlock x(context(), count, 1);
   cuda::BlockGmres gmres(context());
   cuda::GmresLimits limits;
