@@ -1,7 +1,6 @@
 #include "sim/jobs/run_model.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <iterator>
 #include <utility>
 
@@ -14,6 +13,7 @@
 #include "sim/run/run_text.h"
 #include "sim/run/text_table.h"
 #include "sim/run/vtk_files.h"
+#include "sim/view/view_page.h"
 
 namespace touchfield {
 
@@ -50,12 +50,9 @@ void write_vtk(const WriteSpec& write, const Run& run, const RunDirectory& direc
 /// The pictures, and the page that shows them.
 void draw(const Run& run, PictureFormat format, const RunDirectory& directory, Progress& progress) {
   timed(progress, "draw pictures", [&] {
-    std::vector<std::string> names;
-    for (const std::string& file : draw_figures(directory.path(), run, format)) {
-      names.push_back(std::filesystem::path(file).filename().string());
-    }
+    draw_figures(directory.path(), run, format);
     write_text_file(directory.file("scene.yaml"), kSceneHeader + run.scene);
-    write_text_file(directory.file("report.html"), run_report(run, names));
+    write_text_file(directory.file("report.html"), run_page(run));
   });
 }
 

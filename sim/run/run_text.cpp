@@ -91,14 +91,6 @@ Json method_row(const MethodResult& method) {
 /// A share as "12.3 %"; "-" where nothing was computed.
 std::string percent_text(double fraction) { return table_number(100.0 * fraction, "{:.1f} %"); }
 
-constexpr const char* kStyle =
-    "body{font:16px/1.5 sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#1b1b1b}"
-    "img{max-width:100%;height:auto;border:1px solid #ddd}"
-    "table{border-collapse:collapse;display:block;overflow-x:auto}"
-    "td,th{padding:.25rem .7rem;border-bottom:1px solid #ddd;text-align:right}"
-    "td:first-child,th:first-child{text-align:left}"
-    "pre{background:#f5f5f5;padding:.8rem;overflow-x:auto;white-space:pre-wrap}";
-
 /// Method names stand in results as scenes give them; this is what the program calls what they do.
 std::string help_of(const std::string& method) {
   const std::span<const PhaseMethod> all = phase_methods();
@@ -197,18 +189,6 @@ std::string list_of(const char* title, const std::vector<std::string>& lines) {
     text += "<li>" + markup_text(line) + "</li>\n";
   }
   return text.empty() ? "" : fmt::format("<h2>{}</h2>\n<ul>\n{}</ul>\n", title, text);
-}
-
-std::string shown(const std::vector<std::string>& pictures) {
-  std::string text;
-  for (const std::string& picture : pictures) {
-    if (picture.ends_with(".pdf")) {
-      text += fmt::format("<p><a href=\"{0}\">{0}</a></p>\n", markup_text(picture));
-    } else {
-      text += fmt::format("<p><img src=\"{0}\" alt=\"{0}\"/></p>\n", markup_text(picture));
-    }
-  }
-  return text;
 }
 
 /// The paragraph alone, as plain text.
@@ -422,28 +402,16 @@ void write_metrics_csv(const std::string& path, const Run& run) {
   write_text_file(path, csv_text(row_of({}), rows));
 }
 
-std::string run_report(const Run& run, const std::vector<std::string>& pictures) {
-  std::vector<std::string> first;
-  std::vector<std::string> others;
-  for (const std::string& picture : pictures) {
-    (picture.starts_with("overview") ? first : others).push_back(picture);
-  }
-  const std::string name = markup_text(run.name);
+std::string run_report(const Run& run) {
   const std::string levels = levels_text(run);
   return fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"/>\n"
-      "<meta name=\"viewport\" "
-      "content=\"width=device-width\"/>\n<title>{0}</title>\n<style>{1}</style></head>\n<body>\n"
-      "<h1>{0}</h1>\n{2}<h2>Results</h2>\n{3}{10}{4}{5}"
-      "<h2>For a methods section</h2>\n<p>{6}</p>\n<h2>To cite</h2>\n<pre>{7}</pre>\n"
-      "<h2>All pictures</h2>\n{8}<h2>Provenance</h2>\n<pre>{9}</pre>\n"
+      "<h2>Results</h2>\n{0}{1}{2}{3}<h2>For a methods section</h2>\n<p>{4}</p>\n<h2>To cite</h2>\n<pre>{5}</pre>\n"
+      "<h2>Provenance</h2>\n<pre>{6}</pre>\n"
       "<p>The scene is in <a href=\"scene.yaml\">scene.yaml</a>, all figures in <a "
-      "href=\"metrics.csv\">metrics.csv</a>.</p>\n"
-      "</body>\n</html>\n",
-      name, kStyle, shown(first), figures_of(run), list_of("Warnings", run.warnings), list_of("Notes", run.notes),
-      markup_text(methods_paragraph(run)), markup_text(bibtex(run.provenance.version)), shown(others),
-      markup_text(lines_text(provenance_value(run.provenance))),
-      levels.empty() ? "" : "<h2>Sound levels</h2>\n<pre>" + markup_text(levels) + "</pre>\n");
+      "href=\"metrics.csv\">metrics.csv</a>.</p>\n",
+      figures_of(run), levels.empty() ? "" : "<h2>Sound levels</h2>\n<pre>" + markup_text(levels) + "</pre>\n",
+      list_of("Warnings", run.warnings), list_of("Notes", run.notes), markup_text(methods_paragraph(run)),
+      markup_text(bibtex(run.provenance.version)), markup_text(lines_text(provenance_value(run.provenance))));
 }
 
 }  // namespace touchfield

@@ -18,11 +18,9 @@ Json mesh_size(const TriangleMesh& mesh);
 Json provenance_value(const Provenance& provenance);
 Json stage_values(const std::vector<std::pair<std::string, double>>& stages);
 
-/// A page in HTML about a run. It has pictures, the figures of each method, what to cite (BibTeX), warnings and
-/// provenance. A paragraph for the methods section of a paper has all settings that matter.
-///
-/// pictures   names of files beside the page; of planes and setup those that are there
-std::string run_report(const Run& run, const std::vector<std::string>& pictures);
+/// What the page of a run says below its pictures, in HTML: the figures of each method, warnings and notes, what to cite
+/// (BibTeX), provenance. A paragraph for the methods section of a paper has all settings that matter.
+std::string run_report(const Run& run);
 
 /// The methods side by side, one per line, with the gap to the optimality bound where it was computed. If the metrics
 /// are of a part of the body, its label comes first. The wanted pressure and width come last, with the method that the

@@ -66,7 +66,7 @@ TEST(Report, ItsMethodsSectionSaysWhatWasSolvedWithTheLargestResidualOfEach) {
   };
   run.solves = {solved("transfer", "LU", 1e-15), solved("pressure of focus", "LU", 2e-15), solved("focus", "LU", 3e-14),
                 solved("resonance_check", "GMRES, matrix-free", 0.5), solved("evaluation", "GMRES, FFT", 7e-5)};
-  EXPECT_THAT(run_report(run, {}),
+  EXPECT_THAT(run_report(run),
               AllOf(HasSubstr("boundary elements: the transfer matrix by scheme chief (LU, double precision, largest "
                               "relative residual 1.0e-15); the pressures of the methods by scheme chief (LU, double "
                               "precision, largest relative residual 3.0e-14); the evaluation by scheme chief (GMRES, "

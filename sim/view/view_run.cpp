@@ -1,0 +1,57 @@
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "sim/pictures/figures.h"
+#include "sim/run/run_text.h"
+#include "sim/run/text_table.h"
+#include "sim/view/view_page.h"
+
+namespace touchfield {
+
+namespace {
+
+std::string caption_of(const Metrics& metrics) {
+  std::string text;
+  const auto add = [&](double value, const std::string& words) {
+    if (!std::isnan(value)) {
+      text += (text.empty() ? "" : ", ") + words;
+    }
+  };
+  add(metrics.relative_error_radiation, fmt::format("error of P {:.1f} %", 100.0 * metrics.relative_error_radiation));
+  add(metrics.width_radiation_mm, fmt::format("width {:.1f} mm", metrics.width_radiation_mm));
+  add(metrics.force_target_n, fmt::format("{:.3g} mN", 1e3 * metrics.force_target_n));
+  return text;
+}
+
+}  // namespace
+
+ViewData run_view(const Run& run) {
+  const auto is_evaluated = [](const MethodResult& result) { return result.evaluation_pressure.size() != 0; };
+  const bool apart = run.evaluation_model && std::ranges::all_of(run.methods, is_evaluated);
+  ViewSkin skin{.mesh = apart ? run.evaluation_model->mesh : run.mesh,
+                .target = apart ? run.evaluation_model->target : run.target};
+  ViewData data{.title = run.name,
+                .methods = {},
+                .array = run.array,
+                .radiation_per_square = run.radiation_per_square,
+                .skins = {},
+                .fields = run.fields};
+  for (const MethodResult& result : run.methods) {
+    data.methods.push_back({result.name, caption_of(result.metrics)});
+    skin.pressure.push_back(apart ? result.evaluation_pressure : result.pressure);
+    skin.radiation.push_back(apart || !run.evaluation_model ? result.radiation : Eigen::VectorXd());
+  }
+  data.skins.push_back(std::move(skin));
+  return data;
+}
+
+std::string run_page(const Run& run) {
+  const bool drawn = run.target || std::ranges::any_of(run.methods, [](const MethodResult& result) {
+                       return result.pressure.size() != 0;
+                     });
+  return view_page(run_view(run), drawn ? draw_figure("overview", run, PictureFormat::kPng) : "", run_report(run));
+}
+
+}  // namespace touchfield
