@@ -33,5 +33,6 @@ void add_fit_command(CLI::App& app, Invocation& invocation);
 void add_send_command(CLI::App& app, Invocation& invocation);
 void add_study_command(CLI::App& app, Invocation& invocation);
 void add_sweep_command(CLI::App& app, Invocation& invocation);
+void add_view_command(CLI::App& app, Invocation& invocation);
 
 }  // namespace touchfield

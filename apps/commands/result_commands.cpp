@@ -1,8 +1,12 @@
+#include <array>
 #include <cmath>
+#include <fcntl.h>
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <spawn.h>
 #include <string>
+#include <unistd.h>
 #include <vector>
 
 #include <fmt/format.h>
@@ -10,8 +14,10 @@
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
+#include "apps/commands/job_console.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/core/errors.h"
+#include "sim/core/files.h"
 #include "sim/core/require.h"
 #include "sim/jobs/scene_changes.h"
 #include "sim/model/model.h"
@@ -25,6 +31,7 @@
 #include "sim/run/run_text.h"
 #include "sim/run/scan_comparison.h"
 #include "sim/scene/scene_reader.h"
+#include "sim/view/view_page.h"
 
 namespace touchfield {
 
@@ -180,6 +187,47 @@ int info_command(const std::string& path, const CommonFlags& flags) {
   return 0;
 }
 
+struct ViewCommand {
+  std::string run;
+  std::string output;  // empty: a temporary file, which a browser opens
+};
+
+/// Lets the desktop open a file.
+/// returns   whether it tries to
+bool open_by_desktop(std::string path) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    posix_spawn_file_actions_addopen(&actions, stream, "/dev/null", O_RDWR, 0);
+  }
+  std::string opener = "xdg-open";
+  const std::array<char*, 3> arguments = {opener.data(), path.data(), nullptr};
+  pid_t started = 0;
+  const int error = ::posix_spawnp(&started, opener.c_str(), &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  return error == 0;
+}
+
+std::string page_of(const std::string& file) { return run_page(read_run_file(file, say_warning)); }
+
+int view_command(const ViewCommand& command) {
+  const std::string file = result_file_at(command.run);
+  const auto folder = std::filesystem::temp_directory_path();
+  const std::string stem = std::filesystem::absolute(file).parent_path().filename().string();
+  const std::string page = command.output.empty()
+                               ? (folder / fmt::format("touchfield-{}-{}.html", ::getuid(), stem)).string()
+                               : command.output;
+  if (!command.output.empty()) {
+    require_apart(page, std::vector{file});
+  }
+  write_text_file(page, page_of(file));
+  put(fmt::format("page in {}\n", page));
+  if (command.output.empty() && !open_by_desktop(page)) {
+    put("Open it in a browser: xdg-open is not there.\n");
+  }
+  return 0;
+}
+
 }  // namespace
 
 void add_compare_command(CLI::App& app, Invocation& invocation) {
@@ -216,6 +264,17 @@ void add_info_command(CLI::App& app, Invocation& invocation) {
       ->required()
       ->type_name(kH5File);
   finish_command(command, invocation, [path](const Invocation& invoked) { return info_command(*path, invoked.flags); });
+}
+
+void add_view_command(CLI::App& app, Invocation& invocation) {
+  const auto view = std::make_shared<ViewCommand>();
+  CLI::App* command = app.add_subcommand("view", "Open a result in a browser: the skin in 3D, methods side by side");
+  command->add_option("RUN", view->run, "run.h5, motion.h5 or pattern.h5, or the directory that holds it")
+      ->required()
+      ->type_name(kH5File);
+  command->add_option("-o,--output", view->output, "Write the page, one HTML file, instead of opening it")
+      ->type_name(kAnyFile);
+  finish_command(command, invocation, [view](const Invocation&) { return view_command(*view); });
 }
 
 }  // namespace touchfield

@@ -18,8 +18,8 @@ Json mesh_size(const TriangleMesh& mesh);
 Json provenance_value(const Provenance& provenance);
 Json stage_values(const std::vector<std::pair<std::string, double>>& stages);
 
-/// What the page of a run says below its pictures, in HTML: the figures of each method, warnings and notes, what to cite
-/// (BibTeX), provenance. A paragraph for the methods section of a paper has all settings that matter.
+/// What the page of a run says below its view, in HTML: the figures of each method, warnings, notes, provenance and
+/// what to cite (BibTeX). A paragraph for the methods section of a paper has all settings that matter.
 std::string run_report(const Run& run);
 
 /// The methods side by side, one per line, with the gap to the optimality bound where it was computed. If the metrics

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 #include <iterator>
+#include <numbers>
 
 #include <nlohmann/json.hpp>
 
@@ -18,7 +18,7 @@ namespace touchfield {
 
 namespace {
 
-constexpr int kColours = 512;         // of a map
+constexpr int kColours = 512;           // of a map
 constexpr std::uint16_t kNone = 65535;  // NaN
 
 template <class T>

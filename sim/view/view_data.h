@@ -18,10 +18,10 @@ namespace touchfield {
 struct ViewSkin {
   double time = 0;  // [s]
   TriangleMesh mesh;
-  std::optional<TriangleMesh> sensed{};       // as a sensor saw it
-  std::optional<Target> target{};             // on `mesh`
-  std::vector<Eigen::VectorXcd> pressure{};   // per method, on the faces [Pa]; empty: not known
-  std::vector<Eigen::VectorXd> radiation{};   // likewise [Pa]; none: |p|^2 radiation_per_square
+  std::optional<TriangleMesh> sensed{};      // as a sensor saw it
+  std::optional<Target> target{};            // on `mesh`
+  std::vector<Eigen::VectorXcd> pressure{};  // per method, on the faces [Pa]; empty: not known
+  std::vector<Eigen::VectorXd> radiation{};  // likewise [Pa]; none: |p|^2 radiation_per_square
 };
 
 /// A line over time in a diagram that all lines of its label share.

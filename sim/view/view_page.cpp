@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "page_files.h"
 #include "sim/run/run_text.h"
+#include "sim/view/page_files.h"
 #include "sim/view/page_values.h"
 
 namespace touchfield {
@@ -29,8 +29,7 @@ std::string script_text(const Json& json) {
 std::string view_page(const ViewData& data, const std::string& picture, const std::string& below, bool live) {
   const std::string title = markup_text(data.title);
   const std::string image =
-      picture.empty() ? ""
-                      : fmt::format("<img src=\"data:image/png;base64,{}\" alt=\"{}\"/>", base64(picture), title);
+      picture.empty() ? "" : fmt::format("<img src=\"data:image/png;base64,{}\" alt=\"{}\"/>", base64(picture), title);
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"/>\n"
       "<meta http-equiv=\"Content-Security-Policy\" content=\"{}\"/>\n"

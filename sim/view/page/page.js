@@ -1,56 +1,77 @@
 // The page: its data, controls, values under the pointer, time, and what comes by events.
 
 const QUANTITIES = [
-  {key: "radiation", name: "radiation pressure", number: 0, unit: "Pa", scale: 1, digits: 3},
-  {key: "p", name: "|p|", number: 1, unit: "kPa", scale: 1e-3, digits: 3},
-  {key: "p", name: "level", number: 2, unit: "dB", of: p => 20 * Math.log10(p / Math.SQRT2 / 20e-6), digits: 4},
-  {key: "phase", name: "phase", number: 3, unit: "deg", scale: 180 / Math.PI, digits: 3}];
+  {key: 'radiation', name: 'radiation pressure', number: 0, unit: 'Pa', scale: 1, digits: 3},
+  {key: 'p', name: '|p|', number: 1, unit: 'kPa', scale: 1e-3, digits: 3},
+  {key: 'p', name: 'level', number: 2, unit: 'dB', of: p => 20 * Math.log10(p / Math.SQRT2 / 20e-6), digits: 4},
+  {key: 'phase', name: 'phase', number: 3, unit: 'deg', scale: 180 / Math.PI, digits: 3}
+];
 
-function bytes_of(text) { return Uint8Array.from(atob(text), c => c.charCodeAt(0)); }
+function bytes_of(text) {
+  return Uint8Array.from(atob(text), c => c.charCodeAt(0));
+}
 function numbers(packed) {
   const bytes = bytes_of(packed.data);
-  if (packed.type === "u32") return new Uint32Array(bytes.buffer);
+  if (packed.type === 'u32') return new Uint32Array(bytes.buffer);
   const steps = new Uint16Array(bytes.buffer);
-  if (packed.type === "u16") return steps;
+  if (packed.type === 'u16') return steps;
   const step = (packed.high - packed.low) / 65534;
   return Float32Array.from(steps, i => i === 65535 ? NaN : packed.low + step * i);
 }
-function phases(text) { return Float32Array.from(bytes_of(text), i => (i > 127 ? i - 256 : i) * Math.PI / 128); }
+function phases(text) {
+  return Float32Array.from(bytes_of(text), i => (i > 127 ? i - 256 : i) * Math.PI / 128);
+}
 function element(tag, attributes = {}, ...children) {
   const made = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
-    if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
-    else if (value !== false) made.setAttribute(name, value === true ? "" : value);
+    if (name.startsWith('on'))
+      made.addEventListener(name.slice(2), value);
+    else if (value !== false)
+      made.setAttribute(name, value === true ? '' : value);
   }
   made.append(...children);
   return made;
 }
-function short(value, digits) { return Number.isFinite(value) ? String(Number(value.toPrecision(digits))) : "-"; }
+function short(value, digits) {
+  return Number.isFinite(value) ? String(Number(value.toPrecision(digits))) : '-';
+}
 
 class Page {
   constructor(data) {
     this.data = data;
     this.maps = bytes_of(data.maps);
-    this.state = {quantity: data.tops.radiation === undefined ? 1 : 0, cap: 1, method: "all", shown: new Set(data.array ? ["array"] : []), skin: 0};
+    this.state = {
+      quantity: data.tops.radiation === undefined ? 1 : 0,
+      cap: 1,
+      method: 'all',
+      shown: new Set(data.array ? ['array'] : []),
+      skin: 0
+    };
     this.skins = data.skins.map(() => null);
     this.planes = data.fields.map(field => this.plane(field));
     this.build();
     this.viewer = new Viewer(this.canvas, this.maps);
     this.scene = {array: null, skin: null};
-    if (data.array) this.array = {positions: numbers(data.array.positions), axes: numbers(data.array.axes), radius: data.array.radius};
+    if (data.array)
+      this.array = {
+        positions: numbers(data.array.positions),
+        axes: numbers(data.array.axes),
+        radius: data.array.radius
+      };
     new ResizeObserver(() => this.resize()).observe(this.stage);
     if (data.skins.length) this.begin();
     if (data.live) this.listen();
   }
   begin() {
     this.show_skin(0);
-    this.view(this.skin.outline ? "target" : "skin");
+    this.view(this.skin.outline ? 'target' : 'skin');
     document.documentElement.dataset.ready = Math.round(performance.now());
   }
   // The skin of a number, made from the data when it is first shown.
   decoded(number) {
     if (this.skins[number]) return this.skins[number];
-    const source = this.data.skins[number], faces = source.faces ? numbers(source.faces) : this.decoded(number - 1).mesh.faces;
+    const source = this.data.skins[number],
+          faces = source.faces ? numbers(source.faces) : this.decoded(number - 1).mesh.faces;
     const skin = {mesh: new Skin(numbers(source.vertices), faces), time: source.time, source, values: new Map()};
     if (source.sensed) skin.sensed = new Skin(numbers(source.sensed.vertices), numbers(source.sensed.faces));
     if (source.outline) skin.outline = numbers(source.outline);
@@ -63,77 +84,162 @@ class Page {
   }
   // Values of the faces of one method, and what the picture interpolates.
   values(skin, method, quantity) {
-    const key = method + " " + quantity.key, source = skin.source.methods[method];
+    const key = method + ' ' + quantity.key, source = skin.source.methods[method];
     if (!skin.values.has(key) && source) {
-      const p = numbers(source.p), turn = phases(source.phase), own = quantity.key === "radiation" ? source.radiation && numbers(source.radiation) : p;
-      skin.values.set(key, own && {name: key, faces: quantity.key === "phase" ? turn : own, data: skin.mesh.smooth(own, turn)});
+      const p = numbers(source.p), turn = phases(source.phase),
+            own = quantity.key === 'radiation' ? source.radiation && numbers(source.radiation) : p;
+      skin.values.set(
+          key, own && {name: key, faces: quantity.key === 'phase' ? turn : own, data: skin.mesh.smooth(own, turn)});
     }
     return skin.values.get(key);
   }
-  get quantity() { return QUANTITIES[this.state.quantity]; }
-  top(quantity = this.quantity) { return this.data.tops[quantity.key === "radiation" ? "radiation" : "pressure"] * this.state.cap; }
-  wanted_value(p) { return this.quantity.key === "radiation" ? this.data.radiation_per_square * p * p : p; }
+  get quantity() {
+    return QUANTITIES[this.state.quantity];
+  }
+  top(quantity = this.quantity) {
+    return this.data.tops[quantity.key === 'radiation' ? 'radiation' : 'pressure'] * this.state.cap;
+  }
+  wanted_value(p) {
+    return this.quantity.key === 'radiation' ? this.data.radiation_per_square * p * p : p;
+  }
   wanted_patch(skin) {
-    if (!skin.wanted || this.quantity.key === "phase") return null;
+    if (!skin.wanted || this.quantity.key === 'phase') return null;
     const patch = skin.wanted;
     patch.values = new Float32Array(patch.vertices.length);
     for (let v = 0; v < patch.vertices.length; v += 3) patch.values[v] = this.wanted_value(patch.p[v / 9 | 0]);
     return patch;
   }
   plane(field) {
-    const normal = field.count.indexOf(1), [a, b] = [0, 1, 2].filter(i => i !== normal), axis = (i, length) => [0, 1, 2].map(k => k === i ? length : 0);
+    const normal = field.count.indexOf(1), [a, b] = [0, 1, 2].filter(i => i !== normal),
+          axis = (i, length) => [0, 1, 2].map(k => k === i ? length : 0);
     const corner = field.origin.map((x, i) => i === normal ? x : x - 0.5 * field.spacing[i]);
-    return {field, corner, across: axis(a, field.count[a] * field.spacing[a]), along: axis(b, field.count[b] * field.spacing[b]),
-      width: field.count[a], height: field.count[b], textures: new Map()};
+    return {
+      field,
+      corner,
+      across: axis(a, field.count[a] * field.spacing[a]),
+      along: axis(b, field.count[b] * field.spacing[b]),
+      width: field.count[a],
+      height: field.count[b],
+      textures: new Map()
+    };
   }
   plane_texture(plane, method) {
     const source = plane.field.methods[method], gl = this.viewer.gl;
     if (source && !plane.textures.has(method)) {
       const p = numbers(source.p), turn = phases(source.phase), pixels = new Float32Array(4 * p.length);
-      p.forEach((value, i) => pixels.set(Number.isNaN(value) ? [0, 0, 0, 0] : [value, Math.cos(turn[i]), Math.sin(turn[i]), 1], 4 * i));
-      plane.textures.set(method, this.viewer.texture(gl.RGBA32F, plane.width, plane.height, gl.RGBA, gl.FLOAT, pixels, gl.NEAREST));
+      p.forEach(
+          (value, i) =>
+              pixels.set(Number.isNaN(value) ? [0, 0, 0, 0] : [value, Math.cos(turn[i]), Math.sin(turn[i]), 1], 4 * i));
+      plane.textures.set(
+          method, this.viewer.texture(gl.RGBA32F, plane.width, plane.height, gl.RGBA, gl.FLOAT, pixels, gl.NEAREST));
     }
     return plane.textures.get(method);
   }
   build() {
-    const {data, state} = this, option = (value, text) => element("option", {value}, text);
-    const select = (label, id, options, changed) => element("label", {}, label, element("select", {id, onchange: e => { changed(e.target.value); this.update(); }}, ...options));
-    const button = (text, act, title) => element("button", {type: "button", title: title || text, onclick: act}, text);
-    const check = (text, key) => element("label", {}, element("input", {type: "checkbox", id: "show-" + key, checked: state.shown.has(key),
-      onchange: e => { state.shown[e.target.checked ? "add" : "delete"](key); this.update(); }}), text);
-    const quantities = QUANTITIES.map((q, i) => option(i, `${q.name} [${q.unit}]`)).slice(data.tops.radiation === undefined ? 1 : 0);
-    const methods = [option("all", "side by side"), ...data.methods.map((m, i) => option(i, m.name)), option("wanted", "wanted")];
+    const {data, state} = this, option = (value, text) => element('option', {value}, text);
+    const select = (label, id, options, changed) => element(
+        'label', {}, label,
+        element(
+            'select', {
+              id,
+              onchange: e => {
+                changed(e.target.value);
+                this.update();
+              }
+            },
+            ...options));
+    const button = (text, act, title) => element('button', {type: 'button', title: title || text, onclick: act}, text);
+    const check = (text, key) => element(
+        'label', {}, element('input', {
+          type: 'checkbox',
+          id: 'show-' + key,
+          checked: state.shown.has(key),
+          onchange: e => {
+            state.shown[e.target.checked ? 'add' : 'delete'](key);
+            this.update();
+          }
+        }),
+        text);
+    const quantities =
+        QUANTITIES.map((q, i) => option(i, `${q.name} [${q.unit}]`)).slice(data.tops.radiation === undefined ? 1 : 0);
+    const methods =
+        [option('all', 'side by side'), ...data.methods.map((m, i) => option(i, m.name)), option('wanted', 'wanted')];
     if (window.innerWidth < 700 && data.methods.length > 2) state.method = String(0);
-    this.canvas = element("canvas", {tabindex: 0, role: "img", "aria-label": "the skin in 3D; arrows turn it, shift and arrows move it, + and - zoom, Enter reads the value in the middle"});
-    this.labels = element("div", {id: "labels", "aria-hidden": "true"});
-    this.tip = element("output", {id: "tip", "aria-live": "polite", hidden: true});
-    this.stage = element("div", {id: "stage"}, this.canvas, this.labels, this.tip);
-    this.bar = element("canvas", {id: "bar", width: 256, height: 1});
-    this.ends = [0, 1, 2].map(() => element("span"));
-    this.cap = element("input", {type: "range", id: "cap", min: -2, max: 1, step: 0.05, value: 0, "aria-label": "end of the colours",
-      oninput: e => { state.cap = 2 ** e.target.value; this.update(); }});
-    const planes = data.fields.map((field, i) => check("plane " + field.name, "plane" + i));
-    const moving = data.skins.some(skin => skin.sensed) || data.live ? [check("hand as sensed", "sensed")] : [];
-    document.getElementById("view").append(
-      element("div", {class: "controls"}, select("show ", "quantity", quantities, value => { state.quantity = Number(value); }),
-        select("methods ", "method", methods, value => { state.method = value; }),
-        element("span", {}, ...[["array", "from the array"], ["above", "from above"], ["side", "with the array"], ["target", "target"], ["skin", "whole skin"]]
-          .filter(([key]) => data.array || key !== "side").map(([key, text]) => button(text, () => this.view(key)))),
-        ...(data.array ? [check("array", "array")] : []), ...moving, ...planes),
-      this.stage,
-      element("div", {class: "scale"}, element("span", {id: "unit"}), this.ends[0], this.bar, this.ends[1], element("label", {}, "end of the colours ", this.cap)),
-      this.build_time(button), this.diagrams = element("div", {id: "diagrams"}));
-    document.getElementById("method").value = state.method;
-    document.getElementById("quantity").value = state.quantity;
+    this.canvas = element('canvas', {
+      tabindex: 0,
+      role: 'img',
+      'aria-label':
+          'the skin in 3D; arrows turn it, shift and arrows move it, + and - zoom, Enter reads the value in the middle'
+    });
+    this.labels = element('div', {id: 'labels', 'aria-hidden': 'true'});
+    this.tip = element('output', {id: 'tip', 'aria-live': 'polite', hidden: true});
+    this.stage = element('div', {id: 'stage'}, this.canvas, this.labels, this.tip);
+    this.bar = element('canvas', {id: 'bar', width: 256, height: 1});
+    this.ends = [0, 1, 2].map(() => element('span'));
+    this.cap = element('input', {
+      type: 'range',
+      id: 'cap',
+      min: -2,
+      max: 1,
+      step: 0.05,
+      value: 0,
+      'aria-label': 'end of the colours',
+      oninput: e => {
+        state.cap = 2 ** e.target.value;
+        this.update();
+      }
+    });
+    const planes = data.fields.map((field, i) => check('plane ' + field.name, 'plane' + i));
+    const moving = data.skins.some(skin => skin.sensed) || data.live ? [check('hand as sensed', 'sensed')] : [];
+    document.getElementById('view').append(
+        element(
+            'div', {class: 'controls'},
+            select(
+                'show ', 'quantity', quantities,
+                value => {
+                  state.quantity = Number(value);
+                }),
+            select(
+                'methods ', 'method', methods,
+                value => {
+                  state.method = value;
+                }),
+            element(
+                'span', {},
+                ...[['array', 'from the array'], ['above', 'from above'], ['side', 'with the array'],
+                    ['target', 'target'], ['skin', 'whole skin']]
+                    .filter(([key]) => data.array || key !== 'side')
+                    .map(([key, text]) => button(text, () => this.view(key)))),
+            ...(data.array ? [check('array', 'array')] : []), ...moving, ...planes),
+        this.stage,
+        element(
+            'div', {class: 'scale'}, element('span', {id: 'unit'}), this.ends[0], this.bar, this.ends[1],
+            element('label', {}, 'end of the colours ', this.cap)),
+        this.build_time(button), this.diagrams = element('div', {id: 'diagrams'}));
+    document.getElementById('method').value = state.method;
+    document.getElementById('quantity').value = state.quantity;
     this.listen_to_hands();
   }
   build_time(button) {
     const {data} = this;
-    this.slider = element("input", {type: "range", id: "time", min: 0, max: Math.max(data.skins.length - 1, 0), step: 1, value: 0, "aria-label": "time",
-      oninput: e => { this.show_skin(Number(e.target.value)); this.update(); }});
-    this.clock = element("span", {id: "clock"});
-    this.play = button("play", () => this.toggle_play());
-    return element("div", {class: "controls", hidden: data.skins.length < 2 && !data.live}, ...(data.live ? [] : [this.play, this.slider]), this.clock);
+    this.slider = element('input', {
+      type: 'range',
+      id: 'time',
+      min: 0,
+      max: Math.max(data.skins.length - 1, 0),
+      step: 1,
+      value: 0,
+      'aria-label': 'time',
+      oninput: e => {
+        this.show_skin(Number(e.target.value));
+        this.update();
+      }
+    });
+    this.clock = element('span', {id: 'clock'});
+    this.play = button('play', () => this.toggle_play());
+    return element(
+        'div', {class: 'controls', hidden: data.skins.length < 2 && !data.live},
+        ...(data.live ? [] : [this.play, this.slider]), this.clock);
   }
   toggle_play() {
     if (this.timer) {
@@ -150,7 +256,7 @@ class Page {
       };
       this.timer = setTimeout(step, 0);
     }
-    this.play.textContent = this.timer ? "stop" : "play";
+    this.play.textContent = this.timer ? 'stop' : 'play';
   }
   show_skin(number) {
     this.state.skin = number;
@@ -162,13 +268,20 @@ class Page {
     const away = Math.abs(facing[2]) < 0.9 ? [0, 0, 1] : [0, 1, 0], across = unit(cross(facing, away));
     const skewed = unit([0, 1, 2].map(i => 0.9 * away[i] - 0.35 * across[i] - 0.35 * facing[i]));
     const all = this.array ? Float32Array.from([...mesh.vertices, ...this.array.positions]) : mesh.vertices;
-    if (key === "side") this.viewer.look(skewed, all, 0.94, facing.map(x => (dot(facing, [0, 0, 1]) < 0 ? -x : x)));
-    else this.viewer.look(key === "above" ? facing.map(x => -x) : facing, key === "target" && outline ? outline : mesh.vertices, key === "target" && outline ? 0.45 : 0.94);
+    if (key === 'side')
+      this.viewer.look(skewed, all, 0.94, facing.map(x => (dot(facing, [0, 0, 1]) < 0 ? -x : x)));
+    else
+      this.viewer.look(
+          key === 'above' ? facing.map(x => -x) : facing, key === 'target' && outline ? outline : mesh.vertices,
+          key === 'target' && outline ? 0.45 : 0.94);
     this.update();
   }
   update() {
     if (this.pending || !this.skin) return;
-    this.pending = requestAnimationFrame(() => { this.pending = null; this.draw(); });
+    this.pending = requestAnimationFrame(() => {
+      this.pending = null;
+      this.draw();
+    });
   }
   resize() {
     const density = window.devicePixelRatio || 1;
@@ -177,18 +290,27 @@ class Page {
     this.update();
   }
   draw() {
-    const {state, viewer, data, skin, quantity} = this, begun = performance.now(), wanted = {name: "wanted", method: -1};
+    const {state, viewer, data, skin, quantity} = this, begun = performance.now(),
+                                      wanted = {name: 'wanted', method: -1};
     const all = [...(skin.wanted ? [wanted] : []), ...data.methods.map((m, method) => ({...m, method}))];
-    const cells = state.method === "all" ? all : state.method === "wanted" ? [wanted] : [all.find(cell => cell.method === Number(state.method))];
+    const cells = state.method === 'all' ? all :
+        state.method === 'wanted'        ? [wanted] :
+                                           [all.find(cell => cell.method === Number(state.method))];
     viewer.cells = cells.map(cell => {
       if (cell.method < 0) return {...cell, patch: this.wanted_patch(skin)};
-      const shown = quantity.key === "radiation" ? [] : this.planes.filter((_, i) => state.shown.has("plane" + i));
-      const planes = shown.map(plane => ({...plane, texture: this.plane_texture(plane, cell.method)})).filter(plane => plane.texture);
+      const shown = quantity.key === 'radiation' ? [] : this.planes.filter((_, i) => state.shown.has('plane' + i));
+      const planes = shown.map(plane => ({...plane, texture: this.plane_texture(plane, cell.method)}))
+                         .filter(plane => plane.texture);
       return {...cell, values: this.values(skin, cell.method, quantity), planes};
     });
     viewer.depth = 1.5;
     viewer.colours = {quantity: quantity.number, top: this.top()};
-    viewer.draw({skin: skin.mesh, outline: skin.outline, array: state.shown.has("array") ? this.array : null, sensed: state.shown.has("sensed") ? skin.sensed : null});
+    viewer.draw({
+      skin: skin.mesh,
+      outline: skin.outline,
+      array: state.shown.has('array') ? this.array : null,
+      sensed: state.shown.has('sensed') ? skin.sensed : null
+    });
     this.label();
     this.draw_diagrams();
     document.documentElement.dataset.frame = (performance.now() - begun).toFixed(1);
@@ -199,23 +321,31 @@ class Page {
     const convert = value => short(quantity.of ? quantity.of(value) : value * quantity.scale, 3);
     this.labels.replaceChildren(...viewer.cells.map((cell, i) => {
       const [x, y, width] = viewer.cell_box(i).map(value => value / density);
-      const caption = cell.method < 0 ? `${convert(this.wanted_value(this.skin.source.wanted.most))} ${quantity.unit}` : cell.caption || "";
-      return element("div", {style: `left:${x}px;top:${y}px;max-width:${width}px`}, element("b", {}, cell.name), element("br"), quantity.key === "phase" && cell.method < 0 ? "has no phase" : caption);
+      const caption = cell.method < 0 ? `${convert(this.wanted_value(this.skin.source.wanted.most))} ${quantity.unit}` :
+                                        cell.caption || '';
+      return element(
+          'div', {style: `left:${x}px;top:${y}px;max-width:${width}px`}, element('b', {}, cell.name), element('br'),
+          quantity.key === 'phase' && cell.method < 0 ? 'has no phase' : caption);
     }));
     // The bar's lower end as a share of its upper one; what is below 0 is suction.
-    const top = this.top(), ranges = this.skin.source.methods.map(m => m && m[quantity.key] || {}), most = Math.max(...ranges.map(range => range.high || 0));
-    const lows = quantity.key === "radiation" ? ranges.map(range => range.low || 0) : [];
+    const top = this.top(), ranges = this.skin.source.methods.map(m => m && m[quantity.key] || {}),
+          most = Math.max(...ranges.map(range => range.high || 0));
+    const lows = quantity.key === 'radiation' ? ranges.map(range => range.low || 0) : [];
     const from = Math.max(-1, Math.min(0, ...lows) / top);
-    document.getElementById("unit").textContent = `${quantity.name} [${quantity.unit}]`;
-    this.ends[0].textContent = quantity.key === "phase" ? "-180" : quantity.of ? short(quantity.of(top) - LEVELS, 3) : convert(from * top);
-    this.ends[1].textContent = quantity.key === "phase" ? "180" : convert(top) + (most > top ? ` (up to ${convert(most)})` : "");
+    document.getElementById('unit').textContent = `${quantity.name} [${quantity.unit}]`;
+    this.ends[0].textContent = quantity.key === 'phase' ? '-180' :
+        quantity.of                                     ? short(quantity.of(top) - LEVELS, 3) :
+                                                          convert(from * top);
+    this.ends[1].textContent =
+        quantity.key === 'phase' ? '180' : convert(top) + (most > top ? ` (up to ${convert(most)})` : '');
     const pixels = new ImageData(256, 1);
     for (let i = 0; i < 256; ++i) {
-      const share = from + (1 - from) * (i + 0.5) / 256, at = 3 * (quantity.key === "phase" ? 512 + 2 * i : Math.floor(256 + 255.5 * share));
+      const share = from + (1 - from) * (i + 0.5) / 256,
+            at = 3 * (quantity.key === 'phase' ? 512 + 2 * i : Math.floor(256 + 255.5 * share));
       pixels.data.set([...this.maps.subarray(at, at + 3), 255], 4 * i);
     }
-    this.bar.getContext("2d").putImageData(pixels, 0, 0);
-    this.clock.textContent = this.note || (data.skins.length > 1 ? `${short(this.skin.time, 4)} s` : "");
+    this.bar.getContext('2d').putImageData(pixels, 0, 0);
+    this.clock.textContent = this.note || (data.skins.length > 1 ? `${short(this.skin.time, 4)} s` : '');
   }
   // The value under a place of the stage [CSS pixels].
   read(x, y) {
@@ -226,27 +356,37 @@ class Page {
     const value = cell.method < 0 ? this.wanted_at(hit) : cell.values ? cell.values.faces[hit.face] : NaN;
     const shown = quantity.of ? quantity.of(value) : value * quantity.scale;
     Object.assign(this.tip.dataset, {face: hit.face, value, method: cell.name});
-    this.tip.textContent = `${cell.name}: ${short(shown, quantity.digits)} ${quantity.unit} at ${hit.at.map(v => (1e3 * v).toFixed(1)).join(", ")} mm`;
-    this.tip.style.left = Math.min(x + 12, this.stage.clientWidth - this.tip.offsetWidth - 4) + "px";
-    this.tip.style.top = Math.max(y - 34, 2) + "px";
+    this.tip.textContent = `${cell.name}: ${short(shown, quantity.digits)} ${quantity.unit} at ${
+        hit.at.map(v => (1e3 * v).toFixed(1)).join(', ')} mm`;
+    this.tip.style.left = Math.min(x + 12, this.stage.clientWidth - this.tip.offsetWidth - 4) + 'px';
+    this.tip.style.top = Math.max(y - 34, 2) + 'px';
   }
   // The wanted value at a place: that of the piece of the target which holds it.
   wanted_at(hit) {
     const patch = this.skin.wanted, main = this.viewer.scene.skin;
-    if (!patch || this.quantity.key === "phase") return NaN;
+    if (!patch || this.quantity.key === 'phase') return NaN;
     this.viewer.scene.skin = patch;
-    const {camera} = this.viewer, d = hit.at.map((x, i) => x - camera.centre[i]), [left, top, width, height] = this.viewer.cell_box(hit.cell);
+    const {camera} = this.viewer, d = hit.at.map((x, i) => x - camera.centre[i]),
+          [left, top, width, height] = this.viewer.cell_box(hit.cell);
     const scale = 2 * camera.half / Math.min(width, height);
-    const piece = this.viewer.pick(left + 0.5 * width + dot(camera.frame[0], d) / scale, top + 0.5 * height - dot(camera.frame[1], d) / scale);
+    const piece = this.viewer.pick(
+        left + 0.5 * width + dot(camera.frame[0], d) / scale, top + 0.5 * height - dot(camera.frame[1], d) / scale);
     this.viewer.scene.skin = main;
     return piece && Math.abs(piece.near - hit.near) < 1e-5 ? this.wanted_value(patch.p[piece.face]) : 0;
   }
   listen_to_hands() {
-    const {canvas} = this, held = new Map(), size = () => Math.min(...this.viewer.cell_size()) / (window.devicePixelRatio || 1);
-    canvas.addEventListener("pointerdown", e => { canvas.setPointerCapture(e.pointerId); held.set(e.pointerId, e); });
-    for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, e => held.delete(e.pointerId));
-    canvas.addEventListener("pointerleave", () => { this.tip.hidden = true; });
-    canvas.addEventListener("pointermove", e => {
+    const {canvas} = this, held = new Map(),
+          size = () => Math.min(...this.viewer.cell_size()) / (window.devicePixelRatio || 1);
+    canvas.addEventListener('pointerdown', e => {
+      canvas.setPointerCapture(e.pointerId);
+      this.read(e.offsetX, e.offsetY);
+      held.set(e.pointerId, e);
+    });
+    for (const end of ['pointerup', 'pointercancel']) canvas.addEventListener(end, e => held.delete(e.pointerId));
+    canvas.addEventListener('pointerleave', () => {
+      this.tip.hidden = true;
+    });
+    canvas.addEventListener('pointermove', e => {
       const before = held.get(e.pointerId);
       if (before) {
         const [dx, dy] = [(e.offsetX - before.offsetX) / size(), (before.offsetY - e.offsetY) / size()];
@@ -255,22 +395,31 @@ class Page {
           const gap = p => Math.hypot(p.offsetX - other.offsetX, p.offsetY - other.offsetY);
           this.viewer.zoom(gap(e) / Math.max(gap(before), 1));
           this.viewer.shift(dx / 2, dy / 2);
-        } else if (e.shiftKey || e.buttons === 4) this.viewer.shift(dx, dy);
-        else this.viewer.turn(3 * dx, 3 * dy);
+        } else if (e.shiftKey || e.buttons === 4)
+          this.viewer.shift(dx, dy);
+        else
+          this.viewer.turn(3 * dx, 3 * dy);
         held.set(e.pointerId, e);
         this.update();
       }
       if (held.size < 2) this.read(e.offsetX, e.offsetY);
     });
-    canvas.addEventListener("wheel", e => { e.preventDefault(); this.viewer.zoom(Math.exp(-0.0015 * e.deltaY)); this.update(); }, {passive: false});
-    canvas.addEventListener("keydown", e => {
+    canvas.addEventListener('wheel', e => {
+      e.preventDefault();
+      this.viewer.zoom(Math.exp(-0.0015 * e.deltaY));
+      this.update();
+    }, {passive: false});
+    canvas.addEventListener('keydown', e => {
       const arrow = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]}[e.key];
-      if (arrow) this.viewer[e.shiftKey ? "shift" : "turn"](0.1 * arrow[0], 0.1 * arrow[1]);
-      else if (e.key === "+" || e.key === "-") this.viewer.zoom(e.key === "+" ? 1.2 : 1 / 1.2);
-      else if (e.key === "Enter") {
+      if (arrow)
+        this.viewer[e.shiftKey ? 'shift' : 'turn'](0.1 * arrow[0], 0.1 * arrow[1]);
+      else if (e.key === '+' || e.key === '-')
+        this.viewer.zoom(e.key === '+' ? 1.2 : 1 / 1.2);
+      else if (e.key === 'Enter') {
         const [x, y, width, height] = this.viewer.cell_box(0).map(value => value / (window.devicePixelRatio || 1));
         this.read(x + width / 2, y + height / 2);
-      } else return;
+      } else
+        return;
       e.preventDefault();
       this.update();
     });
@@ -279,53 +428,85 @@ class Page {
   draw_diagrams() {
     const labels = [...new Set(this.data.curves.map(curve => curve.label))], [width, height] = [480, 120];
     this.diagrams.replaceChildren(...labels.map(label => {
-      const curves = this.data.curves.filter(curve => curve.label === label), values = curves.flatMap(c => c.values.filter(Number.isFinite));
-      const times = curves.flatMap(c => c.times), [low, high] = [Math.min(0, ...values), Math.max(...values, 1e-12)], [first, last] = [Math.min(...times), Math.max(...times)];
-      const x = t => 50 + (width - 60) * (t - first) / (last - first || 1), y = v => height - 20 - (height - 30) * (v - low) / (high - low);
-      const lines = curves.map((curve, i) => {
-        const path = curve.times.map((t, k) => Number.isFinite(curve.values[k]) ? `${Number.isFinite(curve.values[k - 1]) ? "L" : "M"}${x(t).toFixed(1)} ${y(curve.values[k]).toFixed(1)}` : "").join("");
-        return `<path class="line${i % 6}" d="${path}"/>`;
-      }).join("");
-      const marker = this.skin && this.data.skins.length > 1 ? `<path class="marker" d="M${x(this.skin.time)} 10V${height - 20}"/>` : "";
-      const figure = element("figure", {});
-      figure.innerHTML = `<svg viewBox="0 0 ${width} ${height}" role="img"><path class="axis" d="M50 10V${height - 20}H${width - 10}"/>${lines}${marker}` +
-        `<text x="46" y="14" text-anchor="end">${short(high, 3)}</text><text x="46" y="${height - 20}" text-anchor="end">${short(low, 3)}</text>` +
-        `<text x="50" y="${height - 5}">${short(first, 3)} s</text><text x="${width - 10}" y="${height - 5}" text-anchor="end">${short(last, 3)} s</text></svg>`;
-      figure.append(element("figcaption", {}, label + ": ", ...curves.map((curve, i) => element("span", {class: "line" + i % 6}, curve.line + " "))));
+      const curves = this.data.curves.filter(curve => curve.label === label),
+            values = curves.flatMap(c => c.values.filter(Number.isFinite));
+      const times = curves.flatMap(c => c.times), [low, high] = [Math.min(0, ...values), Math.max(...values, 1e-12)],
+            [first, last] = [Math.min(...times), Math.max(...times)];
+      const x = t => 50 + (width - 60) * (t - first) / (last - first || 1),
+            y = v => height - 20 - (height - 30) * (v - low) / (high - low);
+      const lines = curves
+                        .map((curve, i) => {
+                          const path = curve.times
+                                           .map(
+                                               (t, k) => Number.isFinite(curve.values[k]) ?
+                                                   `${Number.isFinite(curve.values[k - 1]) ? 'L' : 'M'}${
+                                                       x(t).toFixed(1)} ${y(curve.values[k]).toFixed(1)}` :
+                                                   '')
+                                           .join('');
+                          return `<path class="line${i % 6}" d="${path}"/>`;
+                        })
+                        .join('');
+      const marker = this.skin && this.data.skins.length > 1 ?
+          `<path class="marker" d="M${x(this.skin.time)} 10V${height - 20}"/>` :
+          '';
+      const figure = element('figure', {});
+      figure.innerHTML = `<svg viewBox="0 0 ${width} ${height}" role="img"><path class="axis" d="M50 10V${
+                             height - 20}H${width - 10}"/>${lines}${marker}` +
+          `<text x="46" y="14" text-anchor="end">${short(high, 3)}</text><text x="46" y="${
+                             height - 20}" text-anchor="end">${short(low, 3)}</text>` +
+          `<text x="50" y="${height - 5}">${short(first, 3)} s</text><text x="${width - 10}" y="${
+                             height - 5}" text-anchor="end">${short(last, 3)} s</text></svg>`;
+      figure.append(element(
+          'figcaption', {}, label + ': ',
+          ...curves.map((curve, i) => element('span', {class: 'line' + i % 6}, curve.line + ' '))));
       return figure;
     }));
   }
   listen() {
-    const events = new EventSource("events");
+    const events = new EventSource('events');
     events.onmessage = event => this.live_frame(JSON.parse(event.data));
-    events.addEventListener("end", event => { this.note = event.data; events.close(); this.update(); });
-    events.onerror = () => { this.note = "no connection; waiting for the loop"; this.update(); };
+    events.addEventListener('end', event => {
+      this.note = event.data;
+      events.close();
+      this.update();
+    });
+    events.onerror = () => {
+      this.note = 'no connection; waiting for the loop';
+      this.update();
+    };
   }
   live_frame(message) {
     const first = !this.skin;
     this.note = message.state;
     for (const [label, value] of Object.entries(message.strips)) {
       let curve = this.data.curves.find(own => own.label === label);
-      if (!curve) this.data.curves.push(curve = {label, line: "", times: [], values: []});
+      if (!curve) this.data.curves.push(curve = {label, line: '', times: [], values: []});
       curve.times.push(message.time);
       curve.values.push(value);
-      while (curve.times[0] < message.time - 10) { curve.times.shift(); curve.values.shift(); }
+      while (curve.times[0] < message.time - 10) {
+        curve.times.shift();
+        curve.values.shift();
+      }
     }
     if (message.skin) {
       Object.assign(this, {skins: [null]});
       this.data.skins = [message.skin];
-      if (first) this.begin(); else this.show_skin(0);
+      if (first)
+        this.begin();
+      else
+        this.show_skin(0);
     }
     this.update();
   }
 }
 
 try {
-  window.page = new Page(JSON.parse(document.getElementById("data").textContent));
+  window.page = new Page(JSON.parse(document.getElementById('data').textContent));
 } catch (error) {
-  document.getElementById("view").hidden = true;
-  const instead = document.getElementById("instead");
+  document.getElementById('view').hidden = true;
+  const instead = document.getElementById('instead');
   instead.hidden = false;
-  instead.querySelector("p").textContent = `The 3D view cannot be shown: ${error.message}. ${instead.querySelector("img") ? "The picture shows the pressure on the skin." : ""}`;
+  instead.querySelector('p').textContent = `The 3D view cannot be shown: ${error.message}. ${
+      instead.querySelector('img') ? 'The picture shows the pressure on the skin.' : ''}`;
   document.documentElement.dataset.ready = Math.round(performance.now());
 }

@@ -1,4 +1,4 @@
-"use strict";
+'use strict';
 // A skin in 3D, in cells of one canvas that share a camera. Lengths in metres; parallel projection.
 
 const SEEN = `#version 300 es
@@ -17,46 +17,65 @@ vec3 coloured(vec3 value) {  // |p| or P, cosine and sine of the phase
 }
 `;
 const LEVELS = 40;  // dB from the bottom to the top of the colours
-const SKIN = [SEEN + `in vec3 at; in vec3 normal; in vec3 value; out vec3 v; out vec3 n; out vec3 x;
+const SKIN = [
+  SEEN + `in vec3 at; in vec3 normal; in vec3 value; out vec3 v; out vec3 n; out vec3 x;
 void main() { v = value; n = frame * normal; x = frame * (at - centre); gl_Position = seen(at); }`,
-COLOURED + `in vec3 v; in vec3 n; in vec3 x;
+  COLOURED + `in vec3 v; in vec3 n; in vec3 x;
 void main() {
   vec3 flat_normal = normalize(cross(dFdx(x), dFdy(x))), smooth_normal = normalize(n);
   vec3 normal = dot(flat_normal, smooth_normal) > 0.6 ? smooth_normal : flat_normal;
   float light = 0.66 + 0.34 * abs(normal.z);
   colour = paint.a > 0.0 ? vec4(paint.rgb * light, paint.a) : vec4(coloured(v) * light, 1.0);
-}`];
-const LINE = [SEEN + `in vec3 begin; in vec3 end; uniform vec2 pixels; uniform float width;
+}`
+];
+const LINE = [
+  SEEN + `in vec3 begin; in vec3 end; uniform vec2 pixels; uniform float width;
 void main() {
   vec4 a = seen(begin), b = seen(end);
   vec2 along = normalize((b.xy - a.xy) * pixels + vec2(1e-6, 0.0)), side = vec2(-along.y, along.x);
   gl_Position = gl_VertexID > 1 ? b : a;
-  gl_Position.xy += (side * (gl_VertexID % 2 == 0 ? 1.0 : -1.0) + along * (gl_VertexID > 1 ? 0.5 : -0.5)) * width / pixels;
-}`, COLOURED + "void main() { colour = paint; }"];
-const DISC = [SEEN + `in vec3 begin; in vec3 end; uniform float width; out vec3 n;
+  vec2 out_of_line = side * (gl_VertexID % 2 == 0 ? 1.0 : -1.0) + along * (gl_VertexID > 1 ? 0.5 : -0.5);
+  gl_Position.xy += out_of_line * width / pixels;
+}`,
+  COLOURED + 'void main() { colour = paint; }'
+];
+const DISC = [
+  SEEN + `in vec3 begin; in vec3 end; uniform float width; out vec3 n;
 void main() {
   vec3 first = normalize(cross(end, abs(end.x) < 0.9 ? vec3(1, 0, 0) : vec3(0, 1, 0))), second = cross(end, first);
   float angle = 0.44879895 * float(gl_VertexID); n = frame * end;
   gl_Position = seen(begin + width * (cos(angle) * first + sin(angle) * second));
-}`, COLOURED + `in vec3 n;
+}`,
+  COLOURED + `in vec3 n;
 void main() {
   if (n.z <= 0.0) discard;  // from behind, an array would hide what it faces
   colour = vec4(paint.rgb * (0.6 + 0.4 * n.z), 1.0);
-}`];
-const PLANE = [SEEN + `uniform vec3 corner; uniform vec3 across; uniform vec3 along; out vec2 share;
+}`
+];
+const PLANE = [
+  SEEN + `uniform vec3 corner; uniform vec3 across; uniform vec3 along; out vec2 share;
 void main() {
   share = vec2(gl_VertexID % 2, gl_VertexID / 2);
   gl_Position = seen(corner + share.x * across + share.y * along);
-}`, COLOURED + `uniform sampler2D values; in vec2 share;
+}`,
+  COLOURED + `uniform sampler2D values; in vec2 share;
 void main() {
   vec4 value = texture(values, share);
   if (value.a < 0.5) discard;
   colour = vec4(coloured(value.xyz), 1.0);
-}`];
+}`
+];
 
-function dot(a, b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-function cross(a, b) { return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]; }
-function unit(a) { const length = Math.hypot(...a) || 1; return a.map(x => x / length); }
+function dot(a, b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+function cross(a, b) {
+  return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+}
+function unit(a) {
+  const length = Math.hypot(...a) || 1;
+  return a.map(x => x / length);
+}
 
 // The sum over the faces at each vertex of size * value(face, i), and of the sizes.
 function gathered(faces, vertices, sizes, width, value) {
@@ -84,8 +103,11 @@ class Skin {
   }
   // Values of the faces, averaged by area to the vertices: value, cosine and sine of the phase.
   smooth(values, phases) {
-    const {sums, weights} = gathered(this.faces, this.count, this.areas, 3,
-      (f, i) => i === 0 ? values[f] : phases ? values[f] * (i === 1 ? Math.cos(phases[f]) : Math.sin(phases[f])) : 0);
+    const {sums, weights} = gathered(
+        this.faces, this.count, this.areas, 3,
+        (f, i) => i === 0 ? values[f] :
+            phases        ? values[f] * (i === 1 ? Math.cos(phases[f]) : Math.sin(phases[f])) :
+                            0);
     for (let v = 0; v < sums.length; ++v) sums[v] /= weights[Math.floor(v / 3)] || 1;
     return sums;
   }
@@ -93,11 +115,12 @@ class Skin {
 
 class Viewer {
   constructor(canvas, maps) {
-    const gl = canvas.getContext("webgl2", {antialias: true, preserveDrawingBuffer: true});
-    if (!gl) throw new Error("this browser has no WebGL 2, or it is switched off");
-    Object.assign(this, {canvas, gl, cells: [], buffers: new Map(), camera: {frame: null, centre: [0, 0, 0], half: 0.1}});
+    const gl = canvas.getContext('webgl2', {antialias: true, preserveDrawingBuffer: true});
+    if (!gl) throw new Error('this browser has no WebGL 2, or it is switched off');
+    Object.assign(
+        this, {canvas, gl, cells: [], buffers: new Map(), camera: {frame: null, centre: [0, 0, 0], half: 0.1}});
     [this.skin_program, this.line_program, this.disc_program, this.plane_program] =
-      [SKIN, LINE, DISC, PLANE].map(sources => this.program(sources));
+        [SKIN, LINE, DISC, PLANE].map(sources => this.program(sources));
     this.maps = this.texture(gl.RGB8, maps.length / 6, 2, gl.RGB, gl.UNSIGNED_BYTE, maps, gl.LINEAR);
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.SCISSOR_TEST);
@@ -106,12 +129,12 @@ class Viewer {
     const gl = this.gl, program = gl.createProgram();
     sources.forEach((source, i) => {
       const shader = gl.createShader(i ? gl.FRAGMENT_SHADER : gl.VERTEX_SHADER);
-      gl.shaderSource(shader, source.replaceAll("LEVELS", LEVELS.toFixed(1)));
+      gl.shaderSource(shader, source.replaceAll('LEVELS', LEVELS.toFixed(1)));
       gl.compileShader(shader);
       gl.attachShader(program, shader);
     });
     gl.linkProgram(program);
-    if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error("WebGL 2: " + gl.getProgramInfoLog(program));
+    if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error('WebGL 2: ' + gl.getProgramInfoLog(program));
     const uniforms = {}, inputs = {};
     for (let i = 0; i < gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS); ++i) {
       const name = gl.getActiveUniform(program, i).name;
@@ -119,7 +142,7 @@ class Viewer {
     }
     for (let i = 0; i < gl.getProgramParameter(program, gl.ACTIVE_ATTRIBUTES); ++i) {
       const name = gl.getActiveAttrib(program, i).name;
-      if (!name.startsWith("gl_")) inputs[name] = gl.getAttribLocation(program, name);
+      if (!name.startsWith('gl_')) inputs[name] = gl.getAttribLocation(program, name);
     }
     return {program, uniforms, inputs};
   }
@@ -128,8 +151,9 @@ class Viewer {
     gl.bindTexture(gl.TEXTURE_2D, texture);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     gl.texImage2D(gl.TEXTURE_2D, 0, kind, width, height, 0, format, type, data);
-    for (const name of ["TEXTURE_MIN_FILTER", "TEXTURE_MAG_FILTER"]) gl.texParameteri(gl.TEXTURE_2D, gl[name], filter);
-    for (const name of ["TEXTURE_WRAP_S", "TEXTURE_WRAP_T"]) gl.texParameteri(gl.TEXTURE_2D, gl[name], gl.CLAMP_TO_EDGE);
+    for (const name of ['TEXTURE_MIN_FILTER', 'TEXTURE_MAG_FILTER']) gl.texParameteri(gl.TEXTURE_2D, gl[name], filter);
+    for (const name of ['TEXTURE_WRAP_S', 'TEXTURE_WRAP_T'])
+      gl.texParameteri(gl.TEXTURE_2D, gl[name], gl.CLAMP_TO_EDGE);
     return texture;
   }
   // A buffer of this name, filled with an array unless it holds that one.
@@ -143,14 +167,29 @@ class Viewer {
   use(program, uniforms) {
     const gl = this.gl, {frame, centre, half} = this.camera, [width, height] = this.cell_size();
     gl.useProgram(program.program);
-    const all = {frame, centre, half_size: [half * Math.max(1, width / height), half * Math.max(1, height / width)],
-      depth: this.depth, nearer: 0, pixels: [width, height], maps: 0, values: 1, paint: [0, 0, 0, 0], ...this.colours, ...uniforms};
+    const all = {
+      frame,
+      centre,
+      half_size: [half * Math.max(1, width / height), half * Math.max(1, height / width)],
+      depth: this.depth,
+      nearer: 0,
+      pixels: [width, height],
+      maps: 0,
+      values: 1,
+      paint: [0, 0, 0, 0],
+      ...this.colours,
+      ...uniforms
+    };
     for (const [name, location] of Object.entries(program.uniforms)) {
       const value = all[name];
-      if (["maps", "values", "quantity"].includes(name)) gl.uniform1i(location, value);
-      else if (name === "frame") gl.uniformMatrix3fv(location, true, value.flat());
-      else if (value.length === undefined) gl.uniform1f(location, value);
-      else gl[`uniform${value.length}fv`](location, value);
+      if (['maps', 'values', 'quantity'].includes(name))
+        gl.uniform1i(location, value);
+      else if (name === 'frame')
+        gl.uniformMatrix3fv(location, true, value.flat());
+      else if (value.length === undefined)
+        gl.uniform1f(location, value);
+      else
+        gl[`uniform${value.length}fv`](location, value);
     }
   }
   input(program, name, buffer, data, stride = 0, offset = 0, divisor = 0) {
@@ -164,21 +203,22 @@ class Viewer {
   draw_skin(name, skin, values, uniforms) {
     const gl = this.gl, program = this.skin_program;
     this.use(program, uniforms);
-    this.input(program, "at", name + " vertices", skin.vertices);
-    this.input(program, "normal", name + " normals", skin.normals);
+    this.input(program, 'at', name + ' vertices', skin.vertices);
+    this.input(program, 'normal', name + ' normals', skin.normals);
     if (values) {
-      this.input(program, "value", name + " " + values.name, values.data);
+      this.input(program, 'value', name + ' ' + values.name, values.data);
     } else {
       gl.disableVertexAttribArray(program.inputs.value);
       gl.vertexAttrib3f(program.inputs.value, 0, 1, 0);
     }
-    this.buffer(name + " faces", skin.faces, gl.ELEMENT_ARRAY_BUFFER);
-    gl.drawElements(gl.TRIANGLES, skin.faces.length, skin.faces.BYTES_PER_ELEMENT === 2 ? gl.UNSIGNED_SHORT : gl.UNSIGNED_INT, 0);
+    this.buffer(name + ' faces', skin.faces, gl.ELEMENT_ARRAY_BUFFER);
+    gl.drawElements(
+        gl.TRIANGLES, skin.faces.length, skin.faces.BYTES_PER_ELEMENT === 2 ? gl.UNSIGNED_SHORT : gl.UNSIGNED_INT, 0);
   }
   draw_copies(program, name, begin, end, stride, offset, vertices, mode, uniforms) {
     this.use(program, uniforms);
-    this.input(program, "begin", name + " begin", begin, stride, 0, 1);
-    this.input(program, "end", name + " end", end, stride, offset, 1);
+    this.input(program, 'begin', name + ' begin', begin, stride, 0, 1);
+    this.input(program, 'end', name + ' end', end, stride, offset, 1);
     this.gl.drawArraysInstanced(mode, 0, vertices, begin.length * 4 / (stride || 12));
     for (const location of Object.values(program.inputs)) this.gl.vertexAttribDivisor(location, 0);
   }
@@ -186,11 +226,12 @@ class Viewer {
     const gl = this.gl;
     gl.disable(gl.BLEND);
     if (scene.array) {
-      this.draw_copies(this.disc_program, "array", scene.array.positions, scene.array.axes, 0, 0, 14, gl.TRIANGLE_FAN,
-                       {width: scene.array.radius, paint: [0.56, 0.6, 0.66, 1]});
+      this.draw_copies(
+          this.disc_program, 'array', scene.array.positions, scene.array.axes, 0, 0, 14, gl.TRIANGLE_FAN,
+          {width: scene.array.radius, paint: [0.56, 0.6, 0.66, 1]});
     }
-    this.draw_skin("skin", scene.skin, cell.values, {});
-    if (cell.patch) this.draw_skin("wanted", cell.patch, {name: "patch", data: cell.patch.values}, {nearer: 2e-5});
+    this.draw_skin('skin', scene.skin, cell.values, {});
+    if (cell.patch) this.draw_skin('wanted', cell.patch, {name: 'patch', data: cell.patch.values}, {nearer: 2e-5});
     for (const plane of cell.planes || []) {
       gl.activeTexture(gl.TEXTURE1);
       gl.bindTexture(gl.TEXTURE_2D, plane.texture);
@@ -200,14 +241,15 @@ class Viewer {
     }
     if (scene.outline) {
       for (const [width, paint] of [[4, [1, 1, 1, 1]], [2, [0, 0.47, 0.31, 1]]]) {
-        this.draw_copies(this.line_program, "outline", scene.outline, scene.outline, 24, 12, 4, gl.TRIANGLE_STRIP,
-                         {width: width * this.density, paint, nearer: width === 2 ? 3e-4 : 2e-4});
+        this.draw_copies(
+            this.line_program, 'outline', scene.outline, scene.outline, 24, 12, 4, gl.TRIANGLE_STRIP,
+            {width: width * this.density, paint, nearer: width === 2 ? 3e-4 : 2e-4});
       }
     }
     if (scene.sensed) {
       gl.enable(gl.BLEND);
       gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
-      this.draw_skin("sensed", scene.sensed, null, {paint: [0.1, 0.35, 0.8, 0.35]});
+      this.draw_skin('sensed', scene.sensed, null, {paint: [0.1, 0.35, 0.8, 0.35]});
     }
   }
   // Columns and rows that leave each of n cells the most room.
@@ -217,7 +259,10 @@ class Viewer {
     const columns = sizes.indexOf(Math.max(...sizes)) + 1;
     return [columns, Math.ceil(n / columns)];
   }
-  cell_size() { const [columns, rows] = this.layout(); return [this.canvas.width / columns, this.canvas.height / rows]; }
+  cell_size() {
+    const [columns, rows] = this.layout();
+    return [this.canvas.width / columns, this.canvas.height / rows];
+  }
   cell_box(i) {
     const [columns] = this.layout(), [width, height] = this.cell_size();
     return [i % columns * width, Math.floor(i / columns) * height, width, height];
@@ -249,12 +294,17 @@ class Viewer {
       });
     }
     const middle = low.map((x, a) => 0.5 * (x + high[a]));
-    this.camera = {frame, half: 0.5 * Math.max(high[0] - low[0], high[1] - low[1], 1e-3) / share,
-      centre: [0, 1, 2].map(i => frame.reduce((sum, axis, a) => sum + axis[i] * middle[a], 0))};
+    this.camera = {
+      frame,
+      half: 0.5 * Math.max(high[0] - low[0], high[1] - low[1], 1e-3) / share,
+      centre: [0, 1, 2].map(i => frame.reduce((sum, axis, a) => sum + axis[i] * middle[a], 0))
+    };
   }
   turn(right, up) {  // radians
-    const [x, y, z] = this.camera.frame, mixed = (a, b, angle) =>
-      [a.map((v, i) => Math.cos(angle) * v + Math.sin(angle) * b[i]), b.map((v, i) => Math.cos(angle) * v - Math.sin(angle) * a[i])];
+    const [x, y, z] = this.camera.frame,
+                 mixed = (a, b, angle) =>
+                     [a.map((v, i) => Math.cos(angle) * v + Math.sin(angle) * b[i]),
+                      b.map((v, i) => Math.cos(angle) * v - Math.sin(angle) * a[i])];
     const [x1, z1] = mixed(x, z, right), [y1, z2] = mixed(y, z1, up);
     this.camera.frame = [x1, y1, z2].map(unit);
   }
@@ -262,7 +312,9 @@ class Viewer {
     const {frame, half, centre} = this.camera;
     this.camera.centre = centre.map((x, i) => x - 2 * half * (right * frame[0][i] + up * frame[1][i]));
   }
-  zoom(factor) { this.camera.half = Math.min(Math.max(this.camera.half / factor, 1e-4), 2); }
+  zoom(factor) {
+    this.camera.half = Math.min(Math.max(this.camera.half / factor, 1e-4), 2);
+  }
   // The face under a place of the canvas [pixels of the picture], with its cell and the place on it.
   pick(x, y) {
     const i = this.cells.findIndex((_, k) => {
@@ -272,7 +324,8 @@ class Viewer {
     if (i < 0) return null;
     const [left, top, width, height] = this.cell_box(i), {frame, centre, half} = this.camera;
     const scale = 2 * half / Math.min(width, height), {vertices, faces} = this.scene.skin;
-    const u = (x - left - 0.5 * width) * scale + dot(frame[0], centre), v = (0.5 * height - y + top) * scale + dot(frame[1], centre);
+    const u = (x - left - 0.5 * width) * scale + dot(frame[0], centre),
+          v = (0.5 * height - y + top) * scale + dot(frame[1], centre);
     const seen = new Float32Array(vertices.length);
     for (let k = 0; k < vertices.length; k += 3) {
       const at = [vertices[k], vertices[k + 1], vertices[k + 2]];
@@ -281,7 +334,8 @@ class Viewer {
     let found = null;
     for (let f = 0; f < faces.length; f += 3) {
       const [a, b, c] = [3 * faces[f], 3 * faces[f + 1], 3 * faces[f + 2]];
-      const bx = seen[b] - seen[a], by = seen[b + 1] - seen[a + 1], cx = seen[c] - seen[a], cy = seen[c + 1] - seen[a + 1];
+      const bx = seen[b] - seen[a], by = seen[b + 1] - seen[a + 1], cx = seen[c] - seen[a],
+            cy = seen[c + 1] - seen[a + 1];
       const whole = bx * cy - by * cx, px = u - seen[a], py = v - seen[a + 1];
       const s = (px * cy - py * cx) / whole, t = (bx * py - by * px) / whole;
       const near = seen[a + 2] + s * (seen[b + 2] - seen[a + 2]) + t * (seen[c + 2] - seen[a + 2]);
