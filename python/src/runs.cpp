@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -8,8 +10,10 @@
 #include "python/src/parts.h"
 #include "sim/core/errors.h"
 #include "sim/core/files.h"
+#include "sim/field/target_parts.h"
 #include "sim/jobs/run_model.h"
 #include "sim/pictures/figures.h"
+#include "sim/pictures/skin_picture.h"
 #include "sim/run/check.h"
 #include "sim/run/evaluate_methods.h"
 #include "sim/run/run_data.h"
@@ -17,6 +21,7 @@
 #include "sim/run/run_text.h"
 #include "sim/run/scan_comparison.h"
 #include "sim/scene/scene_reader.h"
+#include "sim/view/view_page.h"
 
 namespace touchfield::python {
 
@@ -98,6 +103,38 @@ auto views_by_method(Member member) {
     return Arrays(by_method(*nb::cast<const SharedRun&>(self),
                             [&](const MethodResult& method) { return view(member(method), self); }));
   };
+}
+
+/// Triangles of the faces that a target holds only in part: their corners, nine numbers each [m], and the faces.
+std::pair<std::vector<double>, std::vector<Eigen::Index>> cut_faces(const TriangleMesh& mesh, const Target& target) {
+  std::vector<double> corners;
+  std::vector<Eigen::Index> faces;
+  for (const FacePart& part : face_parts(mesh, target.boxes)) {
+    for (std::size_t i = 2; i < part.corners.size(); ++i) {
+      for (const std::size_t corner : {std::size_t{0}, i - 1, i}) {
+        corners.insert(corners.end(), part.corners[corner].begin(), part.corners[corner].end());
+      }
+      faces.push_back(part.face);
+    }
+  }
+  return {std::move(corners), std::move(faces)};
+}
+
+/// What figures need of the evaluated skin: the direction in which the array faces, and of a target its border.
+nb::dict drawing(const SharedRun& run) {
+  const TriangleMesh& mesh = evaluated_mesh(*run);
+  const auto& target = run->evaluation_model ? run->evaluation_model->target : run->target;
+  nb::dict values;
+  values["sight"] = owned(Eigen::VectorXd(facing(run->array, mesh.centroids().rowwise().mean())));
+  values["radiation_per_square"] = run->radiation_per_square;
+  if (target) {
+    values["target"] = SharedTarget{part_of(run, *target), SkinMesh{part_of(run, mesh)}};
+    values["outline"] = owned(target_outline(mesh, *target).points);
+    auto [corners, faces] = cut_faces(mesh, *target);
+    values["cut_corners"] = owned(std::move(corners));
+    values["cut_faces"] = owned(std::move(faces));
+  }
+  return values;
 }
 
 Wave wave_of(const Run& run) {
@@ -193,6 +230,9 @@ void add_inputs(nb::class_<SharedRun>& run) {
           },
           "The evaluation mesh, if it is one of its own.")
       .def_prop_ro("_wave", [](const SharedRun& self) { return wave_of(*self); })
+      .def("_drawing", &drawing)
+      .def("_page",
+           [](const SharedRun& self) { return computed(0, [self](Progress&) { return run_page(*self); }); })
       .def(
           "_clear",
           [](const SharedRun& self, const ArrayLike& points) {
@@ -346,6 +386,11 @@ void add_runs(nb::module_& module) {
   add_methods(kind);
   add_records(kind);
   add_functions(kind);
+  nb::dict units;  // of metrics
+  for (const MetricField& field : metric_fields()) {
+    units[field.name] = field.share ? "%" : field.unit;
+  }
+  module.attr("_metric_units") = units;
   module.def("_run", &run, nb::arg("scene"), nb::arg("set") = nb::none(), nb::arg("device") = nb::none(),
              nb::arg("threads") = nb::none(), nb::arg("own") = nb::none());
   module.def(

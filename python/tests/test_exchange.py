@@ -105,8 +105,13 @@ def test_sweeps_by_an_executor(finger, tmp_path):
     assert table.to_frame().shape == (3, len(table))
     pytest.importorskip("matplotlib")
     assert len(table.plot("target.pressure_pa").lines) == 1 and "<td>focus</td>" in table._repr_html_()
-    with pytest.raises(tf.InputError, match="sweep: there is no column 'height'"):
-        table.plot("height")
+    axes = table.figure("target.pressure_pa", ["relative_error", "peak_pa"], by="case", width="double").axes
+    assert [ax.get_title() for ax in axes] == ["case = 1", "case = 2", "case = 3"] + [""] * 3
+    assert axes[4].lines[0].get_xydata().tolist() == [[500, table["peak_pa"][1]]]
+    assert [ax.get_ylabel() for ax in axes[::3]] == ["relative error [%]", "peak [Pa]"]
+    for wrong in ({"x": "height"}, {"x": "case", "y": "height"}, {"x": "case", "by": "height"}):
+        with pytest.raises(tf.InputError, match="sweep: there is no column 'height'"):
+            table.figure(**wrong)
 
 
 def test_sweeps_by_dask(finger, tmp_path):

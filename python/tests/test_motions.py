@@ -51,6 +51,11 @@ def test_frames_and_axes_of_a_motion(motion):
     assert scores.groupby("method").size().tolist() == [len(motion.scores[name]["time_s"]) for name in ("focus", "surface")]
     assert motion.to_frame("frames").groupby("method").size().tolist() == [6, 6]
     assert len(motion.plot("mean_inside_pa").lines) == 2
+    axes = motion.figure().axes
+    assert [ax.get_ylabel() for ax in axes] == ["relative error [%]", "displacement [mm]", "mean inside [Pa]"]
+    error, displacement, _ = (ax.lines[0].get_ydata() for ax in axes)
+    assert np.allclose(error, 100 * motion.scores["surface"]["relative_error"], equal_nan=True)
+    assert np.allclose(displacement, 1e3 * motion.scores["surface"]["displacement_m"], equal_nan=True)
     assert "<td>surface</td>" in motion._repr_html_()
 
 

@@ -384,14 +384,17 @@ def test_progress_is_told(finger):
 def test_frames_axes_and_displays(run):
     pandas = pytest.importorskip("pandas")
     plt = pytest.importorskip("matplotlib.pyplot")
+    proj3d = pytest.importorskip("mpl_toolkits.mplot3d.proj3d")
     frame = run.to_frame()
     assert isinstance(frame, pandas.DataFrame) and frame.index.tolist() == run.methods
     assert frame.loc["paper", "leakage"] == run.metrics["paper"]["leakage"]
-    axes = plt.figure().add_subplot()
-    assert run.plot("pressure_paper", ax=axes) is axes and run.plot() is not axes
     assert "<td>surface</td>" in run._repr_html_() and "data:image/png;base64," in run._repr_html_()
     assert run.array.plot(run.phases["surface"] * 1j).get_xlabel() == "x [mm]"
-    assert run.mesh.plot(abs(run.pressures["surface"])).get_zlabel() == "z [mm]"
+    axes = run.mesh.plot(abs(run.pressures["surface"]), label="|p| [Pa]")
+    assert [each.get_ylabel() for each in axes.figure.axes] == ["y [mm]", "|p| [Pa]"]
+    (left, low), (right, high) = (proj3d.proj_transform(*point, axes.get_proj())[:2] for point in ([1, -1, 0], [-1, 1, 0]))
+    assert right > left and high > low  # as the array sees it, y up
+    assert run.mesh.plot(view=(20, -60)).get_zlabel() == "z [mm]"
     plt.close("all")
 
 

@@ -177,17 +177,19 @@ class Mesh(_core.Mesh):
             surface.cell_data[name] = np.asarray(numbers)
         return surface
 
-    def plot(self, values=None, ax=None, view=(20, -60)):
+    def plot(self, values=None, ax=None, view=(-90, 90), label=""):
         """Draws the mesh in 3D with matplotlib.
 
         Parameters
         ----------
         values : array_like, shape (M,), optional
-            A number of each face, shown by colour.
+            A number of each face, shown by colour with a colour bar.
         ax : matplotlib Axes3D, optional
             Default: new ones.
         view : tuple of float
-            Elevation and azimuth of the view [deg].
+            Elevation and azimuth of the view [deg]. Default: from an array below the mesh, along z, with y up.
+        label : str
+            Of the colour bar.
 
         Returns
         -------
@@ -195,17 +197,24 @@ class Mesh(_core.Mesh):
 
         Examples
         --------
-        >>> ax = tf.sphere(5e-3, 2e-3).plot()
+        >>> finger = tf.sphere(5e-3, 2e-3)
+        >>> ax = finger.plot(finger.areas, label="area [m2]")
         """
         import matplotlib.pyplot as plt
 
-        ax = plt.figure().add_subplot(projection="3d") if ax is None else ax
+        ax = plt.figure().add_subplot(projection="3d", proj_type="ortho") if ax is None else ax
         x, y, z = 1e3 * self.vertices.T
         skin = ax.plot_trisurf(x, y, z, triangles=self.triangles, linewidth=0, antialiased=False)
         if values is not None:
             skin.set_array(np.asarray(values, float))
+            ax.figure.colorbar(skin, ax=ax, shrink=0.7, label=label)
+        sides = np.ptp(self.vertices, axis=0)
+        for axis, side in zip("xyz", sides):
+            ax.locator_params(axis=axis, nbins=max(1, round(8 * side / sides.max())))
         ax.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]", aspect="equal")
         ax.view_init(*view)
+        if abs(view[0]) == 90:  # along z, whose labels are in one place
+            ax.set(zticks=[], zlabel="")
         return ax
 
 

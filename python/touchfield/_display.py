@@ -1,8 +1,14 @@
-"""Tables and pictures for notebooks."""
+"""Tables, pictures and pages for notebooks."""
 
 import base64
 import html
-import io
+import os
+import sys
+import tempfile
+import webbrowser
+
+from . import _core
+from ._plain import warn
 
 
 def number(value):
@@ -20,23 +26,24 @@ def image(png):
     return f'<img style="max-width: 600px" src="data:image/png;base64,{base64.b64encode(png).decode()}">'
 
 
-def shown(png, ax):
-    """A picture of the program in matplotlib Axes."""
-    import matplotlib.pyplot as plt
+class Page:
+    """A page of results, which Jupyter shows."""
 
-    ax = plt.figure().add_subplot() if ax is None else ax
-    ax.imshow(plt.imread(io.BytesIO(png)))
-    ax.set_axis_off()
-    return ax
+    def __init__(self, text):
+        self._text = text
+
+    def _repr_html_(self):
+        return (f'<iframe sandbox="allow-scripts" style="width: 100%; height: 720px; border: 0" '
+                f'srcdoc="{html.escape(self._text)}"></iframe>')
 
 
-def lines(groups, ax, xlabel, ylabel):
-    """A line of each group: name, x, y."""
-    import matplotlib.pyplot as plt
-
-    ax = plt.figure().add_subplot() if ax is None else ax
-    for name, x, y in groups:
-        ax.plot(x, y, marker=".", label=name)
-    ax.set(xlabel=xlabel, ylabel=ylabel)
-    ax.legend()
-    return ax
+def viewed(text):
+    """The page of this text; unless Jupyter will show it, a browser opens it."""
+    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    if not hasattr(shell, "kernel"):
+        descriptor, path = tempfile.mkstemp(prefix="touchfield-", suffix=".html")  # stays: the browser may outlive this process
+        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
+            file.write(text)
+        if not webbrowser.open("file://" + path):
+            warn(f"view: no browser could be opened; the page is {path}", _core.TouchfieldNote)
+    return Page(text)

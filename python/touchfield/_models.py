@@ -17,25 +17,53 @@ class Run(_core.Run):
     def __reduce__(self):
         return _run_of_bytes, (file_content(self, "run.h5"),)
 
-    def plot(self, picture=None, ax=None):
-        """A picture of the program in matplotlib Axes.
+    def figure(self, methods=None, quantity=None, *, width="double", whole=True, top=None, cmap="YlGnBu"):
+        """What is wanted on the skin and what the methods reach, by matplotlib, for a paper.
+
+        The skin is seen from the array's side. Its colours are smoothed, and darker where it is slanted. Lines and texts stay
+        vectors in a PDF or SVG.
 
         Parameters
         ----------
-        picture : str, optional
-            As of `picture`.
-        ax : matplotlib.axes.Axes, optional
-            Default: new ones.
+        methods : list of str, optional
+            Default: all.
+        quantity : {"radiation", "pressure"}, optional
+            The radiation pressure P or the amplitude of the sound pressure. Default: P, which skin feels, if it is known.
+        width : {"single", "double"}
+            85 mm or 175 mm.
+        whole : bool
+            Whether the whole body is shown above the surroundings of the target.
+        top : float, optional
+            The end of the colours [Pa]. Default: a value between what is wanted and twice that.
+        cmap : str
+            A colour map. The default survives a print in grey.
 
         Returns
         -------
-        matplotlib.axes.Axes
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InputError
+            On an unknown method, or a quantity that the run does not have.
 
         Examples
         --------
-        >>> ax = tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]}).plot("pressure_focus")
+        >>> run = tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]})
+        >>> run.figure(width="single").savefig("capsule.pdf")
         """
-        return _display.shown(bytes(self.picture(picture)), ax)
+        from ._figures import of_run
+
+        return of_run(self, methods, quantity, width, whole, top, cmap)
+
+    def view(self):
+        """The skin and the results on it in 3D to turn, as `touchfield view`: Jupyter shows the page, elsewhere a browser opens it.
+
+        Examples
+        --------
+        >>> run.view()  # doctest: +SKIP
+        """
+        return _display.viewed(self._page())
 
     def to_frame(self):
         """The metrics as a `pandas.DataFrame`, a row of each method.
@@ -99,8 +127,31 @@ class Motion(_core.Motion):
         --------
         >>> ax = motion.plot("mean_inside_pa")  # doctest: +SKIP
         """
-        groups = [(method, table["time_s"], table[metric]) for method, table in self.scores.items()]
-        return _display.lines(groups, ax, "time [s]", metric)
+        from ._figures import lines
+
+        return lines([(method, table["time_s"], table[metric]) for method, table in self.scores.items()], ax, "time_s", metric)
+
+    def figure(self, metrics=("relative_error", "displacement_m", "mean_inside_pa"), *, width="single"):
+        """Metrics over time one below the other, for a paper.
+
+        Parameters
+        ----------
+        metrics : list of str
+            Columns of `scores`.
+        width : {"single", "double"}
+            85 mm or 175 mm.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Examples
+        --------
+        >>> motion.figure().savefig("motion.pdf")  # doctest: +SKIP
+        """
+        from ._figures import panels
+
+        return panels(len(metrics), 1, width, lambda ax, row, _: self.plot(metrics[row], ax))
 
     def _repr_html_(self):
         columns = ("relative_error_median", "relative_error_p95", "mean_inside_pa_median", "frames", "late", "dropped")

@@ -47,14 +47,56 @@ class Sweep(Names):
         --------
         >>> ax = tf.read_sweep("heights").plot("body.place.at_mm.2")  # doctest: +SKIP
         """
-        for name in (x, y):
-            if now := self.new_name(name):
-                raise _core.InputError(f"sweep: the column {name} is called {now}")
-            if name not in self:
-                raise _core.InputError(f"sweep: there is no column '{name}', there are {', '.join(self)}")
+        from ._figures import lines
+
+        along, up = self._column(x), self._column(y)
         methods = dict.fromkeys(self["name"].tolist())
-        groups = [(method, self[x][self["name"] == method], self[y][self["name"] == method]) for method in methods]
-        return _display.lines(groups, ax, x, y)
+        order = np.argsort(along, kind="stable")
+        rows = {method: order[self["name"][order] == method] for method in methods}
+        return lines([(method, along[of], up[of]) for method, of in rows.items()], ax, x, y)
+
+    def figure(self, x, y="relative_error", *, by=None, width="single"):
+        """Columns against another, for a paper: a line of each method, in a panel of each column and each value of `by`.
+
+        Parameters
+        ----------
+        x : str
+            A parameter of the sweep: its key path.
+        y : str or list of str
+            Metrics, one below the other.
+        by : str, optional
+            Another parameter, whose values stand side by side.
+        width : {"single", "double"}
+            85 mm or 175 mm.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Examples
+        --------
+        >>> tf.read_sweep("heights").figure("body.place.at_mm.2").savefig("heights.pdf")  # doctest: +SKIP
+        """
+        from ._figures import panels
+
+        metrics = [y] if isinstance(y, str) else list(y)
+        parts, titles = [self], [""]
+        if by is not None:
+            column = self._column(by)
+            parts = [Sweep((name, values[column == value]) for name, values in self.items()) for value in np.unique(column)]
+            titles = [f"{by} = {_display.number(value)}" for value in np.unique(column).tolist()]
+
+        def plot(ax, row, column):
+            parts[column].plot(x, metrics[row], ax).set_title(titles[column] if row == 0 else "")
+
+        return panels(len(metrics), len(parts), width, plot)
+
+    def _column(self, name):
+        if now := self.new_name(name):
+            raise _core.InputError(f"sweep: the column {name} is called {now}")
+        if name not in self:
+            raise _core.InputError(f"sweep: there is no column '{name}', there are {', '.join(self)}")
+        return np.asarray(self[name])
 
     def _repr_html_(self):
         return _display.table({name: np.asarray(column).tolist() for name, column in self.items()})

@@ -1,0 +1,123 @@
+"""Figures for papers, and pages."""
+
+import html
+import inspect
+import itertools
+import sys
+import tempfile
+import types
+import webbrowser
+
+import numpy as np
+import pytest
+
+import touchfield as tf
+
+matplotlib = pytest.importorskip("matplotlib")
+
+
+@pytest.fixture(scope="module")
+def figure(run):
+    return run.figure(["surface", "focus"])
+
+
+def test_files_are_vectors_with_embedded_fonts(figure, tmp_path):
+    figure.savefig(tmp_path / "figure.pdf")
+    figure.savefig(tmp_path / "figure.svg")
+    pdf, svg = (tmp_path / "figure.pdf").read_bytes(), (tmp_path / "figure.svg").read_text()
+    assert b"/FontFile2" in pdf and b"/CIDFontType2" in pdf and b"/Type3" not in pdf
+    assert all(f">{text}<" in svg for text in ("wanted", "surface", "focus", "pressure [Pa]"))
+    assert svg.count("<image") == svg.count("data:image/png") == 4  # the skin in each panel, and what is wanted
+
+
+@pytest.mark.parametrize("width, mm", [("single", 85), ("double", 175)])
+def test_sizes_are_those_of_columns(run, width, mm):
+    assert run.figure(width=width).get_size_inches()[0] * 25.4 == pytest.approx(mm)
+
+
+def test_rcparams_stay_and_do_not_matter(run, tmp_path):
+    run.figure(["surface", "focus"]).savefig(tmp_path / "plain.png", dpi=100)
+    with matplotlib.rc_context({"font.size": 30, "pdf.fonttype": 3, "savefig.dpi": 30, "axes.linewidth": 5}):
+        before = dict(matplotlib.rcParams)
+        other = run.figure(["surface", "focus"])
+        other.savefig(tmp_path / "other.png", dpi=100)
+        other.savefig(tmp_path / "other.pdf")
+        assert dict(matplotlib.rcParams) == before
+    assert (tmp_path / "plain.png").read_bytes() == (tmp_path / "other.png").read_bytes()
+    assert b"/Type3" not in (tmp_path / "other.pdf").read_bytes()
+
+
+def lightness(rgb):
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    return 116 * np.cbrt(linear @ [0.2126, 0.7152, 0.0722]) - 16
+
+
+def test_colours_survive_a_print_in_grey():
+    colours = matplotlib.colormaps[inspect.signature(tf.Run.figure).parameters["cmap"].default]
+    levels = lightness(colours(np.linspace(0, 1, 256))[:, :3])
+    assert (np.diff(levels) < 0).all() and levels[0] > 95 and levels[-1] < 20
+
+
+def test_lines_differ_without_colour():
+    count = 7
+    table = tf.Sweep(name=np.array([f"m{i}" for i in range(count)]), x=np.ones(count), relative_error=np.ones(count))
+    kinds = [(line.get_linestyle(), str(line._dash_pattern), line.get_marker()) for line in table.plot("x").lines]
+    assert all(a[1:] != b[1:] and a[2] != b[2] for a, b in itertools.combinations(kinds, 2))
+
+
+@pytest.mark.parametrize("quantity", ["radiation", "pressure"])
+def test_colours_are_those_of_the_values(run, tmp_path, quantity):
+    shown = run.figure(["focus"], quantity, width="single", whole=False, top=1e3 if quantity == "pressure" else 4)
+    shown.savefig(tmp_path / "figure.png", dpi=300)
+    image = matplotlib.pyplot.imread(tmp_path / "figure.png")[::-1, :, :3]
+    skin, target = run.evaluation_mesh, run.target
+    focus = {"radiation": run.radiation["focus"], "pressure": abs(run.evaluation_pressures["focus"]) / 1e3}[quantity]
+    most = target.amplitudes.max()
+    wanted = most / 1e3 if quantity == "pressure" else run._drawing()["radiation_per_square"] * most**2
+    colours = next(ax for ax in shown.axes if ax.get_ylabel().endswith("]"))._colorbar
+    seen = np.linalg.norm(skin.centroids - run.mesh.centroids[target.centre], axis=1).argmin()
+    for ax, value in zip(shown.axes, (wanted, focus[seen])):
+        x, y, _ = skin.centroids[seen] @ np.array([[-1, 0, 0], [0, 1, 0], [0, 0, 1]])  # the array faces along z
+        column, row = (ax.transData.transform((x, y)) * 300 / shown.dpi).astype(int)
+        assert np.allclose(image[row, column], colours.mappable.to_rgba(value)[:3], atol=0.06)
+
+
+def test_what_a_figure_cannot_show(run, finger):
+    for wrong, message in [({"width": "wide"}, "width = 'wide' must be one of single, double"),
+                           ({"methods": ["magic"]}, "there is no method 'magic', there are surface, paper, focus"),
+                           ({"quantity": "force"}, "quantity = 'force' must be radiation or pressure")]:
+        with pytest.raises(tf.InputError, match=f"^figure: {message}"):
+            run.figure(**wrong)
+    part = tf.run(finger, set={"solve.methods": ["focus"], "body.keep_within_mm": 12, "evaluation": "none", "solve.optimality_bound": False})
+    assert "sound\npressure [kPa]" in [ax.get_ylabel() for ax in part.figure().axes]
+    with pytest.raises(tf.InputError, match="the run has no radiation pressure on the evaluated skin"):
+        part.figure(quantity="radiation")
+
+
+@pytest.fixture
+def opened(monkeypatch, tmp_path):
+    """The addresses that a browser was asked for."""
+    addresses = []
+    monkeypatch.setattr(webbrowser, "open", lambda address: addresses.append(address) or True)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    return addresses
+
+
+def test_jupyter_shows_a_page(run, opened, monkeypatch):
+    shell = types.SimpleNamespace(kernel=object())
+    monkeypatch.setitem(sys.modules, "IPython", types.SimpleNamespace(get_ipython=lambda: shell))
+    shown = run.view()._repr_html_()
+    assert shown.startswith("<iframe sandbox") and html.escape(run._page()) in shown and not opened
+
+
+@pytest.mark.parametrize("shell", [None, types.SimpleNamespace()])  # Python's own, and IPython in a terminal
+def test_a_browser_opens_a_page(run, opened, monkeypatch, shell):
+    monkeypatch.setitem(sys.modules, "IPython", types.SimpleNamespace(get_ipython=lambda: shell))
+    run.view()
+    address, = opened
+    with open(address.removeprefix("file://"), encoding="utf-8") as file:
+        page = file.read()
+    assert page == run._page() and page.startswith("<!DOCTYPE html>") and "surface" in page
+    monkeypatch.setattr(webbrowser, "open", lambda address: False)
+    with pytest.warns(tf.TouchfieldNote, match="no browser could be opened; the page is .*[.]html"):
+        run.view()
