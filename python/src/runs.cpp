@@ -231,8 +231,7 @@ void add_inputs(nb::class_<SharedRun>& run) {
           "The evaluation mesh, if it is one of its own.")
       .def_prop_ro("_wave", [](const SharedRun& self) { return wave_of(*self); })
       .def("_drawing", &drawing)
-      .def("_page",
-           [](const SharedRun& self) { return computed(0, [self](Progress&) { return run_page(*self); }); })
+      .def("_page", [](const SharedRun& self) { return computed(0, [self](Progress&) { return run_page(*self); }); })
       .def(
           "_clear",
           [](const SharedRun& self, const ArrayLike& points) {

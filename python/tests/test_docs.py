@@ -42,7 +42,7 @@ def test_ten_lines_run(folder, capsys):
     block, = blocks_of(PAGE, "Ten lines")
     assert len(block.strip().splitlines()) <= 12
     run_blocks([block])
-    assert (folder / "capsule/run.h5").exists() and (folder / "surface.png").read_bytes()[:4] == b"\x89PNG"
+    assert (folder / "capsule/run.h5").exists() and (folder / "overview.png").read_bytes()[:4] == b"\x89PNG"
 
 
 def test_own_method_and_separate_parts_run(folder, capsys):
@@ -65,6 +65,8 @@ def test_five_tasks_in_ten_lines_each(folder):
     own = np.exp(1j * np.angle(names["q"]))
     assert abs(own.conj() @ names["gs"].drives) == pytest.approx(len(own), rel=1e-6)  # the same but for a common phase
     assert set(names["run"].methods) == {"surface", "focus"}
+    run_blocks(blocks_of(PAGE, "Figures and pages"), names)
+    assert {path.name for path in folder.glob("*.[ps][dv][fg]")} == {"capsule.pdf", "capsule.svg", "heights.pdf"}
     report = names["report"]
     assert report["frames"] == 100 and not report["emitted"] and report["files"] > 0
 
@@ -82,7 +84,7 @@ def test_lines_of_the_readme_run(folder):
     block, = re.findall(r"```python\n(.*?)```", (SOURCE / "README.md").read_text(), re.DOTALL)
     assert len(block.strip().splitlines()) == 6
     run_blocks([block])
-    assert (folder / "quick_3000/run.h5").exists() and (folder / "surface.png").read_bytes()[:4] == b"\x89PNG"
+    assert (folder / "quick_3000/run.h5").exists() and (folder / "overview.png").read_bytes()[:4] == b"\x89PNG"
 
 
 def test_page_names_everything():

@@ -27,6 +27,7 @@ def test_files_are_vectors_with_embedded_fonts(figure, tmp_path):
     pdf, svg = (tmp_path / "figure.pdf").read_bytes(), (tmp_path / "figure.svg").read_text()
     assert b"/FontFile2" in pdf and b"/CIDFontType2" in pdf and b"/Type3" not in pdf
     assert all(f">{text}<" in svg for text in ("wanted", "surface", "focus", "pressure [Pa]"))
+    assert figure._repr_png_().startswith(b"\x89PNG")
     assert svg.count("<image") == svg.count("data:image/png") == 4  # the skin in each panel, and what is wanted
 
 

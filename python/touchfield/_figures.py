@@ -1,5 +1,6 @@
 """Figures by matplotlib, ready for a paper, and the axes that plots and figures share."""
 
+import io
 import math
 
 import matplotlib.figure
@@ -33,6 +34,11 @@ class Figure(matplotlib.figure.Figure):
     def savefig(self, fname, **options):
         with matplotlib.rc_context(_STYLE):
             super().savefig(fname, **options)
+
+    def _repr_png_(self):
+        content = io.BytesIO()
+        self.savefig(content, format="png", dpi=200)
+        return content.getvalue()
 
 
 def _figure(width, height):
