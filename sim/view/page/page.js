@@ -105,6 +105,8 @@ class Page {
   wanted_patch(skin) {
     if (!skin.wanted || this.quantity.key === 'phase') return null;
     const patch = skin.wanted;
+    if (patch.of === this.quantity.key) return patch;
+    patch.of = this.quantity.key;
     patch.values = new Float32Array(patch.vertices.length);
     for (let v = 0; v < patch.vertices.length; v += 3) patch.values[v] = this.wanted_value(patch.p[v / 9 | 0]);
     return patch;
@@ -261,6 +263,7 @@ class Page {
   show_skin(number) {
     this.state.skin = number;
     this.skin = this.decoded(number);
+    this.draw_diagrams();
   }
   // The direction of sight and what fills the cells.
   view(key) {
@@ -283,10 +286,12 @@ class Page {
       this.draw();
     });
   }
+  get density() {
+    return window.devicePixelRatio || 1;
+  }
   resize() {
-    const density = window.devicePixelRatio || 1;
-    this.canvas.width = Math.round(this.stage.clientWidth * density);
-    this.canvas.height = Math.round(this.stage.clientHeight * density);
+    this.canvas.width = Math.round(this.stage.clientWidth * this.density);
+    this.canvas.height = Math.round(this.stage.clientHeight * this.density);
     this.update();
   }
   draw() {
@@ -303,6 +308,7 @@ class Page {
                          .filter(plane => plane.texture);
       return {...cell, values: this.values(skin, cell.method, quantity), planes};
     });
+    viewer.density = this.density;
     viewer.depth = 1.5;
     viewer.colours = {quantity: quantity.number, top: this.top()};
     viewer.draw({
@@ -312,12 +318,11 @@ class Page {
       sensed: state.shown.has('sensed') ? skin.sensed : null
     });
     this.label();
-    this.draw_diagrams();
     document.documentElement.dataset.frame = (performance.now() - begun).toFixed(1);
     document.documentElement.dataset.frames = 1 + Number(document.documentElement.dataset.frames || 0);
   }
   label() {
-    const {viewer, quantity, data} = this, density = window.devicePixelRatio || 1;
+    const {viewer, quantity, data, density} = this;
     const convert = value => short(quantity.of ? quantity.of(value) : value * quantity.scale, 3);
     this.labels.replaceChildren(...viewer.cells.map((cell, i) => {
       const [x, y, width] = viewer.cell_box(i).map(value => value / density);
@@ -349,7 +354,7 @@ class Page {
   }
   // The value under a place of the stage [CSS pixels].
   read(x, y) {
-    const density = window.devicePixelRatio || 1, hit = this.skin && this.viewer.pick(x * density, y * density);
+    const hit = this.skin && this.viewer.pick(x * this.density, y * this.density);
     this.tip.hidden = !hit;
     if (!hit) return;
     const cell = this.viewer.cells[hit.cell], {quantity} = this;
@@ -375,8 +380,7 @@ class Page {
     return piece && Math.abs(piece.near - hit.near) < 1e-5 ? this.wanted_value(patch.p[piece.face]) : 0;
   }
   listen_to_hands() {
-    const {canvas} = this, held = new Map(),
-          size = () => Math.min(...this.viewer.cell_size()) / (window.devicePixelRatio || 1);
+    const {canvas} = this, held = new Map(), size = () => Math.min(...this.viewer.cell_size()) / this.density;
     canvas.addEventListener('pointerdown', e => {
       canvas.setPointerCapture(e.pointerId);
       this.read(e.offsetX, e.offsetY);
@@ -416,7 +420,7 @@ class Page {
       else if (e.key === '+' || e.key === '-')
         this.viewer.zoom(e.key === '+' ? 1.2 : 1 / 1.2);
       else if (e.key === 'Enter') {
-        const [x, y, width, height] = this.viewer.cell_box(0).map(value => value / (window.devicePixelRatio || 1));
+        const [x, y, width, height] = this.viewer.cell_box(0).map(value => value / this.density);
         this.read(x + width / 2, y + height / 2);
       } else
         return;

@@ -40,15 +40,16 @@ void main() {
   COLOURED + 'void main() { colour = paint; }'
 ];
 const DISC = [
-  SEEN + `in vec3 begin; in vec3 end; uniform float width; out vec3 n;
+  SEEN + `in vec3 begin; in vec3 end; uniform float width; out vec3 n; out vec2 place;
 void main() {
   vec3 first = normalize(cross(end, abs(end.x) < 0.9 ? vec3(1, 0, 0) : vec3(0, 1, 0))), second = cross(end, first);
-  float angle = 0.44879895 * float(gl_VertexID); n = frame * end;
-  gl_Position = seen(begin + width * (cos(angle) * first + sin(angle) * second));
+  place = 2.0 * vec2(gl_VertexID % 2, gl_VertexID / 2) - 1.0;
+  n = frame * end;
+  gl_Position = seen(begin + width * (place.x * first + place.y * second));
 }`,
-  COLOURED + `in vec3 n;
+  COLOURED + `in vec3 n; in vec2 place;
 void main() {
-  if (n.z <= 0.0) discard;  // from behind, an array would hide what it faces
+  if (n.z <= 0.0 || dot(place, place) > 1.0) discard;  // from behind, an array would hide what it faces
   colour = vec4(paint.rgb * (0.6 + 0.4 * n.z), 1.0);
 }`
 ];
@@ -89,6 +90,37 @@ function gathered(faces, vertices, sizes, width, value) {
   return {sums, weights};
 }
 
+// Whether the browser has no graphics card to draw with.
+function drawn_by_software() {
+  const gl = document.createElement('canvas').getContext('webgl2'), own = gl?.getExtension('WEBGL_debug_renderer_info');
+  return /swiftshader|llvmpipe|software/i.test(gl?.getParameter(own ? own.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+}
+
+// Faces in an order in which neighbours follow each other, in pieces of 256 with a ball around each: what is out of sight
+// is not drawn.
+function pieces_of(vertices, faces) {
+  const low = [0, 1, 2].map(i => vertices.reduce((least, x, k) => k % 3 === i ? Math.min(least, x) : least, Infinity));
+  const spread = x => [16, 8, 4, 2].reduce(
+      (bits, by, k) => (bits | bits << by) & [0x30000ff, 0x300f00f, 0x30c30c3, 0x9249249][k], x);
+  const keys = new Uint32Array(faces.length / 3),
+        middle = (f, i) =>
+            (vertices[3 * faces[3 * f] + i] + vertices[3 * faces[3 * f + 1] + i] + vertices[3 * faces[3 * f + 2] + i]) /
+      3;
+  for (let f = 0; f < keys.length; ++f) {
+    keys[f] = low.reduce((key, least, i) => key | spread(Math.min(1023, (middle(f, i) - least) * 1500)) << i, 0);
+  }
+  const order = Uint32Array.from(keys.keys()).sort((a, b) => keys[a] - keys[b]), size = 256;
+  const sorted = faces.map((_, k) => faces[3 * order[k / 3 | 0] + k % 3]), pieces = [];
+  for (let begin = 0; begin < sorted.length; begin += 3 * size) {
+    const own = sorted.subarray(begin, begin + 3 * size);
+    const at = v => vertices.subarray(3 * v, 3 * v + 3),
+          centre = [0, 1, 2].map(i => own.reduce((sum, v) => sum + at(v)[i], 0) / own.length);
+    const radius = own.reduce((most, v) => Math.max(most, Math.hypot(...centre.map((x, i) => x - at(v)[i]))), 0);
+    pieces.push({begin, end: begin + own.length, centre, radius});
+  }
+  return {sorted, pieces};
+}
+
 class Skin {
   constructor(vertices, faces) {
     Object.assign(this, {vertices, faces, count: vertices.length / 3, areas: new Float32Array(faces.length / 3)});
@@ -99,6 +131,7 @@ class Skin {
       this.areas[f] = Math.hypot(...n) || 1e-20;
       for (let i = 0; i < 3; ++i) normals[3 * f + i] = n[i] / this.areas[f];
     }
+    Object.assign(this, pieces_of(vertices, faces));
     this.normals = gathered(faces, this.count, this.areas, 3, (f, i) => normals[3 * f + i]).sums;
   }
   // Values of the faces, averaged by area to the vertices: value, cosine and sine of the phase.
@@ -115,7 +148,7 @@ class Skin {
 
 class Viewer {
   constructor(canvas, maps) {
-    const gl = canvas.getContext('webgl2', {antialias: true, preserveDrawingBuffer: true});
+    const gl = canvas.getContext('webgl2', {antialias: !drawn_by_software(), preserveDrawingBuffer: true});
     if (!gl) throw new Error('this browser has no WebGL 2, or it is switched off');
     Object.assign(
         this, {canvas, gl, cells: [], buffers: new Map(), camera: {frame: null, centre: [0, 0, 0], half: 0.1}});
@@ -165,15 +198,15 @@ class Viewer {
     own.data = data;
   }
   use(program, uniforms) {
-    const gl = this.gl, {frame, centre, half} = this.camera, [width, height] = this.cell_size();
+    const gl = this.gl, {frame, centre} = this.camera;
     gl.useProgram(program.program);
     const all = {
       frame,
       centre,
-      half_size: [half * Math.max(1, width / height), half * Math.max(1, height / width)],
+      half_size: this.half_size(),
       depth: this.depth,
       nearer: 0,
-      pixels: [width, height],
+      pixels: this.cell_size(),
       maps: 0,
       values: 1,
       paint: [0, 0, 0, 0],
@@ -211,9 +244,20 @@ class Viewer {
       gl.disableVertexAttribArray(program.inputs.value);
       gl.vertexAttrib3f(program.inputs.value, 0, 1, 0);
     }
-    this.buffer(name + ' faces', skin.faces, gl.ELEMENT_ARRAY_BUFFER);
-    gl.drawElements(
-        gl.TRIANGLES, skin.faces.length, skin.faces.BYTES_PER_ELEMENT === 2 ? gl.UNSIGNED_SHORT : gl.UNSIGNED_INT, 0);
+    this.buffer(name + ' faces', skin.sorted, gl.ELEMENT_ARRAY_BUFFER);
+    const bytes = skin.sorted.BYTES_PER_ELEMENT, type = bytes === 2 ? gl.UNSIGNED_SHORT : gl.UNSIGNED_INT;
+    const {frame, centre} = this.camera, sides = this.half_size();
+    const seen = skin.pieces.map(
+        piece => [0, 1].every(
+            a => Math.abs(dot(frame[a], piece.centre) - dot(frame[a], centre)) < sides[a] + piece.radius));
+    for (let first = 0; first < seen.length; ++first) {
+      if (!seen[first]) continue;
+      let last = first;
+      while (seen[last + 1]) ++last;
+      const {begin} = skin.pieces[first], {end} = skin.pieces[last];
+      gl.drawElements(gl.TRIANGLES, end - begin, type, begin * bytes);
+      first = last;
+    }
   }
   draw_copies(program, name, begin, end, stride, offset, vertices, mode, uniforms) {
     this.use(program, uniforms);
@@ -225,13 +269,19 @@ class Viewer {
   draw_cell(scene, cell) {
     const gl = this.gl;
     gl.disable(gl.BLEND);
-    if (scene.array) {
+    gl.enable(gl.CULL_FACE);
+    this.draw_skin('skin', scene.skin, cell.values, {});
+    if (cell.patch) {
+      this.draw_skin('wanted', cell.patch, {name: 'patch', data: cell.patch.values}, {nearer: 2e-5});
+    }
+    gl.disable(gl.CULL_FACE);
+    const back = this.camera.frame[2];
+    if (scene.array?.axes.some(
+            (x, k, axes) => k % 3 === 2 && axes[k - 2] * back[0] + axes[k - 1] * back[1] + x * back[2] > 0)) {
       this.draw_copies(
-          this.disc_program, 'array', scene.array.positions, scene.array.axes, 0, 0, 14, gl.TRIANGLE_FAN,
+          this.disc_program, 'array', scene.array.positions, scene.array.axes, 0, 0, 4, gl.TRIANGLE_STRIP,
           {width: scene.array.radius, paint: [0.56, 0.6, 0.66, 1]});
     }
-    this.draw_skin('skin', scene.skin, cell.values, {});
-    if (cell.patch) this.draw_skin('wanted', cell.patch, {name: 'patch', data: cell.patch.values}, {nearer: 2e-5});
     for (const plane of cell.planes || []) {
       gl.activeTexture(gl.TEXTURE1);
       gl.bindTexture(gl.TEXTURE_2D, plane.texture);
@@ -263,13 +313,17 @@ class Viewer {
     const [columns, rows] = this.layout();
     return [this.canvas.width / columns, this.canvas.height / rows];
   }
+  // Of a cell [m].
+  half_size() {
+    const [width, height] = this.cell_size(), {half} = this.camera;
+    return [half * Math.max(1, width / height), half * Math.max(1, height / width)];
+  }
   cell_box(i) {
     const [columns] = this.layout(), [width, height] = this.cell_size();
     return [i % columns * width, Math.floor(i / columns) * height, width, height];
   }
   draw(scene) {
     const gl = this.gl;
-    this.density = window.devicePixelRatio || 1;
     this.scene = scene;
     gl.bindTexture(gl.TEXTURE_2D, this.maps);
     this.cells.forEach((cell, i) => {
