@@ -33,23 +33,24 @@ const LINE = [
 void main() {
   vec4 a = seen(begin), b = seen(end);
   vec2 along = normalize((b.xy - a.xy) * pixels + vec2(1e-6, 0.0)), side = vec2(-along.y, along.x);
-  gl_Position = gl_VertexID > 1 ? b : a;
-  vec2 out_of_line = side * (gl_VertexID % 2 == 0 ? 1.0 : -1.0) + along * (gl_VertexID > 1 ? 0.5 : -0.5);
+  bool last = gl_VertexID % 4 > 1;
+  gl_Position = last ? b : a;
+  vec2 out_of_line = side * (gl_VertexID % 2 == 0 ? 1.0 : -1.0) + along * (last ? 0.5 : -0.5);
   gl_Position.xy += out_of_line * width / pixels;
 }`,
   COLOURED + 'void main() { colour = paint; }'
 ];
 const DISC = [
-  SEEN + `in vec3 begin; in vec3 end; uniform float width; out vec3 n; out vec2 place;
+  SEEN + `in vec3 begin; in vec3 end; uniform vec2 pixels; uniform float width; out vec3 n;
 void main() {
-  vec3 first = normalize(cross(end, abs(end.x) < 0.9 ? vec3(1, 0, 0) : vec3(0, 1, 0))), second = cross(end, first);
-  place = 2.0 * vec2(gl_VertexID % 2, gl_VertexID / 2) - 1.0;
   n = frame * end;
-  gl_Position = seen(begin + width * (place.x * first + place.y * second));
+  gl_Position = seen(begin);
+  gl_PointSize = width / half_size.x * pixels.x;
 }`,
-  COLOURED + `in vec3 n; in vec2 place;
+  COLOURED + `in vec3 n;
 void main() {
-  if (n.z <= 0.0 || dot(place, place) > 1.0) discard;  // from behind, an array would hide what it faces
+  vec2 x = 2.0 * gl_PointCoord - 1.0, along = vec2(n.x, -n.y) / max(n.z, 1e-3);
+  if (n.z <= 0.0 || dot(x, x) + dot(x, along) * dot(x, along) > 1.0) discard;  // seen from behind: nothing
   colour = vec4(paint.rgb * (0.6 + 0.4 * n.z), 1.0);
 }`
 ];
@@ -96,8 +97,8 @@ function drawn_by_software() {
   return /swiftshader|llvmpipe|software/i.test(gl?.getParameter(own ? own.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
 }
 
-// Faces in an order in which neighbours follow each other, in pieces of 256 with a ball around each: what is out of sight
-// is not drawn.
+// Faces in an order in which neighbours follow each other, in pieces of 256 with a ball around each: what is out of
+// sight is not drawn.
 function pieces_of(vertices, faces) {
   const low = [0, 1, 2].map(i => vertices.reduce((least, x, k) => k % 3 === i ? Math.min(least, x) : least, Infinity));
   const spread = x => [16, 8, 4, 2].reduce(
@@ -225,13 +226,12 @@ class Viewer {
         gl[`uniform${value.length}fv`](location, value);
     }
   }
-  input(program, name, buffer, data, stride = 0, offset = 0, divisor = 0) {
+  input(program, name, buffer, data, stride = 0, offset = 0) {
     const gl = this.gl, location = program.inputs[name];
     if (location === undefined) return;
     this.buffer(buffer, data);
     gl.enableVertexAttribArray(location);
     gl.vertexAttribPointer(location, 3, gl.FLOAT, false, stride, offset);
-    gl.vertexAttribDivisor(location, divisor);
   }
   draw_skin(name, skin, values, uniforms) {
     const gl = this.gl, program = this.skin_program;
@@ -259,12 +259,20 @@ class Viewer {
       first = last;
     }
   }
-  draw_copies(program, name, begin, end, stride, offset, vertices, mode, uniforms) {
+  // Pieces of lines, [begin, end] one behind another, as rectangles. (Instances are slow without a graphics card.)
+  draw_lines(name, lines, uniforms) {
+    const gl = this.gl, program = this.line_program, count = lines.length / 6;
+    const own = this.strokes?.of === lines ? this.strokes : {of: lines, corners: new Float32Array(4 * lines.length)};
+    if (own !== this.strokes) {
+      own.faces = Uint32Array.from({length: 6 * count}, (_, i) => 4 * (i / 6 | 0) + [0, 1, 2, 2, 1, 3][i % 6]);
+      for (let k = 0; k < 4 * count; ++k) own.corners.set(lines.subarray(6 * (k >> 2), 6 * (k >> 2) + 6), 6 * k);
+      this.strokes = own;
+    }
     this.use(program, uniforms);
-    this.input(program, 'begin', name + ' begin', begin, stride, 0, 1);
-    this.input(program, 'end', name + ' end', end, stride, offset, 1);
-    this.gl.drawArraysInstanced(mode, 0, vertices, begin.length * 4 / (stride || 12));
-    for (const location of Object.values(program.inputs)) this.gl.vertexAttribDivisor(location, 0);
+    this.input(program, 'begin', name, own.corners, 24, 0);
+    this.input(program, 'end', name, own.corners, 24, 12);
+    this.buffer(name + ' faces', own.faces, gl.ELEMENT_ARRAY_BUFFER);
+    gl.drawElements(gl.TRIANGLES, 6 * count, gl.UNSIGNED_INT, 0);
   }
   draw_cell(scene, cell) {
     const gl = this.gl;
@@ -275,12 +283,13 @@ class Viewer {
       this.draw_skin('wanted', cell.patch, {name: 'patch', data: cell.patch.values}, {nearer: 2e-5});
     }
     gl.disable(gl.CULL_FACE);
-    const back = this.camera.frame[2];
-    if (scene.array?.axes.some(
-            (x, k, axes) => k % 3 === 2 && axes[k - 2] * back[0] + axes[k - 1] * back[1] + x * back[2] > 0)) {
-      this.draw_copies(
-          this.disc_program, 'array', scene.array.positions, scene.array.axes, 0, 0, 4, gl.TRIANGLE_STRIP,
-          {width: scene.array.radius, paint: [0.56, 0.6, 0.66, 1]});
+    const back = this.camera.frame[2],
+          from_front = (x, k, axes) => k % 3 === 2 && axes[k - 2] * back[0] + axes[k - 1] * back[1] + x * back[2] > 0;
+    if (scene.array?.axes.some(from_front)) {
+      this.use(this.disc_program, {width: scene.array.radius, paint: [0.56, 0.6, 0.66, 1]});
+      this.input(this.disc_program, 'begin', 'array positions', scene.array.positions);
+      this.input(this.disc_program, 'end', 'array axes', scene.array.axes);
+      gl.drawArrays(gl.POINTS, 0, scene.array.axes.length / 3);
     }
     for (const plane of cell.planes || []) {
       gl.activeTexture(gl.TEXTURE1);
@@ -291,9 +300,8 @@ class Viewer {
     }
     if (scene.outline) {
       for (const [width, paint] of [[4, [1, 1, 1, 1]], [2, [0, 0.47, 0.31, 1]]]) {
-        this.draw_copies(
-            this.line_program, 'outline', scene.outline, scene.outline, 24, 12, 4, gl.TRIANGLE_STRIP,
-            {width: width * this.density, paint, nearer: width === 2 ? 3e-4 : 2e-4});
+        this.draw_lines(
+            'outline', scene.outline, {width: width * this.density, paint, nearer: width === 2 ? 3e-4 : 2e-4});
       }
     }
     if (scene.sensed) {
