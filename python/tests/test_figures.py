@@ -36,6 +36,14 @@ def test_sizes_are_those_of_columns(run, width, mm):
     assert run.figure(width=width).get_size_inches()[0] * 25.4 == pytest.approx(mm)
 
 
+def test_many_methods_stand_in_rows(finger):
+    own = {f"a_long_method_of_{number}": np.zeros(64) for number in ("one", "two", "three")}
+    many = tf.run(finger, set={"solve.methods": ["focus"], "evaluation": "same", "solve.optimality_bound": False}, own=own)
+    axes = many.figure(width="single").axes
+    assert [ax.get_title().split("\n")[:-1] for ax in axes[:6]] == [["wanted"], ["focus"], *([*name.rsplit("_", 1)] for name in own), []]
+    assert [ax.get_subplotspec().rowspan.start for ax in axes[:6]] == [0, 0, 0, 1, 1, 1] and not axes[5].axison
+
+
 def test_rcparams_stay_and_do_not_matter(run, tmp_path):
     run.figure(["surface", "focus"]).savefig(tmp_path / "plain.png", dpi=100)
     with matplotlib.rc_context({"font.size": 30, "pdf.fonttype": 3, "savefig.dpi": 30, "axes.linewidth": 5}):

@@ -217,78 +217,87 @@ def _values(run, methods, quantity):
     return values, kind
 
 
-def _box(low, high, aspect, share):
-    """The middle and half of the sides of a view of that height over width that holds a box."""
-    middle, (across, up) = (low + high) / 2, (high - low) / 2 / share
+def _box(points, shape, share):
+    """The middle and half of the sides of a view that holds points; `shape`: the least and the most height over width."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    across, up = (high - low) / 2 / share
+    aspect = min(max(up / across, shape[0]), shape[1])
     across = max(across, up / aspect)
-    return middle, np.array([across, across * aspect])
+    return (low + high) / 2, np.array([across, across * aspect])
+
+
+def _views(skin, target, side, whole):
+    """The body, and where it would be small the surroundings of the target, in panels that are `side` mm wide."""
+    most = min(1.6, 75 / side)
+    body = _box(skin.places[:, :2], (0.5 * most, most), 0.94)
+    close = target and _box(target.corners, (min(1, most),) * 2, 0.6)
+    if not target or close[1][0] > 0.6 * body[1][0]:
+        return [body]
+    return [body, close] if whole else [close]
 
 
 def _scale_bar(ax, middle, half):
     most = 0.6e3 * half[0]  # [mm]
     length = 10 ** math.floor(math.log10(most))
     length *= max(step for step in (1, 2, 5) if step * length <= most)
-    x, y = middle + half * [-0.92, 0.86]
+    x, y = middle + half * [-0.92, 0.92]
     ax.plot([x, x + 1e-3 * length], [y, y], color="black", linewidth=1.5, solid_capstyle="butt", scalex=False, scaley=False)
-    ax.annotate(f"{length:g} mm", (x, y), (0, 2), textcoords="offset points", fontsize=6)
+    ax.annotate(f"{length:g} mm", (x, y), (0, -2), textcoords="offset points", fontsize=7, verticalalignment="top")
+
+
+def _title(name, error, side):
+    """Of a panel that is `side` mm wide: a long name has two lines."""
+    if 1.25 * len(name) > side:
+        name = "\n".join(name.rsplit("_", 1))
+    return name + ("" if math.isnan(error) else f"\nerror {100 * error:.1f} %")
 
 
 @matplotlib.rc_context(_STYLE)
 def of_run(run, methods, quantity, width, whole, top, cmap):
     values, kind = _values(run, methods, quantity)
+    presses = kind == "radiation"
+    unit, divisor = ("Pa", 1) if presses else ("kPa", 1e3)
     drawing = run._drawing()
     skin = _Skin(run.mesh if run.evaluation_mesh is None else run.evaluation_mesh, drawing["sight"])
-    target = _Target(skin, drawing, drawing["radiation_per_square"] if kind == "radiation" else None) if "target" in drawing else None
+    target = _Target(skin, drawing, drawing["radiation_per_square"] if presses else None) if "target" in drawing else None
+    errors = {name: run.metrics[name]["relative_error_radiation" if presses else "relative_error"] for name in values}
 
     wanted = target.wanted.max() if target else 0
     if top is None:  # one loud face must not darken all others, nor a method the rest
         top = max(np.quantile(part, 0.995) for part in values.values())
         top = min(max(top, wanted), 2 * wanted) if target else top
-    unit, divisor = ("Pa", 1) if kind == "radiation" else ("kPa", 1e3)
     colours = ScalarMappable(Normalize(0, top / divisor), cmap)
 
-    low, high = skin.places[:, :2].min(axis=0), skin.places[:, :2].max(axis=0)
-    aspect = min(max((high - low)[1] / (high - low)[0], 0.5), 1.6)
-    views = [(*_box(low, high, aspect, 0.94), aspect)]
-    if target:
-        close = (*_box(target.corners.min(axis=0), target.corners.max(axis=0), 1, 0.6), 1)
-        if close[1][0] < 0.6 * views[0][1][0]:
-            views = [views[0], close] if whole else [close]
-
-    columns = ([None] if target else []) + list(values)
-    room = _WIDTHS.get(width, 175) - 14  # [mm], beside the colour bar
-    across = math.ceil(len(columns) / math.ceil(len(columns) / (room // 20)))
-    groups = math.ceil(len(columns) / across)
-    heights = [view[2] * room / across for view in views] * groups
+    names = ([None] if target else []) + list(values)  # None: what is wanted
+    room = _WIDTHS.get(width, 0) - 14  # [mm], beside the colour bar
+    groups = math.ceil(len(names) / max(room // 20, 1))
+    across = math.ceil(len(names) / groups)
+    side = room / across
+    views = _views(skin, target, side, whole)
+    heights = [side * half[1] / half[0] for _, half in views] * groups
     figure = _figure(width, sum(heights) + 7 * groups + 1)
     axes = figure.subplots(len(heights), across, squeeze=False, gridspec_kw={"height_ratios": heights})
     contour = skin.contour()
-    for row, (middle, half, _) in enumerate(views * groups):
-        for column, ax in enumerate(axes[row]):
-            number = row // len(views) * across + column
-            if number >= len(columns):
-                ax.remove()
-                continue
-            name = columns[number]
-            _draw_skin(ax, skin, target, values.get(name), colours, divisor)
-            ax.add_collection(LineCollection(contour, colors="0.25", linewidths=0.3, capstyle="round"), autolim=False)
-            ax.set(xlim=middle[0] + half[0] * np.array([-1, 1]), ylim=middle[1] + half[1] * np.array([-1, 1]), aspect="equal",
-                   xticks=[], yticks=[])
-            if column == 0:
-                _scale_bar(ax, middle, half)
-            if row % len(views) == 0:
-                metric = "relative_error_radiation" if kind == "radiation" else "relative_error"
-                error = math.nan if name is None else run.metrics[name][metric]
-                note = f"{wanted / divisor:.3g} {unit}" if name is None else "" if math.isnan(error) else f"error {100 * error:.1f} %"
-                ax.set_title(f"{name or 'wanted'}\n{note}", pad=3)
-                if len(views) == 2:
-                    corner, size = views[1][0] - views[1][1], 2 * views[1][1]
-                    ax.add_patch(Rectangle(corner, *size, fill=False, linewidth=0.5))
-    most = max(part.max() for part in values.values())
-    least = min(part.min() for part in values.values())
-    ends = {(False, False): "neither", (False, True): "max", (True, False): "min", (True, True): "both"}
-    figure.colorbar(colours, ax=axes, aspect=40, pad=0.02, extend=ends[bool(least < -0.02 * top), bool(most > top)],
-                    label=f"{'radiation' if kind == 'radiation' else 'sound'}\npressure [{unit}]")
+    for (row, column), ax in np.ndenumerate(axes):
+        number = row // len(views) * across + column
+        if number >= len(names):
+            ax.axis("off")
+            continue
+        name, (middle, half) = names[number], views[row % len(views)]
+        _draw_skin(ax, skin, target, values.get(name), colours, divisor)
+        ax.add_collection(LineCollection(contour, colors="0.25", linewidths=0.3, capstyle="round"), autolim=False)
+        (left, low), (right, high) = middle - half, middle + half
+        ax.set(xlim=(left, right), ylim=(low, high), aspect="equal", xticks=[], yticks=[])
+        if column == 0:
+            _scale_bar(ax, middle, half)
+        if row % len(views) == 0:
+            ax.set_title(f"wanted\n{wanted / divisor:.3g} {unit}" if name is None else _title(name, errors[name], side), pad=3)
+            for centre, size in views[1:]:
+                ax.add_patch(Rectangle(centre - size, *(2 * size), fill=False, linewidth=0.5))
+    below = min(part.min() for part in values.values()) < -0.02 * top
+    above = max(part.max() for part in values.values()) > top
+    figure.colorbar(colours, ax=axes, aspect=sum(heights) / 3, pad=0.02, label=f"{'radiation' if presses else 'sound'}\npressure [{unit}]",
+                    extend={(0, 0): "neither", (0, 1): "max", (1, 0): "min", (1, 1): "both"}[below, above])
     return figure
 
 

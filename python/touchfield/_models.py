@@ -34,7 +34,7 @@ class Run(_core.Run):
         whole : bool
             Whether the whole body is shown above the surroundings of the target.
         top : float, optional
-            The end of the colours [Pa]. Default: a value between what is wanted and twice that.
+            The end of the colours [Pa]. Default: a value between what is wanted and twice that. Suction has the colour of 0.
         cmap : str
             A colour map. The default survives a print in grey.
 
