@@ -67,6 +67,8 @@ class Commands(CommandTest):
             return ["4" if word == "1.4" else word for word in words]
         if words[0] == "live" and "--seconds" not in words:
             return [*words, "--seconds", "1"]
+        if words[0] == "view" and "-o" not in words:
+            return [*words, "-o", "page.html"]
         if words[0] == "sweep" and words[1] in SWEPT:
             return ["check", words[1]]
         if words[0] == "sweep":
@@ -117,6 +119,9 @@ class Commands(CommandTest):
         self.write("sweep.yaml", "base: scenes/capsule.yaml\nset: {solve.methods: [focus], write: [h5]}\ngrid: {array.level: [0.5, 1]}\n")
         self.run_ok("sweep", "sweep.yaml", "-o", "OUT", "--quiet")
         self.follow("sweeps.md", 1)
+
+    def test_view(self):
+        self.follow("view.md", 3)
 
     def scan(self, path):
         """A plane in the free field of the first method, of transducers that radiate to all sides, by a receiver of 3 mm."""

@@ -65,7 +65,6 @@ class Page {
   begin() {
     this.show_skin(0);
     this.view(this.skin.outline ? 'target' : 'skin');
-    document.documentElement.dataset.ready = Math.round(performance.now());
   }
   // The skin of a number, made from the data when it is first shown.
   decoded(number) {
@@ -295,8 +294,7 @@ class Page {
     this.update();
   }
   draw() {
-    const {state, viewer, data, skin, quantity} = this, begun = performance.now(),
-                                      wanted = {name: 'wanted', method: -1};
+    const {state, viewer, data, skin, quantity} = this, wanted = {name: 'wanted', method: -1};
     const all = [...(skin.wanted ? [wanted] : []), ...data.methods.map((m, method) => ({...m, method}))];
     const cells = state.method === 'all' ? all :
         state.method === 'wanted'        ? [wanted] :
@@ -318,8 +316,9 @@ class Page {
       sensed: state.shown.has('sensed') ? skin.sensed : null
     });
     this.label();
-    document.documentElement.dataset.frame = (performance.now() - begun).toFixed(1);
-    document.documentElement.dataset.frames = 1 + Number(document.documentElement.dataset.frames || 0);
+    const {dataset} = document.documentElement;
+    dataset.ready = dataset.ready || Math.round(performance.now());
+    dataset.frames = 1 + Number(dataset.frames || 0);
   }
   label() {
     const {viewer, quantity, data, density} = this;
