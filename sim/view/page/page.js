@@ -7,9 +7,7 @@ const QUANTITIES = [
   {key: 'phase', name: 'phase', number: 3, unit: 'deg', scale: 180 / Math.PI, digits: 3}
 ];
 
-function bytes_of(text) {
-  return Uint8Array.from(atob(text), c => c.charCodeAt(0));
-}
+const bytes_of = text => Uint8Array.from(atob(text), c => c.charCodeAt(0));
 function numbers(packed) {
   const bytes = bytes_of(packed.data);
   if (packed.type === 'u32') return new Uint32Array(bytes.buffer);
@@ -18,9 +16,7 @@ function numbers(packed) {
   const step = (packed.high - packed.low) / 65534;
   return Float32Array.from(steps, i => i === 65535 ? NaN : packed.low + step * i);
 }
-function phases(text) {
-  return Float32Array.from(bytes_of(text), i => (i > 127 ? i - 256 : i) * Math.PI / 128);
-}
+const phases = text => Float32Array.from(bytes_of(text), i => (i > 127 ? i - 256 : i) * Math.PI / 128);
 function element(tag, attributes = {}, ...children) {
   const made = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
@@ -32,9 +28,7 @@ function element(tag, attributes = {}, ...children) {
   made.append(...children);
   return made;
 }
-function short(value, digits) {
-  return Number.isFinite(value) ? String(Number(value.toPrecision(digits))) : '-';
-}
+const short = (value, digits) => Number.isFinite(value) ? String(Number(value.toPrecision(digits))) : '-';
 
 class Page {
   constructor(data) {
@@ -271,11 +265,11 @@ class Page {
     const skewed = unit([0, 1, 2].map(i => 0.9 * away[i] - 0.35 * across[i] - 0.35 * facing[i]));
     const all = this.array ? Float32Array.from([...mesh.vertices, ...this.array.positions]) : mesh.vertices;
     if (key === 'side')
-      this.viewer.look(skewed, all, 0.94, facing.map(x => (dot(facing, [0, 0, 1]) < 0 ? -x : x)));
+      this.viewer.look(skewed, all, 0.85, facing.map(x => (dot(facing, [0, 0, 1]) < 0 ? -x : x)));
     else
       this.viewer.look(
           key === 'above' ? facing.map(x => -x) : facing, key === 'target' && outline ? outline : mesh.vertices,
-          key === 'target' && outline ? 0.45 : 0.94);
+          key === 'target' && outline ? 0.45 : 0.8);
     this.update();
   }
   update() {

@@ -68,16 +68,9 @@ void main() {
 }`
 ];
 
-function dot(a, b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-function cross(a, b) {
-  return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-}
-function unit(a) {
-  const length = Math.hypot(...a) || 1;
-  return a.map(x => x / length);
-}
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const unit = a => a.map(x => x / (Math.hypot(...a) || 1));
 
 // The sum over the faces at each vertex of size * value(face, i), and of the sizes.
 function gathered(faces, vertices, sizes, width, value) {
@@ -103,12 +96,10 @@ function pieces_of(vertices, faces) {
   const low = [0, 1, 2].map(i => vertices.reduce((least, x, k) => k % 3 === i ? Math.min(least, x) : least, Infinity));
   const spread = x => [16, 8, 4, 2].reduce(
       (bits, by, k) => (bits | bits << by) & [0x30000ff, 0x300f00f, 0x30c30c3, 0x9249249][k], x);
-  const keys = new Uint32Array(faces.length / 3),
-        middle = (f, i) =>
-            (vertices[3 * faces[3 * f] + i] + vertices[3 * faces[3 * f + 1] + i] + vertices[3 * faces[3 * f + 2] + i]) /
-      3;
+  const keys = new Uint32Array(faces.length / 3);
   for (let f = 0; f < keys.length; ++f) {
-    keys[f] = low.reduce((key, least, i) => key | spread(Math.min(1023, (middle(f, i) - least) * 1500)) << i, 0);
+    const cells = low.map((least, i) => Math.min(1023, (vertices[3 * faces[3 * f] + i] - least) * 1500));
+    keys[f] = cells.reduce((key, cell, i) => key | spread(cell) << i, 0);
   }
   const order = Uint32Array.from(keys.keys()).sort((a, b) => keys[a] - keys[b]), size = 256;
   const sorted = faces.map((_, k) => faces[3 * order[k / 3 | 0] + k % 3]), pieces = [];
