@@ -16,7 +16,6 @@ struct SeeCommand {
   std::string scene;
   std::vector<std::string> overrides;  // key.path=value
   JobOutput output;
-  PictureFormat pictures = PictureFormat::kPng;
 };
 
 int see_command(const SeeCommand& command, const Invocation& invoked) {
@@ -24,7 +23,7 @@ int see_command(const SeeCommand& command, const Invocation& invoked) {
   const Scene scene = read_scene(command.scene, command.overrides);
   require_apart(command.output.directory, command.scene, scene);
   const SeenScene seen = seen_scene(scene, &console.progress());
-  return console.finish(command.output, see_job(seen, command.pictures),
+  return console.finish(command.output, see_job(seen),
                         [&] { console.progress().note(first_log_line(scene.name, console.threads())); });
 }
 
@@ -82,7 +81,6 @@ void add_see_command(CLI::App& app, Invocation& invocation) {
   add_output(
       command, see->output,
       "Output directory, for sensor: {recorded: {folder}}; default: results/runs/NAME-NNNN, the next free number");
-  add_pictures(command, see->pictures, "Format of the picture of each camera's view; default: PNG");
   finish_command(command, invocation, [see](const Invocation& invoked) { return see_command(*see, invoked); });
 }
 

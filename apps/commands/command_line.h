@@ -13,7 +13,6 @@
 
 #include "sim/core/json.h"
 #include "sim/core/program_start.h"
-#include "sim/pictures/picture_format.h"
 #include "sim/scene/quantity.h"
 
 namespace touchfield {
@@ -103,16 +102,6 @@ CLI::Validator named(const std::map<std::string, Enum>& values) {
             return problem;
           },
           known.get_description()};
-}
-
-/// --pictures, the format of what is drawn: a PictureFormat, or an optional one.
-template <typename Format>
-void add_pictures(CLI::App* command, Format& format, const std::string& what) {
-  std::map<std::string, PictureFormat> names;
-  for (const PictureFormat known : {PictureFormat::kPng, PictureFormat::kPdf, PictureFormat::kSvg}) {
-    names[to_string(known)] = known;
-  }
-  command->add_option("--pictures", format, what)->transform(named(names));
 }
 
 /// Sets the number of threads of our loops and of OpenBLAS; returns the number in use.

@@ -25,9 +25,8 @@ struct SceneJob {
   std::string scene;
   std::vector<std::string> overrides;  // key.path=value
   JobOutput output;
-  std::optional<PictureFormat> pictures;  // what the scene says if not given
-  std::string from;                       // of run: a run.h5 whose scene is run again instead
-  std::optional<int> check;               // of pattern
+  std::string from;          // of run: a run.h5 whose scene is run again instead
+  std::optional<int> check;  // of pattern
 };
 
 /// The scene of `run`: a file, or the one that a run has kept, whose paths are absolute.
@@ -53,7 +52,7 @@ int run_command(const SceneJob& command, const Invocation& invoked) {
   const CheckReport report = check_model(model);
   require_memory(report);
   const SolveOptions options{invoked.command_line, console.threads()};
-  return console.finish(command.output, run_job(model, options, command.pictures), [&] {
+  return console.finish(command.output, run_job(model, options), [&] {
     ConsoleProgress& progress = console.progress();
     progress.detail(first_log_line(scene.name, console.threads()));
     progress.detail(fmt::format("  array: {}", describe_array(model.fixed->array)));
@@ -87,7 +86,7 @@ int play_command(const SceneJob& command, const Invocation& invoked) {
   MotionOptions options{.command_line = invoked.command_line, .threads = console.threads()};
   require_motion_memory(scene);
   const SensedMotion sensed = sensed_motion(within_budget(scene, options.notes, &progress), nullptr, &progress);
-  return console.finish(command.output, play_job(sensed, options, command.pictures), [&] {
+  return console.finish(command.output, play_job(sensed, options), [&] {
     progress.note(first_log_line(scene.name, console.threads()));
     const MovingModel& solved = sensed.solved();
     progress.note(fmt::format("  {:.4g} s with a body of {} faces that {}, {} channels", scene.motion->seconds,
@@ -118,7 +117,7 @@ int pattern_command(const SceneJob& command, const Invocation& invoked) {
   require_memory(cost);
   const PatternOptions options{
       .command_line = invoked.command_line, .threads = console.threads(), .check = command.check};
-  return console.finish(command.output, pattern_job(model, options, command.pictures), [&] {
+  return console.finish(command.output, pattern_job(model, options), [&] {
     console.progress().detail(first_log_line(scene.name, console.threads()));
     console.progress().note(fmt::format("{}: {} faces, {} channels, {} frames; about {} and {:.1f} GiB", scene.name,
                                         model.body.mesh.face_count(), model.fixed->array.size(), cost.clock.frames,
@@ -144,7 +143,6 @@ void add_run_command(CLI::App& app, Invocation& invocation) {
       ->excludes(scene)
       ->type_name(kH5File);
   add_job_options(command, *run);
-  add_pictures(command, run->pictures, "Draw pictures of this format; default: PNG if the scene's write has png");
   finish_command(command, invocation, [run](const Invocation& invoked) { return run_command(*run, invoked); });
 }
 
@@ -154,7 +152,6 @@ void add_play_command(CLI::App& app, Invocation& invocation) {
       app.add_subcommand("play", "Play the motion of a scene on the clock of its sensor, solver and array");
   command->add_option("SCENE", play->scene, "Scene file (YAML) with a motion")->required()->type_name(kYamlFile);
   add_job_options(command, *play);
-  add_pictures(command, play->pictures, "Draw pictures of this format; default: PNG if the scene's write has png");
   finish_command(command, invocation, [play](const Invocation& invoked) { return play_command(*play, invoked); });
 }
 
@@ -165,7 +162,6 @@ void add_pattern_command(CLI::App& app, Invocation& invocation) {
   add_job_options(command, *pattern);
   add_whole(command, "--check", pattern->check, schema::at_least(1),
             "Also solve every n-th frame by itself, and compare the errors");
-  add_pictures(command, pattern->pictures, "Draw a picture of this format; default: PNG if the scene's write has png");
   finish_command(command, invocation,
                  [pattern](const Invocation& invoked) { return pattern_command(*pattern, invoked); });
 }

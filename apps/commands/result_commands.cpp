@@ -42,36 +42,29 @@ struct PointsComparison {
   std::string points;   // measured points
   std::string method;   // empty: the run's first
   std::string rows;     // CSV file with a row a point; empty: none
-  std::string picture;  // its ending says what it is; empty: none
+  std::string picture;  // PNG file; empty: none
   bool force = false;   // whether these files replace others
 };
 
-PictureFormat format_of(const std::string& picture) {
-  const std::string ending = std::filesystem::path(picture).extension().string();
-  for (const PictureFormat format : {PictureFormat::kPng, PictureFormat::kPdf, PictureFormat::kSvg}) {
-    if (ending == "." + to_string(format)) {
-      return format;
-    }
-  }
-  throw InputError(fmt::format("{}: the name of a picture must end in .png, .pdf or .svg", picture));
-}
-
 void draw(const PointsComparison& asked, const Run& run, const std::string& method, const ScanComparison& comparison) {
-  Eigen::VectorXd computed(static_cast<Eigen::Index>(comparison.used));
-  Eigen::VectorXd measured(computed.size());
-  Eigen::Index i = 0;
+  PlotLine points{.label = "points", .points = {}, .is_joined = false};
+  double most = 0;
   for (const ScanPoint& point : comparison.points) {
     if (point.left_out.empty()) {
-      computed(i) = std::abs(point.computed);
-      measured(i++) = std::abs(point.measured);
+      const double measured = std::abs(point.measured);
+      points.points.push_back({std::abs(point.computed), measured, measured, measured});
+      most = std::max({most, points.points.back().x, measured});
     }
   }
-  const ScanPicture picture = {.title = fmt::format("{}: {}", run.name, method),
-                               .first = fmt::format("{} of {} points, scale {:.4g}", comparison.used,
-                                                    comparison.points.size(), comparison.fit.scale),
-                               .second = fmt::format("Difference {:.3g} % (L2), correlation {:.4f}",
-                                                     100 * comparison.fit.relative, comparison.fit.correlation)};
-  draw_scan(asked.picture, picture, computed, measured, format_of(asked.picture));
+  const PlotLine same{.label = "equal", .points = {{0, 0, 0, 0}, {most, most, most, most}}, .is_marked = false};
+  draw_plot(asked.picture, {.texts = {.title = fmt::format("{}: {}", run.name, method),
+                                      .subtitle = "measured against computed pressure",
+                                      .caption = fmt::format("{} of {} points, scale {:.4g}", comparison.used,
+                                                             comparison.points.size(), comparison.fit.scale),
+                                      .foot = fmt::format("Difference {:.3g} % (L2), correlation {:.4f}",
+                                                          100 * comparison.fit.relative, comparison.fit.correlation)},
+                            .x = "computed, scaled",
+                            .panels = {{"measured, as in the file", {points, same}}}});
 }
 
 /// Compares a run's field with measured points and prints what comes of it.
@@ -90,7 +83,7 @@ int compare_points(const std::string& run_path, const PointsComparison& asked, c
     }
   }
   if (!asked.picture.empty()) {
-    format_of(asked.picture);
+    require(asked.picture.ends_with(".png"), "{}: the name of a picture must end in .png", asked.picture);
   }
   const Run run = read_run_file(path, say_warning);
   require(!run.methods.empty(), "{}: no method has finished", path);
@@ -247,7 +240,7 @@ void add_compare_command(CLI::App& app, Invocation& invocation) {
   command->add_option("--out", points.rows, "Write a CSV file with one row per point")
       ->needs(file)
       ->type_name(kAnyFile);
-  command->add_option("--picture", points.picture, "Draw measured against computed values: a .png, .pdf or .svg file")
+  command->add_option("--picture", points.picture, "Draw measured against computed values: a .png file")
       ->needs(file)
       ->type_name(kAnyFile);
   command->add_flag("--force", points.force, "Replace these files")->needs(file);

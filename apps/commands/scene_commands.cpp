@@ -140,25 +140,23 @@ struct StudyCommand {
   std::vector<std::string> overrides;
   JobOutput output;
   StudyOptions options;
-  PictureFormat pictures = PictureFormat::kPng;
 };
 
-/// The rungs as the program prints them, and their plot.
+/// The rungs as the program prints them.
 Json lines_of(const Study& study) {
   Json lines = Json::array();
   std::ranges::transform(study.rungs, std::back_inserter(lines), rung_value);
   return lines;
 }
 
-void draw(const std::string& path, const std::string& name, const Study& study, PictureFormat format) {
-  std::vector<PlotPoint> points;
+void draw(const std::string& path, const std::string& name, const Study& study) {
+  std::vector<LineValue> values;
   for (const StudyRung& rung : study.rungs) {
-    if (std::isfinite(rung.error_reference)) {
-      points.push_back({rung.scheme, rung.edge_mm, 100.0 * rung.error_reference});
-    }
+    values.push_back({rung.scheme, rung.edge_mm, 100.0 * rung.error_reference});
   }
-  draw_points(path, {name + ": error against mesh and scheme", "edge length [mm]", "error of the pressure [%]"}, points,
-              format);
+  draw_plot(path, {.texts = {.title = name + ": error against mesh and scheme"},
+                   .x = "edge length [mm]",
+                   .panels = {{"error of the pressure [%]", lines_through(values)}}});
 }
 
 int study_command(const StudyCommand& command, const Invocation& invoked) {
@@ -166,7 +164,7 @@ int study_command(const StudyCommand& command, const Invocation& invoked) {
   const Scene scene = read_scene(command.scene, command.overrides);
   require_apart(command.output.directory, command.scene, scene);
   std::vector<Model> models = study_models(scene, command.options);
-  const std::string picture = "study." + to_string(command.pictures);
+  const std::string picture = "study.png";
   return console.finish(
       command.output,
       Job<Study>{.name = scene.name + "_study",
@@ -177,7 +175,7 @@ int study_command(const StudyCommand& command, const Invocation& invoked) {
                          write_text_file(directory.file("study.csv"), csv_text(rung_value({}), lines_of(so_far)));
                        };
                        Study study = run_study(scene, std::move(models), command.options, progress, keep);
-                       draw(directory.file(picture), scene.name, study, command.pictures);
+                       draw(directory.file(picture), scene.name, study);
                        return study;
                      },
                  .value =
@@ -220,7 +218,6 @@ void add_study_command(CLI::App& app, Invocation& invocation) {
   add_compute_device(command, study->overrides);
   add_output(command, study->output, "Output directory; default: results/runs/NAME_study-NNNN, the next free number",
              "Replace what the output directory holds");
-  add_pictures(command, study->pictures, "Format of the plot; default: png");
   add_numbers(command, "--edges-mm", study->options.edges, schema::above(0),
               "Edge lengths [mm]; default: 1.4, 1 and 0.7 times the scene's", kMillimetre)
       ->delimiter(',');

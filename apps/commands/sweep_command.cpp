@@ -33,7 +33,6 @@ struct SweepCommand {
   std::string cases;                      // N or FIRST-LAST; empty: all
   bool list = false;                      // compute nothing
   std::string metric = "relative_error";  // of the plot
-  PictureFormat pictures = PictureFormat::kPng;
   SweepOptions options;
 };
 
@@ -182,8 +181,7 @@ int sweep_command(SweepCommand command, const Invocation& invoked) {
     const SweepResult result = run_sweep(input, directory, options, console);
     if (!options.only) {
       const SweepPlot plot =
-          draw_sweep(directory.file(fmt::format("sweep_{}.{}", command.metric, to_string(command.pictures))),
-                     result.summary, command.metric, command.pictures);
+          draw_sweep(directory.file(fmt::format("sweep_{}.png", command.metric)), result.summary, command.metric);
       if (!plot) {
         console.note("no plot: " + plot.why_not);
       }
@@ -219,7 +217,6 @@ void add_sweep_command(CLI::App& app, Invocation& invocation) {
   command->add_option("--case", sweep->cases, "Compute these cases only, N or FIRST-LAST, without locks");
   command->add_flag("--list", sweep->list, "List the cases with their expected time and memory, and compute nothing");
   command->add_option("--plot", sweep->metric, "Metric of the plot")->capture_default_str();
-  add_pictures(command, sweep->pictures, "Format of the plot; default: png");
   finish_command(command, invocation, [sweep](const Invocation& invoked) { return sweep_command(*sweep, invoked); });
   add_hidden_command(app, invocation, kWorkerName, [] { return serve_cases(); });
 }

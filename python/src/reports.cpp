@@ -31,7 +31,7 @@ Rows see(const SceneLike& scene, const PathLike& out, const Changes& set, bool f
   const auto sights = computed(thread_count(threads), [input = scene_input(scene), overrides = overrides_of(set, {}),
                                                        place = path_of(out), force](Progress& task) {
     const SeenScene seen = seen_scene(input.read(overrides), &task);
-    return filled(see_job(seen, PictureFormat::kPng), place, force, task);
+    return filled(see_job(seen), place, force, task);
   });
   nb::list rows;
   for (const SightSummary& sight : sights) {

@@ -84,16 +84,15 @@ void save(const SharedRun& run, const PathLike& path, bool force) {
 void save_picture(const Picture& picture, const PathLike& path) {
   const std::string place = path_of(path);
   if (!place.ends_with(".png")) {
-    throw InputError(fmt::format("{}: the name of a picture must end in .png", place));
+    throw InputError(
+        fmt::format("{}: the name of a picture must end in .png; figures for print come from run.figure()", place));
   }
   write_atomically(place, {picture.bytes});
 }
 
 Picture picture_of(const SharedRun& run, const std::optional<std::string>& picture) {
-  const std::string first = run->methods.empty() ? "setup" : "pressure_" + run->methods.front().name;
-  return computed(0, [run, name = picture.value_or(first)](Progress&) {
-    return Picture{draw_figure(name, *run, PictureFormat::kPng)};
-  });
+  return computed(0,
+                  [run, name = picture.value_or("overview")](Progress&) { return Picture{draw_figure(name, *run)}; });
 }
 
 /// Views of something in a run, by method.
@@ -201,7 +200,7 @@ path : str or os.PathLike
 
 Examples
 --------
->>> tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]}).picture("setup").save("setup.png")
+>>> tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]}).picture().save("overview.png")
 )");
 }
 
@@ -355,11 +354,11 @@ Examples
 Parameters
 ----------
 picture : str, optional
-    setup, target, pressure_METHOD, radiation_METHOD or field_GRID_METHOD; default: the pressure of the first method.
+    overview or field_GRID; default: overview.
 
 Examples
 --------
->>> png = bytes(tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]}).picture("setup"))
+>>> png = bytes(tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]}).picture())
 )")
       .def("_repr_png_", [](const SharedRun& self) { return bytes_of(picture_of(self, std::nullopt)); })
       .def("__repr__", [](const SharedRun& self) { return methods_table(*self); });

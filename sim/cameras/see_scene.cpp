@@ -137,7 +137,7 @@ class SightPanel {
 }  // namespace
 
 void draw_sights(const std::string& path, const std::string& title, const std::string& subtitle,
-                 const TriangleMesh& mesh, const std::vector<CameraSight>& sights, PictureFormat format) {
+                 const TriangleMesh& mesh, const std::vector<CameraSight>& sights) {
   std::vector<SightPanel> panels;
   panels.reserve(sights.size());
   double nearest = HUGE_VAL;
@@ -152,7 +152,7 @@ void draw_sights(const std::string& path, const std::string& title, const std::s
   nearest = farthest > 0 ? kStep * std::floor(nearest / kStep) : 0.0;
   farthest = std::max(kStep * std::ceil(farthest / kStep), nearest + kStep);
 
-  Canvas canvas(kPictureWidth, kPictureHeight, format);
+  Canvas canvas(kPictureWidth, kPictureHeight);
   const int columns = sights.size() > kOneColumn ? 2 : 1;
   const int rows = (static_cast<int>(sights.size()) + columns - 1) / columns;
   for (int s = 0; s < static_cast<int>(sights.size()); ++s) {
@@ -164,15 +164,16 @@ void draw_sights(const std::string& path, const std::string& title, const std::s
                                              nearest, farthest);
   }
   draw_colour_bar(canvas, {.label = "depth [mm]", .bottom = nearest / kMillimetre, .top = farthest / kMillimetre});
-  draw_title(canvas, title, subtitle);
-  draw_caption(canvas, "left: the view of the camera; right: the measured depths of the framed part",
-               "red: skin in view without a measured depth");
+  draw_texts(canvas, {.title = title,
+                      .subtitle = subtitle,
+                      .caption = "left: the view of the camera; right: the measured depths of the framed part",
+                      .foot = "red: skin in view without a measured depth"});
   write_atomically(path, {canvas.file()});
 }
 
 namespace {
 
-std::string sight_name(PictureFormat format) { return "sight." + to_string(format); }
+constexpr const char* kSightPicture = "sight.png";
 
 /// The skin at one time, and what the cameras see of it.
 struct Instant {
@@ -201,7 +202,7 @@ Instant instant_of(const SeenScene& seen, int number, const std::vector<std::str
   return {std::move(mesh), std::move(frame), landmark_points(model.body.mesh, model.body.landmarks, landmarks)};
 }
 
-void draw_instant(const std::string& path, const SeenScene& seen, const Instant& instant, PictureFormat format) {
+void draw_instant(const std::string& path, const SeenScene& seen, const Instant& instant) {
   std::vector<CameraSight> sights;
   for (std::size_t c = 0; c < instant.frame.images.size(); ++c) {
     const Camera& camera = seen.cameras.real()[c].view;
@@ -210,7 +211,7 @@ void draw_instant(const std::string& path, const SeenScene& seen, const Instant&
          camera, instant.frame.images[c].depth});
   }
   draw_sights(path, seen.moving.first().fixed->scene.name, "view of each camera in the first frame", instant.mesh,
-              sights, format);
+              sights);
 }
 
 /// The largest depth that 16 bits hold [m].
@@ -265,8 +266,8 @@ std::string sight_warning(const StereoCamera& camera, const SightSummary& own) {
 }
 
 /// The names of all files that it writes.
-std::vector<std::string> sight_files(const SeenScene& seen, PictureFormat format) {
-  std::vector<std::string> files = {"see.log", "failed.json", sight_name(format)};
+std::vector<std::string> sight_files(const SeenScene& seen) {
+  std::vector<std::string> files = {"see.log", "failed.json", kSightPicture};
   if (!landmark_names(seen).empty()) {
     files.emplace_back(kLandmarksFile);
   }
@@ -275,8 +276,7 @@ std::vector<std::string> sight_files(const SeenScene& seen, PictureFormat format
   return files;
 }
 
-std::vector<SightSummary> see_scene(const SeenScene& seen, RunDirectory& directory, PictureFormat format,
-                                    Progress& progress) {
+std::vector<SightSummary> see_scene(const SeenScene& seen, RunDirectory& directory, Progress& progress) {
   const std::vector<DepthCamera>& told = seen.cameras.told();
   CameraFolderWriter folder(directory.path(), told);
   std::vector<SightSummary> summaries;
@@ -294,7 +294,7 @@ std::vector<SightSummary> see_scene(const SeenScene& seen, RunDirectory& directo
                   exact_image(seen.cameras.real()[c].view, instant.mesh), seen.frames, summaries[c]);
       }
       if (k == 0) {
-        draw_instant(directory.file(sight_name(format)), seen, instant, format);
+        draw_instant(directory.file(kSightPicture), seen, instant);
       }
       progress.advance((k + 1.0) / seen.frames);
     }
@@ -327,25 +327,25 @@ SeenScene seen_scene(const Scene& scene, Progress* progress) {
           static_cast<int>(frames)};
 }
 
-Job<std::vector<SightSummary>> see_job(const SeenScene& seen, PictureFormat format) {
+Job<std::vector<SightSummary>> see_job(const SeenScene& seen) {
   const std::string name = seen.moving.first().fixed->scene.name;
-  return {.name = name,
-          .files = sight_files(seen, format),
-          .compute = [&seen, format](RunDirectory& directory,
-                                     Progress& progress) { return see_scene(seen, directory, format, progress); },
-          .value =
-              [name, frames = seen.frames](const std::vector<SightSummary>& sights, const std::string& directory) {
-                Json cameras = Json::array();
-                for (const SightSummary& sight : sights) {
-                  cameras.push_back(Json{{"camera", sight.camera},
-                                         {"pixels", sight.pixels},
-                                         {"holes", sight.holes},
-                                         {"nearest_mm", sight.nearest / kMillimetre},
-                                         {"farthest_mm", sight.farthest / kMillimetre}});
-                }
-                return Json{{"name", name}, {"directory", directory}, {"frames", frames}, {"cameras", cameras}};
-              },
-          .makes = "images"};
+  return {
+      .name = name,
+      .files = sight_files(seen),
+      .compute = [&seen](RunDirectory& directory, Progress& progress) { return see_scene(seen, directory, progress); },
+      .value =
+          [name, frames = seen.frames](const std::vector<SightSummary>& sights, const std::string& directory) {
+            Json cameras = Json::array();
+            for (const SightSummary& sight : sights) {
+              cameras.push_back(Json{{"camera", sight.camera},
+                                     {"pixels", sight.pixels},
+                                     {"holes", sight.holes},
+                                     {"nearest_mm", sight.nearest / kMillimetre},
+                                     {"farthest_mm", sight.farthest / kMillimetre}});
+            }
+            return Json{{"name", name}, {"directory", directory}, {"frames", frames}, {"cameras", cameras}};
+          },
+      .makes = "images"};
 }
 
 }  // namespace touchfield

@@ -8,7 +8,6 @@
 #include "sim/mesh/raster/raster.h"
 #include "sim/mesh/triangle_mesh.h"
 #include "sim/motion/moving_model.h"
-#include "sim/pictures/picture_format.h"
 #include "sim/run/job.h"
 
 namespace touchfield {
@@ -32,7 +31,7 @@ struct CameraSight {
 /// sights   1 to 8
 /// throws   InputError where a depth image has another size than its camera; IoError if it cannot be written
 void draw_sights(const std::string& path, const std::string& title, const std::string& subtitle,
-                 const TriangleMesh& mesh, const std::vector<CameraSight>& sights, PictureFormat format);
+                 const TriangleMesh& mesh, const std::vector<CameraSight>& sights);
 
 /// A scene that moves before simulated cameras.
 struct SeenScene {
@@ -62,7 +61,7 @@ struct SightSummary {
 /// Writes the images that the cameras of a scene take of its whole motion:
 ///
 ///   a folder of images   (CameraFolderWriter)
-///   sight.FORMAT         the first frame
+///   sight.png            the first frame
 ///   landmarks.csv        the places of a hand's landmarks (hand_tables.h), by which a fit is evaluated; only if the
 ///                        bodies have such landmarks
 ///
@@ -71,6 +70,6 @@ struct SightSummary {
 ///
 /// seen     outlives the job
 /// throws   (the job) IoError on a failed write
-Job<std::vector<SightSummary>> see_job(const SeenScene& seen, PictureFormat format);
+Job<std::vector<SightSummary>> see_job(const SeenScene& seen);
 
 }  // namespace touchfield

@@ -138,17 +138,16 @@ Json pattern_value(const Pattern& pattern, const std::string& directory) {
 
 }  // namespace
 
-Job<Pattern> pattern_job(const Model& model, const PatternOptions& options, std::optional<PictureFormat> pictures) {
+Job<Pattern> pattern_job(const Model& model, const PatternOptions& options) {
   const Scene& scene = model.fixed->scene;
   std::vector<std::string> files = {"pattern.log", "failed.json", "pattern.csv", "spectrum.csv"};
   if (scene.write.h5) {
     files.emplace_back("pattern.h5");
   }
-  const auto format = picture_format(scene, pictures);
-  if (format) {
-    files.push_back("strip." + to_string(*format));
+  if (scene.write.png) {
+    files.emplace_back("strip.png");
   }
-  const auto compute = [&model, &scene, options, format](RunDirectory& directory, Progress& progress) {
+  const auto compute = [&model, &scene, options](RunDirectory& directory, Progress& progress) {
     const std::string method(scene.pattern->method->name);
     directory.plan({method});
     Pattern pattern = solve_pattern(model, options, progress);
@@ -157,10 +156,9 @@ Job<Pattern> pattern_job(const Model& model, const PatternOptions& options, std:
       timed(progress, pattern.motion.timings, "write", "write pattern.h5",
             [&] { write_motion_file(directory.file("pattern.h5"), pattern.motion); });
     }
-    if (format) {
-      timed(progress, pattern.motion.timings, "pictures", "draw pictures", [&] {
-        draw_motion_strip(directory.file("strip." + to_string(*format)), pattern.motion, pattern.instants, *format);
-      });
+    if (scene.write.png) {
+      timed(progress, pattern.motion.timings, "pictures", "draw pictures",
+            [&] { draw_motion_strip(directory.file("strip.png"), pattern.motion, pattern.instants); });
     }
     directory.finished(method);
     return pattern;

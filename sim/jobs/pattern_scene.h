@@ -1,9 +1,6 @@
 #pragma once
 
-#include <optional>
-
 #include "sim/motion/pattern.h"
-#include "sim/pictures/picture_format.h"
 #include "sim/run/job.h"
 
 namespace touchfield {
@@ -13,12 +10,10 @@ namespace touchfield {
 ///   pattern.h5     in the layout of motion.h5
 ///   pattern.csv    one row per frame
 ///   spectrum.csv   one row per point and line
-///   strip.FORMAT   a strip of pictures
+///   strip.png      a strip of pictures
 ///
-/// model      outlives the job
-/// pictures   as of run_job
-/// throws     (the job) as solve_pattern; IoError on a failed write
-Job<Pattern> pattern_job(const Model& model, const PatternOptions& options,
-                         std::optional<PictureFormat> pictures = std::nullopt);
+/// model    outlives the job
+/// throws   (the job) as solve_pattern; IoError on a failed write
+Job<Pattern> pattern_job(const Model& model, const PatternOptions& options);
 
 }  // namespace touchfield

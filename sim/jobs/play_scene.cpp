@@ -112,10 +112,8 @@ bool is_evaluated(const SensedMotion& sensed) {
   return sensed.truth && sensed.scene.evaluation.kind != EvaluationSpec::Kind::kNone;
 }
 
-/// Of its pictures: none without scores.
-std::optional<PictureFormat> format_of(const SensedMotion& sensed, std::optional<PictureFormat> asked) {
-  return sensed.truth ? picture_format(sensed.truth->first().fixed->scene, asked) : std::nullopt;
-}
+/// Without scores there are no pictures.
+bool is_drawn(const SensedMotion& sensed) { return sensed.truth && sensed.scene.write.png; }
 
 /// The scores whose skin is drawn, evenly over the motion.
 std::vector<int> strip_scores(const MotionSpec& motion) {
@@ -146,7 +144,7 @@ class Rest {
 };
 
 /// The names of all files that a motion may write.
-std::vector<std::string> motion_files(const SensedMotion& sensed, std::optional<PictureFormat> format) {
+std::vector<std::string> motion_files(const SensedMotion& sensed) {
   const Scene& scene = sensed.scene;
   std::vector<std::string> files = {"play.log", "failed.json", "motion.csv", "frames.csv"};
   if (scene.write.h5) {
@@ -158,14 +156,13 @@ std::vector<std::string> motion_files(const SensedMotion& sensed, std::optional<
       files.push_back(fmt::format("evaluation_{:04d}.vtp", i + 1));
     }
   }
-  if (format) {
-    files.insert(files.end(), {"motion." + to_string(*format), "strip." + to_string(*format)});
+  if (is_drawn(sensed)) {
+    files.insert(files.end(), {"motion.png", "strip.png"});
   }
   return files;
 }
 
-Motion play_scene(const SensedMotion& sensed, MotionOptions options, RunDirectory& directory, Progress& progress,
-                  std::optional<PictureFormat> format) {
+Motion play_scene(const SensedMotion& sensed, MotionOptions options, RunDirectory& directory, Progress& progress) {
   const Scene& scene = sensed.scene;
   const std::vector<int> drawn = strip_scores(*scene.motion);
   std::vector<MotionInstant> strip;
@@ -173,7 +170,7 @@ Motion play_scene(const SensedMotion& sensed, MotionOptions options, RunDirector
   std::vector<SeriesStep> series;
   int number = 0;
   options.scored = [&](const MotionInstant& instant) {
-    if (format && std::ranges::binary_search(drawn, number)) {
+    if (is_drawn(sensed) && std::ranges::binary_search(drawn, number)) {
       strip.push_back(instant);
     }
     if (scene.write.vtp && number % series_step(*scene.motion) == 0) {
@@ -207,12 +204,11 @@ Motion play_scene(const SensedMotion& sensed, MotionOptions options, RunDirector
   for (const std::string& method : methods) {
     directory.finished(method);
   }
-  if (format) {
+  if (is_drawn(sensed)) {
     timed(progress, motion.timings, "pictures", "draw pictures", [&] {
-      const std::string ending = to_string(*format);
-      draw_motion(directory.file("motion." + ending), motion, *format);
+      draw_motion(directory.file("motion.png"), motion);
       if (!strip.empty()) {
-        draw_motion_strip(directory.file("strip." + ending), motion, strip, *format);
+        draw_motion_strip(directory.file("strip.png"), motion, strip);
       }
     });
   }
@@ -221,11 +217,10 @@ Motion play_scene(const SensedMotion& sensed, MotionOptions options, RunDirector
 
 }  // namespace
 
-Job<Motion> play_job(const SensedMotion& sensed, const MotionOptions& options, std::optional<PictureFormat> pictures) {
-  const auto format = format_of(sensed, pictures);
-  return {sensed.scene.name, motion_files(sensed, format),
-          [&sensed, options, format](RunDirectory& directory, Progress& progress) {
-            return play_scene(sensed, options, directory, progress, format);
+Job<Motion> play_job(const SensedMotion& sensed, const MotionOptions& options) {
+  return {sensed.scene.name, motion_files(sensed),
+          [&sensed, options](RunDirectory& directory, Progress& progress) {
+            return play_scene(sensed, options, directory, progress);
           },
           [](const Motion& motion, const std::string& directory) {
             return Json{{"name", motion.name},         {"directory", directory},

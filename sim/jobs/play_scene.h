@@ -1,10 +1,7 @@
 #pragma once
 
-#include <optional>
-
 #include "sim/motion/motion_sensor.h"
 #include "sim/motion/play.h"
-#include "sim/pictures/picture_format.h"
 #include "sim/run/job.h"
 
 namespace touchfield {
@@ -25,9 +22,7 @@ SensedMotion sensed_motion(const Scene& scene, KeptBodies* kept = nullptr, Progr
 ///
 /// sensed     outlives the job
 /// options    their functions are the job's own
-/// pictures   as of run_job
 /// throws     (the job) as play_motion; IoError on a failed write
-Job<Motion> play_job(const SensedMotion& sensed, const MotionOptions& options,
-                     std::optional<PictureFormat> pictures = std::nullopt);
+Job<Motion> play_job(const SensedMotion& sensed, const MotionOptions& options);
 
 }  // namespace touchfield

@@ -48,9 +48,9 @@ void write_vtk(const WriteSpec& write, const Run& run, const RunDirectory& direc
 }
 
 /// The pictures, and the page that shows them.
-void draw(const Run& run, PictureFormat format, const RunDirectory& directory, Progress& progress) {
+void draw(const Run& run, const RunDirectory& directory, Progress& progress) {
   timed(progress, "draw pictures", [&] {
-    draw_figures(directory.path(), run, format);
+    draw_figures(directory.path(), run);
     write_text_file(directory.file("scene.yaml"), kSceneHeader + run.scene);
     write_text_file(directory.file("report.html"), run_page(run));
   });
@@ -63,19 +63,18 @@ void write_tables(const WriteSpec& write, const Run& run, const RunDirectory& di
   write_metrics_csv(directory.file("metrics.csv"), run);
 }
 
-void write_results(Run& run, const WriteSpec& write, const RunDirectory& directory, Progress& progress,
-                   std::optional<PictureFormat> pictures) {
+void write_results(Run& run, const WriteSpec& write, const RunDirectory& directory, Progress& progress) {
   timed(progress, run.seconds, "write", "write results", [&] {
     write_vtk(write, run, directory);
     write_tables(write, run, directory);
   });
-  if (pictures) {
-    draw(run, *pictures, directory, progress);
+  if (write.png) {
+    draw(run, directory, progress);
   }
 }
 
 /// The names of all files that a run may write.
-std::vector<std::string> run_files(const Scene& scene, std::optional<PictureFormat> pictures) {
+std::vector<std::string> run_files(const Scene& scene) {
   std::vector<std::string> files = {"run.log", "failed.json", "metrics.csv"};
   if (scene.write.h5) {
     files.emplace_back("run.h5");
@@ -91,16 +90,10 @@ std::vector<std::string> run_files(const Scene& scene, std::optional<PictureForm
   if (scene.write.vtp || scene.write.vti) {
     files.emplace_back("run.vtm");
   }
-  if (pictures) {
-    const std::string ending = to_string(*pictures);
-    files.insert(files.end(),
-                 {"scene.yaml", "report.html", "overview." + ending, "setup." + ending, "target." + ending});
-    for (const MethodSpec& method : scene.solve.methods) {
-      files.push_back(fmt::format("pressure_{}.{}", method.name, ending));
-      files.push_back(fmt::format("radiation_{}.{}", method.name, ending));
-      for (const FieldSpec& field : scene.fields) {
-        files.push_back(fmt::format("field_{}_{}.{}", field.name, method.name, ending));
-      }
+  if (scene.write.png) {
+    files.insert(files.end(), {"scene.yaml", "report.html", "overview.png"});
+    for (const FieldSpec& field : scene.fields) {
+      files.push_back(fmt::format("field_{}.png", field.name));
     }
   }
   return files;
@@ -121,14 +114,9 @@ Json run_result(const Run& run, const std::string& directory) {
 
 }  // namespace
 
-std::optional<PictureFormat> picture_format(const Scene& scene, std::optional<PictureFormat> asked) {
-  return asked || !scene.write.png ? asked : PictureFormat::kPng;
-}
-
-Job<Run> run_job(const Model& model, const SolveOptions& options, std::optional<PictureFormat> pictures) {
+Job<Run> run_job(const Model& model, const SolveOptions& options) {
   const Scene& scene = model.fixed->scene;
-  const auto format = picture_format(scene, pictures);
-  const auto compute = [&model, &scene, options, format](RunDirectory& directory, Progress& progress) {
+  const auto compute = [&model, &scene, options](RunDirectory& directory, Progress& progress) {
     std::vector<std::string> names;
     std::ranges::transform(scene.solve.methods, std::back_inserter(names), &MethodSpec::name);
     directory.plan(names);
@@ -137,19 +125,18 @@ Job<Run> run_job(const Model& model, const SolveOptions& options, std::optional<
       directory.finished(so_far.methods.back().name);
     };
     Run run = solve_model(model, options, keep, progress);
-    write_results(run, scene.write, directory, progress, format);
+    write_results(run, scene.write, directory, progress);
     return run;
   };
-  return {scene.name, run_files(scene, format), compute, run_result, [](const Run& run, const Json& value, bool terse) {
+  return {scene.name, run_files(scene), compute, run_result, [](const Run& run, const Json& value, bool terse) {
             return methods_table(run) + levels_text(run) + (terse ? value["directory"].get<std::string>() + "\n" : "");
           }};
 }
 
 Job<Run> written_job(Run run, const Scene& scene) {
-  const auto format = picture_format(scene, std::nullopt);
-  return {scene.name, run_files(scene, format),
-          [run = std::move(run), write = scene.write, format](RunDirectory& directory, Progress& progress) mutable {
-            write_results(run, write, directory, progress, format);
+  return {scene.name, run_files(scene),
+          [run = std::move(run), write = scene.write](RunDirectory& directory, Progress& progress) mutable {
+            write_results(run, write, directory, progress);
             return std::move(run);
           }};
 }

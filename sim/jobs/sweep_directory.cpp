@@ -124,8 +124,7 @@ std::string foreign_result(const std::string& directory) {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(directory, error)) {
     const std::string name = entry.path().filename().string();
-    const std::string ending = entry.path().extension().string();
-    const bool is_plot = name.starts_with("sweep_") && (ending == ".png" || ending == ".pdf" || ending == ".svg");
+    const bool is_plot = name.starts_with("sweep_") && name.ends_with(".png");
     if (is_plot || name == "sweep.csv" || name == "sweep.log" ||
         (name == "cases" && std::ranges::any_of(fs::directory_iterator(entry.path(), error),
                                                 [&](const auto& one) { return !fs::is_empty(one.path(), error); }))) {

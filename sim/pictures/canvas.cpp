@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cairo-ft.h>
-#include <cairo-pdf.h>
-#include <cairo-svg.h>
 #include <cairo.h>
 #include <cmath>
 #include <filesystem>
@@ -21,37 +19,21 @@ namespace touchfield {
 
 namespace {
 
-// At 0, 1/32, ... 1.
-constexpr std::array<std::array<double, 3>, 33> kViridis = {{
-    {0.267, 0.005, 0.329}, {0.277, 0.050, 0.376}, {0.282, 0.095, 0.417}, {0.283, 0.135, 0.453}, {0.279, 0.175, 0.483},
-    {0.271, 0.213, 0.507}, {0.259, 0.251, 0.524}, {0.245, 0.287, 0.537}, {0.230, 0.321, 0.545}, {0.215, 0.354, 0.551},
-    {0.200, 0.386, 0.555}, {0.186, 0.417, 0.557}, {0.173, 0.447, 0.558}, {0.161, 0.477, 0.558}, {0.150, 0.506, 0.557},
-    {0.138, 0.536, 0.555}, {0.128, 0.565, 0.551}, {0.121, 0.594, 0.544}, {0.120, 0.624, 0.534}, {0.131, 0.653, 0.521},
-    {0.155, 0.682, 0.503}, {0.193, 0.710, 0.481}, {0.241, 0.737, 0.455}, {0.299, 0.762, 0.423}, {0.363, 0.787, 0.387},
-    {0.433, 0.809, 0.345}, {0.508, 0.829, 0.299}, {0.587, 0.847, 0.249}, {0.669, 0.862, 0.195}, {0.753, 0.875, 0.143},
-    {0.836, 0.886, 0.102}, {0.917, 0.896, 0.101}, {0.993, 0.906, 0.144},
-}};
+// Red, green and blue at 0, 1/32, ... 1.
+constexpr std::array<std::uint32_t, 33> kViridis = {
+    0x440154, 0x470d60, 0x48186a, 0x482274, 0x472d7b, 0x453681, 0x424086, 0x3e4989, 0x3b528b, 0x375a8d, 0x33628e,
+    0x2f6a8e, 0x2c728e, 0x297a8e, 0x26818e, 0x23898e, 0x21908d, 0x1f978b, 0x1f9f88, 0x21a785, 0x28ae80, 0x31b57b,
+    0x3dbc74, 0x4cc26c, 0x5dc963, 0x6ece58, 0x82d34c, 0x96d83f, 0xabdc32, 0xc0df24, 0xd5e21a, 0xeae41a, 0xfde725};
 
 // At 0, 1/8, ... 1: magma from bright to dark, with the grey of a bare hand in place of its brightest end.
-constexpr std::array<std::array<double, 3>, 9> kSkinColours = {{{0.890, 0.890, 0.890},
-                                                                {0.985, 0.790, 0.560},
-                                                                {0.996, 0.624, 0.427},
-                                                                {0.955, 0.441, 0.365},
-                                                                {0.860, 0.284, 0.410},
-                                                                {0.700, 0.213, 0.476},
-                                                                {0.530, 0.157, 0.505},
-                                                                {0.370, 0.098, 0.500},
-                                                                {0.190, 0.060, 0.400}}};
+constexpr std::array<std::uint32_t, 9> kSkinColours = {0xe3e3e3, 0xfbc98f, 0xfe9f6d, 0xf4705d, 0xdb4869,
+                                                       0xb23679, 0x872881, 0x5e1980, 0x300f66};
 
 // At 0, -1/4, ... -1, of suction: viridis from its green on, of the lightness of those above.
-constexpr std::array<std::array<double, 3>, 5> kSuctionColours = {{{0.890, 0.890, 0.890},
-                                                                   {0.478, 0.821, 0.700},
-                                                                   {0.135, 0.630, 0.560},
-                                                                   {0.164, 0.422, 0.558},
-                                                                   {0.160, 0.160, 0.420}}};
+constexpr std::array<std::uint32_t, 5> kSuctionColours = {0xe3e3e3, 0x7ad1b2, 0x22a18f, 0x2a6c8e, 0x29296b};
 
 template <std::size_t N>
-Colour interpolated(const std::array<std::array<double, 3>, N>& map, double fraction) {
+Colour interpolated(const std::array<std::uint32_t, N>& map, double fraction) {
   if (std::isnan(fraction)) {
     return kNoValue;
   }
@@ -60,7 +42,8 @@ Colour interpolated(const std::array<std::array<double, 3>, N>& map, double frac
   const double t = at - static_cast<double>(below);
   Colour colour{};
   for (std::size_t c = 0; c < colour.size(); ++c) {
-    colour[c] = static_cast<std::uint8_t>(std::lround(255.0 * ((1.0 - t) * map[below][c] + t * map[below + 1][c])));
+    const auto channel = [&](std::size_t i) { return static_cast<double>(map[i] >> (16 - 8 * c) & 0xffU); };
+    colour[c] = static_cast<std::uint8_t>((1.0 - t) * channel(below) + t * channel(below + 1) + 0.5);
   }
   return colour;
 }
@@ -82,63 +65,8 @@ using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy
 using Context = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
 using Texts = std::map<std::string, std::string>;
 
-constexpr double kPoints = 0.5;  // of a PDF, a pixel
-
-Surface surface_of(cairo_surface_t* surface) { return {surface, cairo_surface_destroy}; }
-
-cairo_status_t append(void* bytes, const unsigned char* data, unsigned int size) {
-  static_cast<std::string*>(bytes)->append(reinterpret_cast<const char*>(data), size);
-  return CAIRO_STATUS_SUCCESS;
-}
-
-Surface new_surface(int width, int height, PictureFormat format, std::string& bytes) {
-  if (format == PictureFormat::kPdf) {
-    return surface_of(cairo_pdf_surface_create_for_stream(append, &bytes, kPoints * width, kPoints * height));
-  }
-  if (format == PictureFormat::kSvg) {
-    Surface surface = surface_of(cairo_svg_surface_create_for_stream(append, &bytes, width, height));
-    cairo_svg_surface_set_document_unit(surface.get(), CAIRO_SVG_UNIT_PX);
-    return surface;
-  }
-  return surface_of(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height));
-}
-
-void require_success(cairo_status_t status) {
-  if (status != CAIRO_STATUS_SUCCESS) {
-    throw std::runtime_error(fmt::format("a picture cannot be drawn: {}", cairo_status_to_string(status)));
-  }
-}
-
-/// A copy of the image in Cairo's own form.
-Surface image_surface(const ColourImage& image) {
-  Surface surface = surface_of(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height));
-  require_success(cairo_surface_status(surface.get()));
-  unsigned char* data = cairo_image_surface_get_data(surface.get());
-  const int stride = cairo_image_surface_get_stride(surface.get());
-  for (int row = 0; row < image.height; ++row) {
-    auto* pixel = reinterpret_cast<std::uint32_t*>(data + static_cast<std::ptrdiff_t>(row) * stride);
-    for (int column = 0; column < image.width; ++column) {
-      const Colour& colour = image.at(column, row);
-      *pixel++ = static_cast<std::uint32_t>(colour[0] << 16 | colour[1] << 8 | colour[2]);
-    }
-  }
-  cairo_surface_mark_dirty(surface.get());
-  return surface;
-}
-
-ColourImage copy_of(cairo_surface_t* surface) {
-  ColourImage image(cairo_image_surface_get_width(surface), cairo_image_surface_get_height(surface));
-  const unsigned char* data = cairo_image_surface_get_data(surface);
-  const int stride = cairo_image_surface_get_stride(surface);
-  for (int row = 0; row < image.height; ++row) {
-    const auto* pixel = reinterpret_cast<const std::uint32_t*>(data + static_cast<std::ptrdiff_t>(row) * stride);
-    for (int column = 0; column < image.width; ++column) {
-      const std::uint32_t value = *pixel++;
-      image.at(column, row) = {static_cast<std::uint8_t>(value >> 16), static_cast<std::uint8_t>(value >> 8),
-                               static_cast<std::uint8_t>(value)};
-    }
-  }
-  return image;
+Surface new_surface(cairo_format_t format, int width, int height) {
+  return {cairo_image_surface_create(format, width, height), cairo_surface_destroy};
 }
 
 /// Of the program's or library's own installation; null where it has none. Kept until the program ends.
@@ -174,11 +102,9 @@ double sharp(double at, double width) { return std::lround(width) % 2 == 1 ? std
 }  // namespace
 
 struct Canvas::Sheet {
-  Sheet(int columns, int rows, PictureFormat kind)
-      : width(columns),
-        height(rows),
-        format(kind),
-        surface(new_surface(columns, rows, kind, bytes)),
+  Sheet(int columns, int rows)
+      : height(rows),
+        surface(new_surface(CAIRO_FORMAT_RGB24, columns, rows)),
         context(cairo_create(surface.get()), cairo_destroy) {}
 
   cairo_t* draw() const { return context.get(); }
@@ -200,31 +126,14 @@ struct Canvas::Sheet {
     cairo_set_line_width(draw(), line_width);
     cairo_stroke(draw());
   }
-  void paint(const PixelBox& box, const ColourImage& image, cairo_filter_t filter) const {
-    const Surface source = image_surface(image);
-    cairo_save(draw());
-    cairo_rectangle(draw(), box.x, down(box.y + box.height), box.width, box.height);
-    cairo_clip(draw());
-    cairo_translate(draw(), box.x, down(box.y + box.height));
-    cairo_scale(draw(), static_cast<double>(box.width) / image.width, static_cast<double>(box.height) / image.height);
-    cairo_set_source_surface(draw(), source.get(), 0.0, 0.0);
-    cairo_pattern_set_filter(cairo_get_source(draw()), filter);
-    cairo_pattern_set_extend(cairo_get_source(draw()), CAIRO_EXTEND_PAD);  // no pale rim
-    cairo_paint(draw());
-    cairo_restore(draw());
-  }
-
-  int width;
   int height;
-  PictureFormat format;
-  std::string bytes;  // of a PDF or SVG
   Surface surface;
   Context context;
   Texts texts;
 };
 
 std::string picture_font() {
-  const Surface surface = surface_of(cairo_image_surface_create(CAIRO_FORMAT_A8, 1, 1));
+  const Surface surface = new_surface(CAIRO_FORMAT_A8, 1, 1);
   const Context context(cairo_create(surface.get()), cairo_destroy);
   select_font(context.get(), false);
   cairo_scaled_font_t* font = cairo_get_scaled_font(context.get());
@@ -239,14 +148,10 @@ std::string picture_font() {
   return family;
 }
 
-Canvas::Canvas(int width, int height, PictureFormat format) : sheet_(std::make_unique<Sheet>(width, height, format)) {
+Canvas::Canvas(int width, int height) : sheet_(std::make_unique<Sheet>(width, height)) {
   cairo_t* draw = sheet_->draw();
-  if (format == PictureFormat::kPdf) {
-    cairo_scale(draw, kPoints, kPoints);
-  }
   sheet_->set_colour({255, 255, 255});
   cairo_paint(draw);
-  // The same shapes and widths in every format.
   const std::unique_ptr<cairo_font_options_t, decltype(&cairo_font_options_destroy)> options(
       cairo_font_options_create(), cairo_font_options_destroy);
   cairo_font_options_set_antialias(options.get(), CAIRO_ANTIALIAS_GRAY);
@@ -260,7 +165,7 @@ Canvas::Canvas(int width, int height, PictureFormat format) : sheet_(std::make_u
 
 Canvas::~Canvas() = default;
 
-PictureFormat Canvas::format() const { return sheet_->format; }
+int Canvas::height() const { return sheet_->height; }
 
 void Canvas::text(double x, double y, const std::string& text, const TextStyle& style) {
   cairo_t* draw = sheet_->draw();
@@ -321,30 +226,41 @@ void Canvas::frame(const PixelBox& box, const Colour& colour, double width) {
 }
 
 void Canvas::image(const PixelBox& box, const std::function<Colour(int, int)>& colour) {
-  ColourImage image(box.width, box.height);
-  for (int row = 0; row < box.height; ++row) {
-    for (int column = 0; column < box.width; ++column) {
-      image.at(column, row) = colour(column, box.height - 1 - row);
+  cairo_surface_t* surface = sheet_->surface.get();
+  cairo_surface_flush(surface);
+  unsigned char* data = cairo_image_surface_get_data(surface);
+#pragma omp parallel for schedule(dynamic, 8)
+  for (int j = 0; j < box.height; ++j) {
+    const std::ptrdiff_t row = sheet_->height - 1 - box.y - j;
+    auto* pixel = reinterpret_cast<std::uint32_t*>(data + row * cairo_image_surface_get_stride(surface)) + box.x;
+    for (int i = 0; i < box.width; ++i) {
+      const Colour of = colour(i, j);
+      *pixel++ = static_cast<std::uint32_t>(of[0] << 16 | of[1] << 8 | of[2]);
     }
   }
-  sheet_->paint(box, image, CAIRO_FILTER_NEAREST);
+  cairo_surface_mark_dirty(surface);
 }
-
-void Canvas::image(const PixelBox& box, const ColourImage& image) { sheet_->paint(box, image, CAIRO_FILTER_GOOD); }
 
 void Canvas::describe(const std::string& name, const std::string& text) { sheet_->texts[name] = text; }
 
 std::string Canvas::file() {
-  require_success(cairo_status(sheet_->draw()));
-  if (sheet_->format == PictureFormat::kPng) {
-    cairo_surface_flush(sheet_->surface.get());
-    const ColourImage image = copy_of(sheet_->surface.get());
-    return png_file(image.width, image.height, PngPixels::kRgb8, std::as_bytes(std::span(image.pixels)), sheet_->texts);
+  if (const cairo_status_t status = cairo_status(sheet_->draw()); status != CAIRO_STATUS_SUCCESS) {
+    throw std::runtime_error(fmt::format("a picture cannot be drawn: {}", cairo_status_to_string(status)));
   }
-  sheet_->context.reset();
-  cairo_surface_finish(sheet_->surface.get());
-  require_success(cairo_surface_status(sheet_->surface.get()));
-  return sheet_->bytes;
+  cairo_surface_t* surface = sheet_->surface.get();
+  cairo_surface_flush(surface);
+  const int width = cairo_image_surface_get_width(surface);
+  std::vector<Colour> pixels;
+  for (int row = 0; row < sheet_->height; ++row) {
+    const unsigned char* data = cairo_image_surface_get_data(surface) +
+                                static_cast<std::ptrdiff_t>(row) * cairo_image_surface_get_stride(surface);
+    for (const std::uint32_t value :
+         std::span(reinterpret_cast<const std::uint32_t*>(data), static_cast<std::size_t>(width))) {
+      pixels.push_back({static_cast<std::uint8_t>(value >> 16), static_cast<std::uint8_t>(value >> 8),
+                        static_cast<std::uint8_t>(value)});
+    }
+  }
+  return png_file(width, sheet_->height, PngPixels::kRgb8, std::as_bytes(std::span(pixels)), sheet_->texts);
 }
 
 }  // namespace touchfield

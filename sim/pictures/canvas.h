@@ -10,8 +10,6 @@
 
 #include <Eigen/Core>
 
-#include "sim/pictures/picture_format.h"
-
 namespace touchfield {
 
 using Colour = std::array<std::uint8_t, 3>;  // red, green, blue
@@ -33,24 +31,6 @@ inline constexpr Colour kInk = {25, 25, 25};
 inline constexpr Colour kPaper = {255, 255, 255};
 inline constexpr Colour kNoValue = {150, 150, 150};
 
-/// Pixels row by row from the upper left one.
-struct ColourImage {
-  int width = 0;
-  int height = 0;
-  std::vector<Colour> pixels;
-
-  ColourImage(int columns, int rows)
-      : width(columns), height(rows), pixels(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows)) {}
-
-  Colour& at(int column, int row) { return pixels[index(column, row)]; }
-  const Colour& at(int column, int row) const { return pixels[index(column, row)]; }
-
- private:
-  std::size_t index(int column, int row) const {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column);
-  }
-};
-
 /// A rectangle of a picture [pixels]; x to the right, y up, from the lower left corner.
 struct PixelBox {
   int x;
@@ -71,16 +51,16 @@ struct TextStyle {
 /// The family of the font that texts have; empty where there is none, and Cairo's own strokes stand in.
 std::string picture_font();
 
-/// A white picture, drawn by Cairo. Positions are pixels from the lower left corner; of PDF and SVG a pixel is half a
-/// point and a CSS pixel. A PNG file names the program that drew it: see describe().
+/// A white picture, drawn by Cairo. Positions are pixels from the lower left corner. Its file names the program that
+/// drew it: see describe().
 class Canvas {
  public:
-  Canvas(int width, int height, PictureFormat format);
+  Canvas(int width, int height);
   Canvas(const Canvas&) = delete;
   Canvas& operator=(const Canvas&) = delete;
   ~Canvas();
 
-  PictureFormat format() const;
+  int height() const;
 
   /// Text with its middle height at y.
   void text(double x, double y, const std::string& text, const TextStyle& style);
@@ -92,16 +72,14 @@ class Canvas {
   /// Filled.
   void polygon(const std::vector<Eigen::Vector2d>& corners, const Colour& colour);
   void frame(const PixelBox& box, const Colour& colour, double width);
-  /// Fills a box pixel by pixel; colour(i, j) for column i and row j of the box, from its lower left corner.
+  /// Fills a box of the picture pixel by pixel, in parallel; colour(i, j) for column i and row j of it, from its lower
+  /// left corner.
   void image(const PixelBox& box, const std::function<Colour(int, int)>& colour);
-  /// An image that fills a box; smooth between its pixels where the picture is enlarged.
-  void image(const PixelBox& box, const ColourImage& image);
-
-  /// A text that a PNG file carries beside what it shows, in place of an older one of this name. Without it Software
-  /// and Source are of this program.
+  /// A text that the file carries beside what it shows, in place of an older one of this name. Without it Software and
+  /// Source are of this program.
   void describe(const std::string& name, const std::string& text);
 
-  /// The finished picture as a file's bytes; nothing can be drawn after it.
+  /// The finished picture as the bytes of a PNG file; nothing can be drawn after it.
   /// throws   std::runtime_error with Cairo's reason
   std::string file();
 

@@ -1,233 +1,225 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <complex>
-#include <vector>
 
 #include <fmt/format.h>
 
-#include "sim/pictures/canvas.h"
 #include "sim/pictures/figures.h"
-#include "sim/pictures/picture_parts.h"
-#include "sim/pictures/skin_picture.h"
 
 namespace touchfield {
 
 namespace {
 
-constexpr PixelBox kPlaneRoom = {20, 84, 1160, 732};  // of both panels with their axes and colour bars
-constexpr int kAxisLeft = 92;                         // of a panel: its axis
-constexpr int kBarRight = 116;                        // its colour bar
-constexpr int kAxisBelow = 64;                        // its axis
-constexpr int kLabelAbove = 56;                       // the name of its colours
-constexpr double kLowestLevel = -40.0;                // [dB]
+constexpr int kAxisLeft = 72;           // room of the axis [pixels]
+constexpr int kAxisBelow = 46;          // likewise
+constexpr int kBarRight = 100;          // room of the colour bar
+constexpr int kMethod = 26;             // room of its name above each panel
+constexpr double kLowestLevel = -40.0;  // [dB]
 constexpr Colour kBody = {190, 190, 190};
 constexpr std::array<char, 3> kAxes = {'x', 'y', 'z'};
 
+std::size_t index(int axis) { return static_cast<std::size_t>(axis); }
+
 /// The extent of the cells around a grid's points along an axis [m].
-double extent(const FieldGrid& grid, int axis) {
-  return grid.spacing[axis] * grid.count[static_cast<std::size_t>(axis)];
+double extent(const FieldGrid& grid, int axis) { return grid.spacing[axis] * grid.count[index(axis)]; }
+
+/// Where the cells begin along an axis [m].
+double low_end(const FieldGrid& grid, int axis) { return grid.origin[axis] - 0.5 * grid.spacing[axis]; }
+
+/// A half's grid, its panels of the plane's shape, in the half's middle.
+PanelGrid plane_grid(const PixelBox& half, int count, const Eigen::Vector2d& size) {
+  const PixelBox room = {half.x + kAxisLeft, half.y + kAxisBelow, half.width - kAxisLeft - kBarRight,
+                         half.height - kAxisBelow};
+  PanelGrid grid = fitted_grid(room, count, kMethod, size);
+  const Eigen::Vector2i pixels = (shown_scale(grid, size) * size).array().round().cast<int>().max(1);
+  const int rows = (count + grid.columns - 1) / grid.columns;
+  grid.left += grid.columns * (grid.width - pixels.x()) / 2;
+  grid.top -= rows * (grid.height - pixels.y()) / 2;
+  grid.width = pixels.x();
+  grid.height = pixels.y();
+  return grid;
 }
 
-/// Ticks along one side of the plane; `place` turns pixels along the axis and away from the plane into a position.
-template <class Place>
-void draw_axis(Canvas& canvas, const FieldGrid& grid, int axis, int pixels, int most, const TextStyle& style,
-               double label_distance, const Place& place) {
-  const double low = grid.origin[axis] - 0.5 * grid.spacing[axis];
-  const double length = extent(grid, axis);
-  for (const double tick : even_ticks(low, low + length, most)) {
-    const double along = (tick - low) / length * pixels;
-    canvas.line(place(along, 0.0), place(along, 6.0), kInk, 1.0);
-    const Eigen::Vector2d at = place(along, label_distance);
-    canvas.text(at.x(), at.y(), fmt::format("{:.6g}", std::round(tick * 1e9) / 1e6 + 0.0), style);
-  }
-}
-
-/// A plane's own two axes of a point [m].
-Eigen::Vector2d in_plane(const PlaneView& view, const Vector3& point) {
-  return {point[view.horizontal], point[view.vertical]};
-}
-
-/// Where points of a plane are in a panel.
-class PanelPlace {
+/// Draws one plane of a run in its panels, which all are of one size.
+class PlanePicture {
  public:
-  PanelPlace(const FieldGrid& grid, const PlaneView& view, const PixelBox& box)
-      : low_(in_plane(view, grid.origin - 0.5 * grid.spacing)),
-        size_(extent(grid, view.horizontal), extent(grid, view.vertical)),
-        corner_(box.x, box.y),
-        pixels_(box.width, box.height) {}
-
-  /// The lower left corner is (0, 0), the upper right one (1, 1).
-  Eigen::Vector2d share(const Eigen::Vector2d& at) const { return (at - low_).cwiseQuotient(size_); }
-  Eigen::Vector2d pixel(const Eigen::Vector2d& at) const { return corner_ + share(at).cwiseProduct(pixels_); }
-  bool holds(const Eigen::Vector2d& at) const {
-    return (share(at).array() >= 0.0).all() && (share(at).array() <= 1.0).all();
-  }
-
- private:
-  Eigen::Vector2d low_;
-  Eigen::Vector2d size_;
-  Eigen::Vector2d corner_;
-  Eigen::Vector2d pixels_;
-};
-
-/// The corners of the polygon in which a plane cuts a box, in turn; empty if it does not.
-std::vector<Eigen::Vector2d> cut_of_box(const PlaneView& view, double place, const TargetBox& box) {
-  const Lines edges = box_edges({box});
-  std::vector<Eigen::Vector2d> corners;
-  for (Eigen::Index e = 0; e < edges.ends.cols(); ++e) {
-    const Vector3 a = edges.points.col(edges.ends(0, e));
-    const Vector3 b = edges.points.col(edges.ends(1, e));
-    if ((a[view.normal] < place) != (b[view.normal] < place)) {
-      corners.push_back(in_plane(view, a + (place - a[view.normal]) / (b[view.normal] - a[view.normal]) * (b - a)));
+  PlanePicture(Canvas& canvas, const Run& run, const FieldResult& field, const PlaneView& view)
+      : canvas_(canvas),
+        field_(field),
+        view_(view),
+        width_(view.grids[0].width),
+        height_(view.grids[0].height),
+        in_target_(index(width_ * height_), 0) {
+    for (int j = 0; run.target && j < height_; ++j) {
+      for (int i = 0; i < width_; ++i) {
+        in_target_[index(j * width_ + i)] = std::ranges::any_of(run.target->boxes, [&](const TargetBox& box) {
+          return box.shape != TargetShape::kMask && holds(box, place(i + 0.5, j + 0.5));
+        });
+      }
     }
-  }
-  Eigen::Vector2d middle = Eigen::Vector2d::Zero();
-  for (const Eigen::Vector2d& corner : corners) {
-    middle += corner / static_cast<double>(corners.size());
-  }
-  std::ranges::sort(corners, {}, [&](const Eigen::Vector2d& corner) {
-    const Eigen::Vector2d from = corner - middle;
-    return std::atan2(from.y(), from.x());
-  });
-  return corners;
-}
-
-void draw_boxes(Canvas& canvas, const Run& run, const FieldGrid& grid, const PlaneView& view, const PanelPlace& place) {
-  if (!run.target) {
-    return;
-  }
-  for (const TargetBox& box : run.target->boxes) {
-    const std::vector<Eigen::Vector2d> corners = cut_of_box(view, grid.origin[view.normal], box);
-    for (std::size_t i = 0; i < corners.size() && box.shape != TargetShape::kMask; ++i) {
-      const Eigen::Vector2d& a = corners[i];
-      const Eigen::Vector2d& b = corners[(i + 1) % corners.size()];
-      if (place.holds(a) && place.holds(b)) {
-        canvas.path({place.pixel(a), place.pixel(b)}, kPaper, 1.5);
+    constexpr double kNear = 5e-3;  // [m] of the plane: half of a pitch of usual arrays
+    constexpr double kHalf = 4.0;   // [pixels]
+    for (Eigen::Index n = 0; n < run.array.size(); ++n) {
+      const Vector3 from =
+          (run.array.positions.col(n) - place(0, 0)).cwiseQuotient(place(width_, height_) - place(0, 0));
+      const Eigen::Array2d share(from[view.horizontal], from[view.vertical]);
+      if (std::abs(run.array.positions(view.normal, n) - field.grid.origin[view.normal]) <= kNear &&
+          (share >= 0.0).all() && (share <= 1.0).all()) {
+        const Vector3 axis = run.array.axes.col(n);
+        const Eigen::Vector2d across =
+            kHalf * Eigen::Vector2d(axis[view.horizontal], axis[view.vertical]).unitOrthogonal();
+        const Eigen::Vector2d at = share * Eigen::Array2d(width_, height_);
+        transducers_.emplace_back(at - across, at + across);
       }
     }
   }
-}
 
-/// The transducers that lie in the panel; returns whether there is one.
-bool draw_transducers(Canvas& canvas, const TransducerArray& array, const FieldGrid& grid, const PlaneView& view,
-                      const PanelPlace& place) {
-  constexpr double kNear = 5e-3;  // [m] of the plane: half of a pitch of usual arrays
-  constexpr double kHalf = 4.0;   // [pixels]
-  bool any = false;
-  for (Eigen::Index n = 0; n < array.size(); ++n) {
-    const Vector3 at = array.positions.col(n);
-    const Eigen::Vector2d flat = in_plane(view, at);
-    if (std::abs(at[view.normal] - grid.origin[view.normal]) > kNear || !place.holds(flat)) {
-      continue;
+  /// One panel.
+  ///
+  /// colour   of |p| [Pa]
+  template <class ColourOf>
+  void draw(const PixelBox& box, const Eigen::VectorXcd& pressure, const ColourOf& colour) const {
+    const FieldGrid& grid = field_.grid;
+    const std::array<Eigen::Index, 3> stride = {1, grid.count[0],
+                                                static_cast<Eigen::Index>(grid.count[0]) * grid.count[1]};
+    const auto nearest = [&](int pixel, int pixels, int axis) {
+      return static_cast<Eigen::Index>(grid.count[index(axis)]) * (2 * pixel + 1) / (2 * pixels) * stride[index(axis)];
+    };
+    canvas_.image(box, [&](int i, int j) {
+      const Eigen::Index at = nearest(i, width_, view_.horizontal) + nearest(j, height_, view_.vertical);
+      return is_border(i, j)                                    ? kPaper
+             : field_.inside[static_cast<std::size_t>(at)] != 0 ? kBody
+                                                                : colour(std::abs(pressure(at)));
+    });
+    for (const auto& [from, to] : transducers_) {
+      const Eigen::Vector2d corner(box.x, box.y);
+      canvas_.line(corner + from, corner + to, kPaper, 3.0);
     }
-    any = true;
-    const Eigen::Vector2d across = kHalf * in_plane(view, array.axes.col(n)).unitOrthogonal();
-    canvas.line(place.pixel(flat) - across, place.pixel(flat) + across, kPaper, 3.0);
+    canvas_.frame(box, kInk, 1.0);
   }
-  return any;
-}
 
-/// How far the array's middle is from the plane's, and on which side.
-std::string way_to_array(const TransducerArray& array, const FieldGrid& grid) {
-  if (array.kind != TransducerArray::Kind::kTransducers) {
-    return "";
+  /// The ticks below a panel, or at its left.
+  void draw_ticks(const PixelBox& box, bool below) const {
+    const int axis = below ? view_.horizontal : view_.vertical;
+    const int pixels = below ? width_ : height_;
+    const double low = low_end(field_.grid, axis);
+    const double length = extent(field_.grid, axis);
+    for (const double tick : even_ticks(low, low + length, std::clamp(pixels / 60, 2, 10))) {
+      const double along = (tick - low) / length * pixels;
+      const Eigen::Vector2d at(box.x + (below ? along : 0.0), box.y + (below ? 0.0 : along));
+      const Eigen::Vector2d away(below ? 0.0 : -1.0, below ? -1.0 : 0.0);
+      canvas_.line(at, at + 5.0 * away, kInk, 1.0);
+      const Eigen::Vector2d text = at + (below ? 16.0 : 9.0) * away;
+      canvas_.text(text.x(), text.y(), fmt::format("{:.6g}", std::round(tick * 1e9) / 1e6 + 0.0),
+                   {.size = 14, .align = below ? Align::kCentre : Align::kRight});
+    }
   }
-  const Vector3 last = Eigen::Array3d(grid.count[0], grid.count[1], grid.count[2]) - 1.0;
-  const Vector3 middle = grid.origin + 0.5 * grid.spacing.cwiseProduct(last);
-  const Vector3 way = array.positions.rowwise().mean() - middle;
-  Eigen::Index axis = 0;
-  way.cwiseAbs().maxCoeff(&axis);
-  return fmt::format(" The array's middle is {:.0f} mm from the plane's, towards {}{}.", 1e3 * way.norm(),
-                     way[axis] < 0 ? '-' : '+', kAxes[static_cast<std::size_t>(axis)]);
-}
 
-void draw_axes(Canvas& canvas, const FieldGrid& grid, const PlaneView& view, const PixelBox& box) {
-  canvas.frame(box, kInk, 1.0);
-  const auto ticks = [](int pixels) { return std::clamp(pixels / 60, 2, 10); };
-  draw_axis(canvas, grid, view.horizontal, box.width, ticks(box.width), {.size = 15, .align = Align::kCentre}, 18.0,
-            [&](double along, double away) { return Eigen::Vector2d(box.x + along, box.y - away); });
-  draw_axis(canvas, grid, view.vertical, box.height, ticks(box.height), {.size = 15, .align = Align::kRight}, 10.0,
-            [&](double along, double away) { return Eigen::Vector2d(box.x - away, box.y + along); });
-  const auto axis_name = [](int axis) { return fmt::format("{} [mm]", kAxes[static_cast<std::size_t>(axis)]); };
-  canvas.text(box.x + 0.5 * box.width, box.y - 42, axis_name(view.horizontal), {.size = 16, .align = Align::kCentre});
-  canvas.text(box.x - 62, box.y + 0.5 * box.height, axis_name(view.vertical),
-              {.size = 16, .align = Align::kCentre, .angle = 90.0});
+  bool has_transducers() const { return !transducers_.empty(); }
+
+ private:
+  /// A point of the plane by its pixel in a panel.
+  Vector3 place(double column, double row) const {
+    Vector3 x = field_.grid.origin;
+    x[view_.horizontal] =
+        low_end(field_.grid, view_.horizontal) + column / width_ * extent(field_.grid, view_.horizontal);
+    x[view_.vertical] = low_end(field_.grid, view_.vertical) + row / height_ * extent(field_.grid, view_.vertical);
+    return x;
+  }
+
+  /// Whether the pixel is the first on another side of the target's border.
+  bool is_border(int i, int j) const {
+    const auto within = [&](int column, int row) { return in_target_[index(row * width_ + column)]; };
+    return (i > 0 && within(i, j) != within(i - 1, j)) || (j > 0 && within(i, j) != within(i, j - 1));
+  }
+
+  Canvas& canvas_;
+  const FieldResult& field_;
+  const PlaneView& view_;
+  int width_;
+  int height_;
+  std::vector<char> in_target_;  // of each pixel of a panel, from the lower left one
+  std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> transducers_{};  // those in the plane [pixels of a panel]
+};
+
+/// The largest |p| of a share of the points outside bodies [Pa].
+double field_top(const FieldResult& field, const Eigen::VectorXcd& pressure, double share) {
+  std::vector<double> outside;
+  for (Eigen::Index i = 0; i < pressure.size(); ++i) {
+    if (field.inside[static_cast<std::size_t>(i)] == 0) {
+      outside.push_back(std::abs(pressure(i)));
+    }
+  }
+  return quantile(std::move(outside), share);
 }
 
 }  // namespace
 
 bool is_plane(const FieldGrid& grid) { return std::ranges::count(grid.count, 1) == 1; }
 
-PlaneView plane_view(const FieldGrid& grid) {
+PlaneView plane_view(const FieldGrid& grid, int methods) {
   const int normal = static_cast<int>(std::ranges::find(grid.count, 1) - grid.count.begin());
-  const int horizontal = normal == 0 ? 1 : 0;
-  const int vertical = normal == 2 ? 1 : 2;
-  const double width = extent(grid, horizontal);
-  const double height = extent(grid, vertical);
-  const auto scale_in = [&](const PixelBox& cell) {  // [pixels] a metre
-    return std::min((cell.width - kAxisLeft - kBarRight) / width, (cell.height - kAxisBelow - kLabelAbove) / height);
-  };
-  const PixelBox column = {0, 0, kPlaneRoom.width / 2, kPlaneRoom.height};
-  const PixelBox row = {0, 0, kPlaneRoom.width, kPlaneRoom.height / 2};
-  const bool beside = scale_in(column) >= scale_in(row);
-  const PixelBox& cell = beside ? column : row;
-  const auto pixels = [&](double length) {
-    return std::max(1, static_cast<int>(std::lround(length * scale_in(cell))));
-  };
-  PixelBox box = {0, 0, pixels(width), pixels(height)};
-  box.x = kPlaneRoom.x + kAxisLeft + (cell.width - kAxisLeft - kBarRight - box.width) / 2;
-  box.y = kPlaneRoom.y + kAxisBelow + (cell.height - kAxisBelow - kLabelAbove - box.height) / 2;
-  PixelBox other = box;
-  (beside ? other.x : box.y) += beside ? column.width : row.height;
-  return {horizontal, vertical, normal, box, other};
+  PlaneView view{normal == 0 ? 1 : 0, normal == 2 ? 1 : 2, normal, {}};
+  const PixelBox room = {20, 76, kPictureWidth - 30, picture_height(methods) - 170};
+  const Eigen::Vector2d size(extent(grid, view.horizontal), extent(grid, view.vertical));
+  for (const bool beside : {true, false}) {
+    const auto [first, second] = halves(room, beside);
+    const PanelGrid found = plane_grid(first, methods, size);
+    if (beside || shown_scale(found, size) > shown_scale(view.grids[0], size)) {
+      view.grids = {found, plane_grid(second, methods, size)};
+    }
+  }
+  return view;
 }
 
-std::string field_picture(const Run& run, const FieldResult& field, const Eigen::VectorXcd& pressure,
-                          const FieldTops& tops, const std::string& subtitle, PictureFormat format) {
-  const FieldGrid& grid = field.grid;
-  const PlaneView view = plane_view(grid);
-  const std::array<Eigen::Index, 3> stride = {1, grid.count[0],
-                                              static_cast<Eigen::Index>(grid.count[0]) * grid.count[1]};
-  const auto nearest = [&](int pixel, int pixels, int axis) {
-    const auto n = static_cast<Eigen::Index>(grid.count[static_cast<std::size_t>(axis)]);
-    return n * (2 * pixel + 1) / (2 * pixels) * stride[static_cast<std::size_t>(axis)];
-  };
+std::string field_picture(const Run& run, const FieldResult& field) {
+  const auto count = static_cast<int>(field.pressure.size());
+  const PlaneView view = plane_view(field.grid, count);
+  double top = 0.0;
   double most = 0.0;
-  for (Eigen::Index i = 0; i < pressure.size(); ++i) {
-    most = field.inside[static_cast<std::size_t>(i)] != 0 ? most : std::max(most, std::abs(pressure(i)));
+  for (const auto& [method, pressure] : field.pressure) {
+    top = std::max(top, field_top(field, pressure, kTopShare));
+    most = std::max(most, field_top(field, pressure, 1.0));
   }
-
-  Canvas canvas(kPictureWidth, kPictureHeight, format);
+  top = round_above(top);
+  Canvas canvas(kPictureWidth, picture_height(count));
   describe(canvas, run.provenance);
-  bool transducers = false;
-  const auto draw_panel = [&](const PixelBox& box, ColourBar bar, const auto& value) {
-    canvas.image(box, [&](int i, int j) {
-      const Eigen::Index at = nearest(i, box.width, view.horizontal) + nearest(j, box.height, view.vertical);
-      return field.inside[static_cast<std::size_t>(at)] != 0
-                 ? kBody
-                 : bar.map((value(std::abs(pressure(at))) - bar.bottom) / (bar.top - bar.bottom));
-    });
-    const PanelPlace place(grid, view, box);
-    draw_boxes(canvas, run, grid, view, place);
-    transducers = draw_transducers(canvas, run.array, grid, view, place) || transducers;
-    draw_axes(canvas, grid, view, box);
-    bar.box = {box.x + box.width + 18, box.y, 20, box.height};
+  const PlanePicture plane(canvas, run, field, view);
+  for (const bool levels : {false, true}) {
+    const PanelGrid& panels = view.grids.at(levels ? 1 : 0);
+    for (int m = 0; m < count; ++m) {
+      const auto& [method, pressure] = field.pressure[index(m)];
+      const PixelBox box = panels.panel(m);
+      plane.draw(box, pressure, [&](double p) {
+        return viridis(levels ? 1.0 - 20.0 * std::log10(std::max(p / top, 1e-30)) / kLowestLevel : p / top);
+      });
+      if (m % panels.columns == 0) {
+        plane.draw_ticks(box, false);
+      }
+      if (m + panels.columns >= count) {
+        plane.draw_ticks(box, true);
+      }
+      draw_fitted(canvas, box.x + 0.5 * box.width, box.y + box.height + 0.5 * kMethod, method,
+                  {.size = 17, .align = Align::kCentre, .bold = true}, box.width);
+    }
+    const PixelBox first = panels.panel(0);
+    const PixelBox last = panels.panel((count - 1) / panels.columns * panels.columns);
+    const PixelBox right = panels.panel(std::min(count, panels.columns) - 1);
+    ColourBar bar = levels ? ColourBar{.label = "level [dB]", .bottom = kLowestLevel, .top = 0.0}
+                           : ColourBar{.label = "|p| [kPa]", .top = 1e-3 * top, .most = 1e-3 * most};
+    bar.box = {right.x + right.width + 16, last.y, 20, first.y + first.height - last.y};
     draw_colour_bar(canvas, bar);
-  };
-  draw_panel(view.linear, {.label = "|p| [kPa]", .top = 1e-3 * tops.own, .most = 1e-3 * most},
-             [](double p) { return 1e-3 * p; });
-  draw_panel(view.level, {.label = "level [dB]", .bottom = kLowestLevel, .top = 0.0},
-             [&](double p) { return 20.0 * std::log10(std::max(p / tops.loudest, 1e-30)); });
-  draw_title(canvas, picture_title(run.name, run.notes), subtitle);
-  const std::string legend =
-      fmt::format(" White: {}.", transducers ? "transducers, and the target's box" : "the target's box");
-  draw_caption(canvas,
-               fmt::format("|p| in the plane {} = {:.6g} mm; grey: inside a body",
-                           kAxes[static_cast<std::size_t>(view.normal)], 1e3 * grid.origin[view.normal]),
-               fmt::format("0 dB: {:.4g} kPa, for all methods.{}{}", 1e-3 * tops.loudest,
-                           transducers ? "" : way_to_array(run.array, grid),
-                           run.target && !run.target->boxes.empty() ? legend : ""));
+    canvas.text(0.5 * (first.x + right.x + right.width), last.y - 36,
+                fmt::format("{} [mm]", kAxes[index(view.horizontal)]), {.size = 15, .align = Align::kCentre});
+    canvas.text(first.x - 56, last.y + 0.5 * bar.box.height, fmt::format("{} [mm]", kAxes[index(view.vertical)]),
+                {.size = 15, .align = Align::kCentre, .angle = 90.0});
+  }
+  draw_texts(canvas,
+             {.title = picture_title(run.name, run.notes),
+              .subtitle = fmt::format("field {}: |p| in the plane {} = {:.6g} mm, and its level", field.grid.name,
+                                      kAxes[index(view.normal)], 1e3 * field.grid.origin[view.normal]),
+              .foot = fmt::format("0 dB: {:.4g} kPa. Grey: inside a body. White: the target's border{}", 1e-3 * top,
+                                  plane.has_transducers() ? ", transducers." : ".")});
   return canvas.file();
 }
 

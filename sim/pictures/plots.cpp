@@ -1,390 +1,260 @@
 #include "sim/pictures/plots.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <iterator>
 #include <map>
+#include <numbers>
 #include <numeric>
-#include <optional>
-#include <set>
-#include <tuple>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "sim/core/files.h"
-#include "sim/core/renamed.h"
-#include "sim/core/require.h"
-#include "sim/pictures/canvas.h"
 #include "sim/pictures/picture_parts.h"
 
 namespace touchfield {
 
 namespace {
 
-constexpr PixelBox kLines = {120, 160, 760, 600};  // of all their panels
-constexpr int kGap = 80;                           // between panels
-constexpr double kLegend = kLines.x + kLines.width + 40.0;
+constexpr PixelBox kPlot = {120, 140, 760, 650};  // of all panels
+constexpr double kLegend = kPlot.x + kPlot.width + 40.0;
 constexpr double kLegendRoom = kPictureWidth - kLegend - 36.0;  // of its texts
-constexpr double kLegendLine = 34.0;
+constexpr int kHeading = 34;                                    // room above a panel
 constexpr int kMostTicks = 8;
-constexpr std::size_t kMostSeries = 12;    // that shapes, colours and outlines tell apart
-constexpr std::size_t kLongestLabel = 44;  // letters
 
-const MetricField& field_of(const std::string& metric) {
-  const auto& fields = metric_fields();
-  const auto find = [&](const std::string& name) { return std::ranges::find(fields, name, &MetricField::name); };
-  const std::string now = new_name(NameOf::kKey, metric);
-  require(find(now) == fields.end(), "metric {}: this metric is called {}", metric, now);
-  const auto found = find(metric);
-  require(found != fields.end(), "metric {}: unknown; metrics.csv names them", metric);
-  return *found;
-}
-
-std::string label_of(const MetricField& field) {
-  const std::string unit = field.unit;
-  return unit == "1" ? std::string(field.name) : fmt::format("{} [{}]", field.name, unit);
-}
-
-/// An input that differs between the cases of a sweep.
-struct Parameter {
-  std::string path;
-  std::vector<std::string> texts;  // a value per row, as written; of a case that leaves it alone what the scene has
-  std::vector<double> numbers;     // the same; empty if one of them is no number
-
-  bool is_seed() const { return path == "seed" || path.ends_with(".seed"); }
+/// A regular polygon, its first corner at an angle.
+struct Marker {
+  int corners;
+  double angle;  // [deg], counter-clockwise from the right
+  Colour colour;
 };
 
-constexpr const char* kUnchanged = "as in the scene";
+// The colours of Okabe and Ito, which people with colour-blindness tell apart, each with a shape of its own.
+constexpr std::array<Marker, 6> kMarkers = {{{24, 0.0, {213, 94, 0}},
+                                             {4, 45.0, {230, 159, 0}},
+                                             {3, 90.0, {0, 158, 115}},
+                                             {4, 0.0, {86, 180, 233}},
+                                             {3, -90.0, {0, 70, 140}},
+                                             {6, 0.0, {204, 121, 167}}}};
 
-std::vector<Parameter> varying(const SweepSummary& summary, const std::vector<SweepRow>& rows) {
-  std::vector<Parameter> found;
-  for (const std::string& path : summary.parameters) {
-    Parameter parameter{path, {}, {}};
-    for (const SweepRow& row : rows) {
-      parameter.texts.push_back(input_of(*row.record, path).value_or(kUnchanged));
+std::vector<Eigen::Vector2d> corners(const Marker& marker, const Eigen::Vector2d& centre, double growth) {
+  constexpr double kRadius = 8.0;  // [pixels]
+  // Shapes of one area, so that none looks more important; an outline is equally wide on every side.
+  const double turn = 2.0 * std::numbers::pi / marker.corners;
+  const double area = 0.5 * marker.corners * std::sin(turn);
+  const double radius = kRadius * std::sqrt(std::numbers::pi / area) + growth / std::cos(0.5 * turn);
+  std::vector<Eigen::Vector2d> result;
+  for (int i = 0; i < marker.corners; ++i) {
+    const double angle = marker.angle * std::numbers::pi / 180.0 + i * turn;
+    result.emplace_back(centre.x() + radius * std::cos(angle), centre.y() + radius * std::sin(angle));
+  }
+  return result;
+}
+
+/// The seventh and later are outlined: shapes and colours repeat.
+void draw_marker(Canvas& canvas, std::size_t number, const Eigen::Vector2d& centre) {
+  const Marker& marker = kMarkers[number % kMarkers.size()];
+  const bool outlined = number >= kMarkers.size();
+  canvas.polygon(corners(marker, centre, outlined ? 2.0 : 1.0), outlined ? kInk : kPaper);
+  canvas.polygon(corners(marker, centre, 0.0), marker.colour);
+}
+
+/// An axis whose ends are ticks.
+class LinearAxis {
+ public:
+  /// Holds values in at most `pieces` steps and what rounding to ticks adds. What differs by rounding alone is one
+  /// value, with room around it.
+  LinearAxis(const std::vector<double>& values, int pieces) {
+    auto [least, most] = values.empty() ? std::ranges::minmax({0.0, 1.0}) : std::ranges::minmax(values);
+    if (!(most - least > 1e-9 * std::max(std::abs(least), std::abs(most)))) {  // or ticks would be finer than numbers
+      const double room = std::max(std::abs(least), 1.0) * 0.1;
+      least -= room;
+      most += room;
     }
-    if (std::set<std::string>(parameter.texts.begin(), parameter.texts.end()).size() < 2) {
+    const double step = tick_step(most - least, pieces);
+    for (double i = std::floor(least / step + 1e-9); i <= std::ceil(most / step - 1e-9); ++i) {
+      ticks_.push_back(i * step + 0.0);
+    }
+  }
+
+  const std::vector<double>& ticks() const { return ticks_; }
+  /// Where a value is in a panel's side [pixels].
+  double pixel(double value, int start, int length) const {
+    return start + length * (value - ticks_.front()) / (ticks_.back() - ticks_.front());
+  }
+
+ private:
+  std::vector<double> ticks_;
+};
+
+/// A panel with its axes.
+struct PlotArea {
+  PixelBox box;
+  LinearAxis x;
+  LinearAxis y;
+
+  Eigen::Vector2d at(double x_value, double y_value) const {
+    return {x.pixel(x_value, box.x, box.width), y.pixel(y_value, box.y, box.height)};
+  }
+};
+
+/// Frame and ticks; numbers at those of x where the panel is the lowest, of y where it is the first of its row.
+void draw_frame(Canvas& canvas, const PlotArea& area, bool first, bool lowest) {
+  constexpr Colour kTicks = {225, 225, 225};
+  const PixelBox& box = area.box;
+  for (const double tick : area.x.ticks()) {
+    const double at = area.x.pixel(tick, box.x, box.width);
+    canvas.line({at, box.y}, {at, box.y + box.height}, kTicks, 1.0);
+    if (lowest) {
+      canvas.text(at, box.y - 22.0, fmt::format("{:.6g}", tick), {.size = 16, .align = Align::kCentre});
+    }
+  }
+  for (const double tick : area.y.ticks()) {
+    const double at = area.y.pixel(tick, box.y, box.height);
+    canvas.line({box.x, at}, {box.x + box.width, at}, kTicks, 1.0);
+    if (first) {
+      canvas.text(box.x - 12.0, at, fmt::format("{:.6g}", tick), {.size = 16, .align = Align::kRight});
+    }
+  }
+  canvas.frame(box, kInk, 1.0);
+}
+
+/// One line; the markers of many points stand between those of the other lines.
+void draw_line(Canvas& canvas, const PlotArea& area, const PlotLine& line, std::size_t number, std::size_t lines) {
+  constexpr std::size_t kAllMarked = 25;  // points
+  constexpr std::size_t kMarkers = 10;
+  const std::size_t count = line.points.size();
+  const std::size_t stride = count > kAllMarked && line.is_joined ? count / kMarkers : 1;
+  std::vector<Eigen::Vector2d> piece;
+  std::vector<Eigen::Vector2d> marked;
+  const auto end_piece = [&] {
+    if (line.is_joined) {
+      canvas.path(piece, line_colour(number), 2.0);
+    }
+    piece.clear();
+  };
+  for (std::size_t i = 0; i < count; ++i) {
+    const PlotPoint& point = line.points[i];
+    if (!std::isfinite(point.y)) {
+      end_piece();
       continue;
     }
-    const auto numbers = parameter_numbers(path, rows);
-    if (numbers && std::ranges::none_of(*numbers, [](double number) { return std::isnan(number); })) {
-      parameter.numbers = *numbers;
+    piece.push_back(area.at(point.x, point.y));
+    if (i % stride == number * stride / lines) {
+      marked.push_back(piece.back());
     }
-    found.push_back(std::move(parameter));
-  }
-  return found;
-}
-
-std::size_t count_of(const Parameter& parameter) {
-  return std::set<std::string>(parameter.texts.begin(), parameter.texts.end()).size();
-}
-
-/// Whether each value of one comes with one of the other alone, as in a zip or in random draws.
-bool go_together(const Parameter& a, const Parameter& b) {
-  std::set<std::pair<std::string, std::string>> pairs;
-  for (std::size_t i = 0; i < a.texts.size(); ++i) {
-    pairs.emplace(a.texts[i], b.texts[i]);
-  }
-  return pairs.size() == count_of(a) && pairs.size() == count_of(b);
-}
-
-/// What a sweep's plot shows of its inputs.
-struct PlotPlan {
-  std::optional<Parameter> axis;
-  std::vector<Parameter> series;   // one line for each combination of their values
-  std::vector<Parameter> along;    // go with the axis
-  std::vector<Parameter> average;  // over which values are averaged
-};
-
-/// The axis is the number with most values; a seed only if there is no other.
-PlotPlan plan_of(const std::vector<Parameter>& parameters) {
-  PlotPlan plan;
-  const auto weight = [](const Parameter& parameter) {
-    return parameter.numbers.empty() ? std::pair(0, std::size_t{0})
-                                     : std::pair(parameter.is_seed() ? 1 : 2, count_of(parameter));
-  };
-  const auto axis = std::ranges::max_element(parameters, {}, weight);
-  if (axis == parameters.end() || axis->numbers.empty()) {
-    return plan;
-  }
-  plan.axis = *axis;
-  for (const Parameter& parameter : parameters) {
-    if (&parameter != &*axis) {
-      const bool averaged = parameter.is_seed() && !parameter.numbers.empty() && !axis->is_seed();
-      (averaged ? plan.average : go_together(parameter, *axis) ? plan.along : plan.series).push_back(parameter);
+    if (point.high > point.low) {
+      canvas.line(area.at(point.x, point.low), area.at(point.x, point.high), line_colour(number), 3.0);
     }
   }
-  return plan;
-}
-
-/// A value of the metric, with the inputs that it belongs to.
-struct Sample {
-  std::string method;
-  std::size_t series;
-  double x;
-  double value;
-  double low;  // of the cases that it is the mean of
-  double high;
-  int cases;
-};
-
-/// What samples are made of: values by method, series and place.
-using Values = std::map<std::tuple<std::string, std::size_t, double>, std::vector<double>>;
-
-/// One sample for each method, series and place: the mean of the cases that share them.
-std::vector<Sample> means_of(const Values& values) {
-  std::vector<Sample> samples;
-  for (const auto& [key, of] : values) {
-    const auto& [method, number, x] = key;
-    const auto [low, high] = std::ranges::minmax(of);
-    const double mean = std::accumulate(of.begin(), of.end(), 0.0) / static_cast<double>(of.size());
-    samples.push_back({method, number, x, of.size() > 1 ? mean : of[0], low, high, static_cast<int>(of.size())});
-  }
-  return samples;
-}
-
-std::vector<Sample> samples_of(const std::vector<SweepRow>& rows, const PlotPlan& plan,
-                               const std::vector<std::size_t>& series, double Metrics::*metric) {
-  Values values;
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    const SweepRecord::Method* method = rows[row].method;
-    if (method != nullptr && std::isfinite(method->metrics.*metric)) {
-      values[{method->name, series[row], plan.axis->numbers[row]}].push_back(method->metrics.*metric);
+  end_piece();
+  for (const Eigen::Vector2d& place : marked) {
+    if (line.is_marked) {
+      draw_marker(canvas, number, place);
     }
   }
-  return means_of(values);
 }
 
-/// Series by their numbers: of each row, and how the legend calls them.
-struct Series {
-  std::vector<std::size_t> of_row;
-  std::vector<std::string> labels;
-};
-
-std::string shortened(const std::string& label) {
-  const std::size_t half = kLongestLabel / 2;
-  return label.size() <= kLongestLabel ? label : label.substr(0, half) + ".." + label.substr(label.size() - half + 2);
-}
-
-Series series_of(const std::vector<SweepRow>& rows, const PlotPlan& plan) {
-  Series series;
-  std::map<std::vector<std::string>, std::size_t> numbers;
-  std::set<std::string> taken;
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    std::vector<std::string> values;
-    for (const Parameter& parameter : plan.series) {
-      values.push_back(parameter.texts[row]);
-    }
-    const auto [found, fresh] = numbers.emplace(values, numbers.size());
-    if (fresh) {
-      std::string label = shortened(fmt::format("{}", fmt::join(values, ", ")));
-      if (!taken.insert(label).second) {
-        label = fmt::format("case {}: {}", rows[row].record->number, label);
-      }
-      series.labels.push_back(label);
-    }
-    series.of_row.push_back(found->second);
-  }
-  return series;
-}
-
-/// Methods in the order of the table.
-std::vector<std::string> methods_of(const std::vector<SweepRow>& rows) {
-  std::vector<std::string> methods;
-  for (const SweepRow& row : rows) {
-    if (row.method != nullptr && std::ranges::find(methods, row.method->name) == methods.end()) {
-      methods.push_back(row.method->name);
-    }
-  }
-  return methods;
-}
-
-std::pair<double, double> range_of(const std::vector<Sample>& samples, double Sample::*low, double Sample::*high) {
-  return {std::ranges::min(samples, {}, low).*low, std::ranges::max(samples, {}, high).*high};
-}
-
-/// Boxes of equal size in two columns, from the upper left one.
-std::vector<PixelBox> panels_in(const PixelBox& area, std::size_t count) {
-  const int columns = count > 1 ? 2 : 1;
-  const int rows = static_cast<int>((count + 1) / 2);
-  const int width = (area.width - kGap * (columns - 1)) / columns;
-  const int height = (area.height - kGap * (rows - 1)) / rows;
-  std::vector<PixelBox> panels;
-  for (int i = 0; i < static_cast<int>(count); ++i) {
-    panels.push_back(
-        {area.x + i % columns * (width + kGap), area.y + (rows - 1 - i / columns) * (height + kGap), width, height});
-  }
-  return panels;
-}
-
-void draw_heading(Canvas& canvas, const PixelBox& panel, const std::string& text) {
-  draw_fitted(canvas, panel.x + 0.5 * panel.width, panel.y + panel.height + 16.0, text,
-              {.size = 18, .align = Align::kCentre, .bold = true}, panel.width);
-}
-
-/// Later ones are outlined: markers repeat.
-void draw_series_marker(Canvas& canvas, std::size_t number, const Eigen::Vector2d& centre) {
-  draw_marker(canvas, number, centre, number >= kMostSeries / 2);
-}
-
-/// One line, with what its points are means of.
-void draw_line(Canvas& canvas, const std::vector<Sample>& samples, const LinearAxis& x, const LinearAxis& y,
-               std::size_t number, bool joined) {
-  std::vector<Eigen::Vector2d> places;
-  for (const Sample& sample : samples) {  // ascending in x
-    places.emplace_back(x.pixel(sample.x), y.pixel(sample.value));
-    if (sample.high > sample.low) {
-      canvas.line({x.pixel(sample.x), y.pixel(sample.low)}, {x.pixel(sample.x), y.pixel(sample.high)},
-                  marker_colour(number), 3.0);
-    }
-  }
-  if (joined) {
-    canvas.path(places, marker_colour(number), 2.0);
-  }
-  for (const Eigen::Vector2d& place : places) {
-    draw_series_marker(canvas, number, place);
-  }
-}
-
-void draw_legend(Canvas& canvas, const std::string& heading, const std::vector<std::string>& labels) {
-  const double top = kLines.y + kLines.height - 20.0;
+void draw_legend(Canvas& canvas, const std::string& heading, const std::vector<PlotLine>& lines) {
+  double y = kPlot.y + kPlot.height - kHeading - 10.0;
   if (!heading.empty()) {
-    draw_fitted(canvas, kLegend - 10.0, top, heading, {.size = 16, .bold = true}, kLegendRoom + 36.0);
+    draw_fitted(canvas, kLegend - 10.0, y, heading, {.size = 16, .bold = true}, kLegendRoom + 36.0);
+    y -= 34.0;
   }
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    const double at = top - static_cast<double>(i + (heading.empty() ? 0 : 1)) * kLegendLine;
-    draw_series_marker(canvas, i, {kLegend, at});
-    draw_fitted(canvas, kLegend + 26.0, at, labels[i], {.size = 18}, kLegendRoom);
-  }
-}
-
-std::string paths_of(const std::vector<Parameter>& parameters) {
-  std::vector<std::string> paths;
-  for (const Parameter& parameter : parameters) {
-    paths.push_back(parameter.path);
-  }
-  return fmt::format("{}", fmt::join(paths, ", "));
-}
-
-/// Without series a line for each method, else a panel for each method and a line for each series.
-void draw_lines(Canvas& canvas, const std::vector<Sample>& samples, const std::vector<std::string>& methods,
-                const PlotPlan& plan, const Series& series, const std::string& label) {
-  const auto [first, last] = range_of(samples, &Sample::x, &Sample::x);
-  const auto [least, most] = range_of(samples, &Sample::low, &Sample::high);
-  const bool apart = series.labels.size() > 1;
-  const std::vector<PixelBox> panels = panels_in(kLines, apart ? methods.size() : 1);
-  for (std::size_t p = 0; p < panels.size(); ++p) {
-    const PixelBox& panel = panels[p];
-    const int ticks = std::max(2, kMostTicks * panel.height / kLines.height);
-    const LinearAxis x(first, last, panel.x, panel.width, panels.size() > 1 ? kMostTicks / 2 : kMostTicks);
-    const LinearAxis y(axis_begin(least, most), most, panel.y, panel.height, ticks);
-    draw_plot(canvas, panel, x, y);
-    if (apart) {
-      draw_heading(canvas, panel, methods[p]);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (lines[i].is_joined) {
+      canvas.line({kLegend - 16.0, y}, {kLegend + 16.0, y}, line_colour(i), 2.0);
     }
-    for (std::size_t line = 0; line < (apart ? series.labels.size() : methods.size()); ++line) {
-      std::vector<Sample> own;
-      std::ranges::copy_if(samples, std::back_inserter(own), [&](const Sample& sample) {
-        return apart ? sample.method == methods[p] && sample.series == line : sample.method == methods[line];
-      });
-      draw_line(canvas, own, x, y, line, plan.along.empty());
+    if (lines[i].is_marked) {
+      draw_marker(canvas, i, {kLegend, y});
+    }
+    draw_fitted(canvas, kLegend + 26.0, y, lines[i].label, {.size = 18}, kLegendRoom);
+    draw_fitted(canvas, kLegend + 26.0, y - 21.0, lines[i].note, {.size = 14}, kLegendRoom);
+    y -= lines[i].note.empty() ? 34.0 : 56.0;
+  }
+}
+
+/// All values of the lines of panels of a label, or those of x of all panels; those that are numbers.
+std::vector<double> values_of(const Plot& plot, const std::string* label) {
+  std::vector<double> values;
+  for (const PlotPanel& panel : plot.panels) {
+    for (const PlotLine& line : panel.lines) {
+      for (const PlotPoint& point : line.points) {
+        if (label == nullptr) {
+          values.push_back(point.x);
+        } else if (panel.label == *label) {
+          values.insert(values.end(), {point.low, point.high});
+        }
+      }
     }
   }
-  draw_fitted(canvas, kLines.x + 0.5 * kLines.width, kLines.y - 52.0, plan.axis->path,
-              {.size = 20, .align = Align::kCentre}, kLines.width);
-  draw_fitted(canvas, 36.0, kLines.y + 0.5 * kLines.height, label, {.size = 20, .align = Align::kCentre, .angle = 90.0},
-              kLines.height);
-  draw_legend(canvas, apart ? paths_of(plan.series) : "", apart ? series.labels : methods);
-}
-
-/// What the plot does not show by its axes and legend.
-std::string caption_of(const SweepSummary& summary, const PlotPlan& plan, const std::vector<Sample>& samples) {
-  std::vector<std::string> sentences;
-  const auto failed = std::ranges::count(summary.records, "failed", &SweepRecord::status);
-  if (failed > 0) {
-    sentences.push_back(
-        fmt::format("{} case{} failed and {} left out.", failed, failed == 1 ? "" : "s", failed == 1 ? "is" : "are"));
+  std::erase_if(values, [](double value) { return !std::isfinite(value); });
+  // An axis begins at zero where that wastes less than half of the height: a difference then looks as large as it is.
+  if (label != nullptr && !values.empty()) {
+    const auto [least, most] = std::ranges::minmax(values);
+    values.push_back(least > 0.0 && least < 0.5 * most ? 0.0 : least);
   }
-  const int most = std::ranges::max(samples, {}, &Sample::cases).cases;
-  if (most > 1) {
-    sentences.push_back(fmt::format("Values are means over {}; bars go from the least to the largest.",
-                                    plan.average.empty() ? "cases with the same inputs" : paths_of(plan.average)));
-  }
-  if (!plan.along.empty()) {
-    sentences.push_back(fmt::format("Other inputs vary too: {}.", paths_of(plan.along)));
-  }
-  return fmt::format("{}", fmt::join(sentences, " "));
+  return values;
 }
 
 }  // namespace
 
-void require_metric(const std::string& name) { field_of(name); }
+Colour line_colour(std::size_t number) { return kMarkers[number % kMarkers.size()].colour; }
 
-SweepPlot draw_sweep(const std::string& path, const SweepSummary& summary, const std::string& metric,
-                     PictureFormat format) {
-  const MetricField& field = field_of(metric);
-  const std::vector<SweepRow> rows = sweep_rows(summary);
-  const std::vector<std::string> methods = methods_of(rows);
-  const PlotPlan plan = plan_of(varying(summary, rows));
-  if (!plan.axis) {
-    return {"no input is a number in every case, and differs"};
-  }
-  const Series series = series_of(rows, plan);
-  if (series.labels.size() > kMostSeries) {
-    return {fmt::format("{} combinations of {} are more than the {} that a plot can show; sweep.csv has them",
-                        series.labels.size(), paths_of(plan.series), kMostSeries)};
-  }
-  const std::vector<Sample> samples = samples_of(rows, plan, series.of_row, field.value);
-  if (samples.empty()) {
-    return {fmt::format("no case has a {}", metric)};
-  }
-  Canvas canvas(kPictureWidth, kPictureHeight, format);
-  draw_lines(canvas, samples, methods, plan, series, label_of(field));
-  draw_title(canvas, summary.name, fmt::format("{} of {} cases", summary.records.size(), summary.cases));
-  draw_caption(canvas, caption_of(summary, plan, samples), "Values are in the units of the scene's keys.");
-  write_atomically(path, {canvas.file()});
-  return {};
-}
-
-void draw_points(const std::string& path, const PlotTexts& texts, const std::vector<PlotPoint>& points,
-                 PictureFormat format) {
-  Values values;
-  std::vector<std::string> lines;
-  for (const PlotPoint& point : points) {
-    values[{point.line, 0, point.x}].push_back(point.y);
-    if (std::ranges::find(lines, point.line) == lines.end()) {
-      lines.push_back(point.line);
+std::vector<PlotLine> lines_through(const std::vector<LineValue>& values) {
+  std::vector<PlotLine> lines;
+  std::map<std::string, std::map<double, std::vector<double>>> places;
+  for (const LineValue& value : values) {
+    if (!places.contains(value.line)) {
+      lines.push_back({value.line, {}});
+    }
+    auto& own = places[value.line];
+    if (std::isfinite(value.y)) {
+      own[value.x].push_back(value.y);
     }
   }
-  PlotPlan plan;
-  plan.axis = Parameter{texts.x, {}, {}};
-  Canvas canvas(kPictureWidth, kPictureHeight, format);
-  if (!points.empty()) {
-    draw_lines(canvas, means_of(values), lines, plan, {}, texts.y);
+  for (PlotLine& line : lines) {
+    for (const auto& [x, at] : places[line.label]) {
+      const auto [low, high] = std::ranges::minmax(at);
+      const double mean = std::accumulate(at.begin(), at.end(), 0.0) / static_cast<double>(at.size());
+      line.points.push_back({x, mean, low, high, static_cast<int>(at.size())});
+    }
   }
-  draw_title(canvas, texts.title, points.empty() ? "nothing to show" : "");
-  write_atomically(path, {canvas.file()});
+  return lines;
 }
 
-void draw_scan(const std::string& path, const ScanPicture& picture, const Eigen::VectorXd& computed,
-               const Eigen::VectorXd& measured, PictureFormat format) {
-  constexpr PixelBox kScan = {280, 160, 640, 640};
-  constexpr int kMostPieces = 6;
-  const double top = round_above(std::max(computed.maxCoeff(), measured.maxCoeff()));
-  const LinearAxis x(0.0, top, kScan.x, kScan.width, kMostPieces);
-  const LinearAxis y(0.0, top, kScan.y, kScan.height, kMostPieces);
-  Canvas canvas(kPictureWidth, kPictureHeight, format);
-  draw_plot(canvas, kScan, x, y);
-  canvas.line({x.start, y.start}, {x.start + x.length, y.start + y.length}, kInk, 1.5);
-  for (Eigen::Index j = 0; j < computed.size(); ++j) {
-    draw_marker(canvas, 0, {x.pixel(computed(j)), y.pixel(measured(j))}, false);
+void draw_plot(const std::string& path, const Plot& plot) {
+  Canvas canvas(kPictureWidth, kPictureHeight);
+  if (plot.provenance) {
+    describe(canvas, *plot.provenance);
   }
-  canvas.text(kScan.x + 0.5 * kScan.width, kScan.y - 52.0, "computed, scaled", {.size = 20, .align = Align::kCentre});
-  canvas.text(kScan.x - 110.0, kScan.y + 0.5 * kScan.height, "measured, as in the file",
-              {.size = 20, .align = Align::kCentre, .angle = 90.0});
-  draw_title(canvas, picture.title, "measured against computed pressure");
-  draw_caption(canvas, picture.first, picture.second);
+  const auto count = static_cast<int>(plot.panels.size());
+  const bool headed = std::ranges::any_of(plot.panels, [](const PlotPanel& panel) { return !panel.heading.empty(); });
+  const PanelGrid grid = filled_grid(kPlot, count, std::min(plot.columns, count), headed ? kHeading : 14);
+  const LinearAxis x(values_of(plot, nullptr), kMostTicks / grid.columns);
+  for (int p = 0; p < count; ++p) {
+    const PlotPanel& panel = plot.panels[static_cast<std::size_t>(p)];
+    const PixelBox box = grid.panel(p);
+    const bool first = p % grid.columns == 0;
+    const LinearAxis y(values_of(plot, &panel.label), std::max(3, kMostTicks * box.height / kPlot.height));
+    const PlotArea area{box, x, y};
+    draw_frame(canvas, area, first, p + grid.columns >= count);
+    for (std::size_t i = 0; i < panel.lines.size(); ++i) {
+      draw_line(canvas, area, panel.lines[i], i, panel.lines.size());
+    }
+    draw_fitted(canvas, box.x + 0.5 * box.width, box.y + box.height + 0.5 * kHeading, panel.heading,
+                {.size = 18, .align = Align::kCentre, .bold = true}, box.width);
+    if (first) {
+      draw_fitted(canvas, 36.0, box.y + 0.5 * box.height, panel.label,
+                  {.size = 18, .align = Align::kCentre, .angle = 90.0}, box.height + grid.above);
+    }
+  }
+  draw_fitted(canvas, kPlot.x + 0.5 * kPlot.width, kPlot.y - 52.0, plot.x, {.size = 20, .align = Align::kCentre},
+              kPlot.width);
+  if (count > 0) {
+    draw_legend(canvas, plot.legend, plot.panels.front().lines);
+  }
+  draw_texts(canvas, plot.texts);
   write_atomically(path, {canvas.file()});
 }
 

@@ -1,47 +1,191 @@
 #include "sim/pictures/skin_picture.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <iterator>
 #include <map>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "sim/field/target_parts.h"
-#include "sim/pictures/picture_parts.h"
-#include "sim/run/run_data.h"
-#include "sim/run/text_table.h"
 
 namespace touchfield {
 
+Eigen::Vector2d SkinView::pixel(const Vector3& point) const {
+  const Vector3 offset = (point - centre) / scale;
+  return {panel.x + 0.5 * panel.width + offset.dot(right()), panel.y + 0.5 * panel.height + offset.dot(up)};
+}
+
+Vector3 facing(const TransducerArray& array, const Vector3& centre) {
+  constexpr double kCancelled = 1e-3;  // of the mean of unit vectors: no direction is left in it
+  const Vector3 axis = array.axes.rowwise().mean();
+  if (axis.norm() > kCancelled) {
+    return axis.normalized();
+  }
+  const Vector3 across = centre - array.positions.rowwise().mean();
+  return across.norm() > 0 ? across.normalized() : Vector3::UnitZ();
+}
+
 namespace {
 
-constexpr PixelBox kWhole = {30, 100, 1010, 700};
-constexpr PixelBox kLeftPanel = {30, 100, 420, 700};
-constexpr PixelBox kRightPanel = {470, 100, 570, 700};
-constexpr Colour kFrame = {110, 110, 110};
-
-/// Where the close view lies in the view of the whole body.
-PixelBox footprint(const SkinView& close, const SkinView& whole) {
-  const Eigen::Vector2d centre = whole.pixel(close.centre);
-  const double shrink = close.scale / whole.scale;
-  const auto pixels = [](double length) { return static_cast<int>(std::lround(length)); };
-  return {pixels(centre.x() - 0.5 * shrink * close.panel.width), pixels(centre.y() - 0.5 * shrink * close.panel.height),
-          pixels(shrink * close.panel.width), pixels(shrink * close.panel.height)};
+/// Columns: right, up, along the direction of sight.
+Eigen::Matrix3d view_axes(const Vector3& direction) {
+  constexpr double kParallel = 0.99;
+  const Vector3 vertical = std::abs(direction.y()) < kParallel ? Vector3::UnitY() : Vector3::UnitX();
+  const Vector3 up = (vertical - vertical.dot(direction) * direction).normalized();
+  Eigen::Matrix3d axes;
+  axes << direction.cross(up), up, direction;
+  return axes;
 }
 
-/// Moves a close view so that its footprint stays in the panel of the whole body.
-SkinView inside(SkinView close, const SkinView& whole) {
-  const PixelBox box = footprint(close, whole);
-  const auto shift = [](int low, int size, int panel_low, int panel_size) {
-    return std::max(panel_low - low, 0) + std::min(panel_low + panel_size - (low + size), 0);
-  };
-  const PixelBox& panel = whole.panel;
-  close.centre += whole.scale * (shift(box.x, box.width, panel.x, panel.width) * close.right() +
-                                 shift(box.y, box.height, panel.y, panel.height) * close.up);
-  return close;
+}  // namespace
+
+Eigen::Vector2d seen_size(const Vector3& direction, const Points& points) {
+  const Points seen = view_axes(direction).transpose() * points;
+  return (seen.rowwise().maxCoeff() - seen.rowwise().minCoeff()).head<2>();
 }
+
+SkinView fitted_view(const PixelBox& panel, const Vector3& direction, const Points& points, double share) {
+  const Eigen::Matrix3d axes = view_axes(direction);
+  const Points seen = axes.transpose() * points;
+  const Eigen::Vector2d size = seen_size(direction, points);
+  return {.panel = panel,
+          .direction = direction,
+          .up = axes.col(1),
+          .centre = axes * (0.5 * (seen.rowwise().minCoeff() + seen.rowwise().maxCoeff())),
+          .scale = std::max(size.x() / panel.width, size.y() / panel.height) / share};
+}
+
+namespace {
+
+constexpr int kSamples = 4;       // a pixel, along each side
+constexpr double kAmbient = 0.7;  // the share of a face's colour that shading leaves alone
+constexpr double kCrease = 0.8;   // cosine of the angle between a face and its vertices from which on it is flat
+
+Camera camera_of(const SkinView& view) {
+  Camera camera;
+  camera.projection = Camera::Projection::kOrthographic;
+  camera.width = kSamples * view.panel.width;
+  camera.height = kSamples * view.panel.height;
+  camera.eye = view.centre;
+  camera.axes << view.right(), -view.up, view.direction;
+  camera.focal.setConstant(kSamples / view.scale);
+  camera.centre << 0.5 * camera.width, 0.5 * camera.height;
+  camera.near = -HUGE_VAL;
+  return camera;
+}
+
+/// True if none of the samples round a place sees only what is nearer than it.
+bool seen_at(const Raster& raster, const SeenPoint& place) {
+  const int column = static_cast<int>(std::floor(place[0]));
+  const int row = static_cast<int>(std::floor(place[1]));
+  if (column < 1 || row < 1 || column + 1 >= raster.width || row + 1 >= raster.height) {
+    return false;
+  }
+  double farthest = -HUGE_VAL;
+  for (int j = row - 1; j <= row + 1; ++j) {
+    for (int i = column - 1; i <= column + 1; ++i) {
+      farthest = std::max(farthest, raster.depth[raster.index(i, j)]);
+    }
+  }
+  constexpr double kSlack = 1e-6;  // [m], for edges along faces seen head-on
+  return place[3] <= farthest + kSlack;
+}
+
+}  // namespace
+
+Eigen::MatrixXd vertex_means(const TriangleMesh& mesh, const Eigen::MatrixXd& of_faces) {
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(of_faces.rows(), mesh.vertex_count());
+  Eigen::RowVectorXd areas = Eigen::RowVectorXd::Zero(mesh.vertex_count());
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    for (int c = 0; c < 3 && of_faces.col(f).allFinite(); ++c) {
+      sums.col(mesh.triangles()(c, f)) += mesh.areas()(f) * of_faces.col(f);
+      areas(mesh.triangles()(c, f)) += mesh.areas()(f);
+    }
+  }
+  return sums.array().rowwise() / areas.array();
+}
+
+SkinLook::SkinLook(const SkinView& view, const TriangleMesh& mesh, const std::optional<Target>& target)
+    : view_(view),
+      mesh_(mesh),
+      camera_(camera_of(view)),
+      seen_(seen_points(camera_, mesh.vertices())),
+      raster_(rasterise(camera_, mesh.vertices(), mesh.triangles())),
+      shade_(raster_.face.size()),
+      outline_(target ? visible(target_outline(mesh, *target)) : std::vector<Eigen::Vector2d>{}) {
+  const Points normals = vertex_means(mesh, mesh.normals()).colwise().normalized();
+#pragma omp parallel for schedule(static)
+  for (int row = 0; row < raster_.height; ++row) {
+    for (int column = 0; column < raster_.width; ++column) {
+      const std::size_t at = raster_.index(column, row);
+      if (const int face = raster_.face[at]; face != Raster::kNothing) {
+        const Vector3 flat = mesh.normals().col(face);
+        const Vector3 smooth =
+            (normals(Eigen::all, mesh.triangles().col(face)) * shares(face, {column + 0.5, row + 0.5})).normalized();
+        const double cosine = std::abs(view.direction.dot(smooth.dot(flat) > kCrease ? smooth : flat));
+        shade_[at] = static_cast<std::uint8_t>(std::lround(255.0 * (kAmbient + (1.0 - kAmbient) * cosine)));
+      }
+    }
+  }
+}
+
+Vector3 SkinLook::shares(int face, const Eigen::Vector2d& sample) const {
+  const auto corners = mesh_.triangles().col(face);
+  const Eigen::Vector2d first = seen_.col(corners[0]).head<2>();
+  Eigen::Matrix2d sides;
+  sides << seen_.col(corners[1]).head<2>() - first, seen_.col(corners[2]).head<2>() - first;
+  const Eigen::Vector2d along = sides.inverse() * (sample - first);
+  return {1.0 - along.sum(), along[0], along[1]};
+}
+
+Colour SkinLook::pixel(int i, int j, const ColourAt& colour_at) const {
+  constexpr int kWhole = 255 * kSamples * kSamples;
+  const int left = kSamples * i;
+  const int top = kSamples * (view_.panel.height - 1 - j);
+  std::array<int, 3> sum = {kWhole / 2, kWhole / 2, kWhole / 2};  // to the nearest
+  for (int row = top; row < top + kSamples; ++row) {
+    for (int column = left; column < left + kSamples; ++column) {
+      const std::size_t at = raster_.index(column, row);
+      const int face = raster_.face[at];
+      const bool skin = face != Raster::kNothing;
+      const Colour colour = skin ? colour_at(face, shares(face, {column + 0.5, row + 0.5})) : kPaper;
+      for (std::size_t c = 0; c < 3; ++c) {
+        sum[c] += (skin ? shade_[at] : 255) * colour[c];
+      }
+    }
+  }
+  Colour mean{};
+  std::ranges::transform(sum, mean.begin(), [](int value) { return static_cast<std::uint8_t>(value / kWhole); });
+  return mean;
+}
+
+std::vector<Eigen::Vector2d> SkinLook::visible(const Points& ends) const {
+  constexpr double kPiece = 0.5 * kSamples;  // [samples]
+  std::vector<Eigen::Vector2d> found;
+  const SeenPoints seen = seen_points(camera_, ends);
+  for (Eigen::Index e = 0; e < ends.cols(); e += 2) {
+    const SeenPoint along = seen.col(e + 1) - seen.col(e);
+    const int pieces = std::max(1, static_cast<int>(std::ceil(along.head<2>().norm() / kPiece)));
+    const auto pixel = [&](int piece) {
+      return view_.pixel(ends.col(e) + (static_cast<double>(piece) / pieces) * (ends.col(e + 1) - ends.col(e)));
+    };
+    int begin = -1;
+    for (int piece = 0; piece <= pieces; ++piece) {
+      const bool open = piece < pieces && seen_at(raster_, seen.col(e) + (piece + 0.5) / pieces * along);
+      if (open && begin < 0) {
+        begin = piece;
+      } else if (!open && begin >= 0) {
+        found.insert(found.end(), {pixel(begin), pixel(piece)});
+        begin = -1;
+      }
+    }
+  }
+  return found;
+}
+
+namespace {
 
 /// Adds the ends of the sides of faces of the target that one of them alone has: of those in masks, and of all if the
 /// target does not say its boxes.
@@ -93,22 +237,6 @@ void add_borders(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, 
 
 }  // namespace
 
-SkinPanels skin_panels(const Run& run) {
-  constexpr double kBodyShare = 0.94;
-  constexpr double kTargetShare = 0.6;
-  constexpr double kWorthACloseView = 0.6;  // of the body's scale
-  const Points& vertices = run.mesh.vertices();
-  const Vector3 direction = facing(run.array, run.mesh.centroids().rowwise().mean());
-  if (run.target) {
-    const SkinView whole = fitted_view(kLeftPanel, direction, vertices, kBodyShare);
-    const SkinView close = fitted_view(kRightPanel, direction, target_corners(run.mesh, *run.target), kTargetShare);
-    if (close.scale < kWorthACloseView * whole.scale) {
-      return {whole, inside(close, whole)};
-    }
-  }
-  return {fitted_view(kWhole, direction, vertices, kBodyShare), std::nullopt};
-}
-
 Points target_corners(const TriangleMesh& mesh, const Target& target) {
   Points corners(3, 3 * target.size());
   for (Eigen::Index k = 0; k < target.size(); ++k) {
@@ -119,212 +247,192 @@ Points target_corners(const TriangleMesh& mesh, const Target& target) {
   return corners;
 }
 
-Lines target_outline(const TriangleMesh& mesh, const Target& target) {
+Points target_outline(const TriangleMesh& mesh, const Target& target) {
   std::vector<Vector3> ends;
   add_sides(mesh, target, ends);
   add_borders(mesh, target.boxes, ends);
-  Lines lines{Points(3, static_cast<Eigen::Index>(ends.size())),
-              Eigen::Matrix2Xi(2, static_cast<Eigen::Index>(ends.size() / 2))};
+  Points lines(3, static_cast<Eigen::Index>(ends.size()));
   for (std::size_t i = 0; i < ends.size(); ++i) {
-    lines.points.col(static_cast<Eigen::Index>(i)) = ends[i];
-    lines.ends(static_cast<Eigen::Index>(i % 2), static_cast<Eigen::Index>(i / 2)) = static_cast<int>(i);
+    lines.col(static_cast<Eigen::Index>(i)) = ends[i];
   }
   return lines;
 }
 
-Lines box_edges(const std::vector<TargetBox>& boxes) {
-  const auto count = static_cast<Eigen::Index>(boxes.size());
-  Lines lines{Points(3, 8 * count), Eigen::Matrix2Xi(2, 12 * count)};
-  Eigen::Index e = 0;
-  for (Eigen::Index b = 0; b < count; ++b) {
-    const TargetBox& box = boxes[static_cast<std::size_t>(b)];
-    for (int corner = 0; corner < 8; ++corner) {
-      const Vector3 sign((corner & 1) != 0 ? 0.5 : -0.5, (corner & 2) != 0 ? 0.5 : -0.5,
-                         (corner & 4) != 0 ? 0.5 : -0.5);
-      lines.points.col(8 * b + corner) = box.centre + box.rotation * sign.cwiseProduct(box.size);
-      for (const int axis : {1, 2, 4}) {
-        if ((corner & axis) == 0) {
-          lines.ends.col(e++) << static_cast<int>(8 * b) + corner, static_cast<int>(8 * b) + corner + axis;
-        }
-      }
-    }
+double skin_top(double most_wanted, double most) {
+  return round_above(most_wanted > 0 ? std::clamp(most, most_wanted, 2.0 * most_wanted) : most);
+}
+
+ColourBar skin_bar(const std::string& label, double most_wanted, const std::vector<Eigen::VectorXd>& methods) {
+  ColourBar bar{.label = label, .map = skin_colour, .most = most_wanted};
+  double top = 0.0;
+  double least = 0.0;
+  for (const Eigen::VectorXd& values : methods) {
+    const std::vector<double> all(values.begin(), values.end());
+    top = std::max(top, quantile(all, kTopShare));
+    least = std::min(least, quantile(all, 1.0 - kTopShare));
+    bar.most = std::max(bar.most, quantile(all, 1.0));
   }
-  return lines;
+  bar.top = skin_top(most_wanted, top);
+  bar.bottom = least < 0.0 ? -std::min(round_above(-least), bar.top) : 0.0;
+  return bar;
 }
 
-SkinLook::SkinLook(const SkinView& view, const TriangleMesh& mesh, const std::optional<Target>& target)
-    : sight_(view, mesh) {
-  if (target) {
-    const Lines lines = target_outline(mesh, *target);
-    outline_ = sight_.visible(lines.points, lines.ends);
-  }
+void SkinLook::draw(Canvas& canvas, const Eigen::VectorXd& values, double top, const PixelBox& panel) const {
+  const Eigen::MatrixXd corners = vertex_means(mesh_, values.transpose());
+  paint(
+      canvas,
+      [&](int face, const Vector3& shares) {
+        const double value = corners(0, mesh_.triangles().col(face)).dot(shares);
+        return skin_colour(std::isfinite(values(face)) ? value / top : kNotComputed);
+      },
+      panel);
 }
 
-void SkinLook::draw(Canvas& canvas, const std::vector<Colour>& colours, const PixelBox& panel) const {
-  draw_sight(canvas, sight_, colours, panel);
-  draw_outline(canvas, panel);
-}
-
-void SkinLook::draw_wanted(Canvas& canvas, const Target& target, double top, const PixelBox& panel) const {
-  const std::vector<Colour> inside = skin_colours(target.amplitudes, top);
-  const Colour outside = skin_colours(Eigen::VectorXd::Zero(1), top).front();
-  draw_sight(
-      canvas, sight_,
-      [&](int face, const Vector3& x) {
+void SkinLook::draw_wanted(Canvas& canvas, const Target& target, const Eigen::VectorXd& wanted, double top,
+                           const PixelBox& panel) const {
+  paint(
+      canvas,
+      [&](int face, const Vector3& shares) {
+        const Vector3 x = mesh_.vertices()(Eigen::all, mesh_.triangles().col(face)) * shares;
         const auto at = std::ranges::lower_bound(target.faces, face);
         const auto k = at - target.faces.begin();
         const bool within = at != target.faces.end() && *at == face &&
                             (target.shares(k) == 1.0 || target.boxes.empty() ||
                              std::ranges::any_of(target.boxes, [&](const TargetBox& box) { return holds(box, x); }));
-        return within ? inside[static_cast<std::size_t>(k)] : outside;
+        return skin_colour(within ? wanted(k) / top : 0.0);
       },
       panel);
-  draw_outline(canvas, panel);
 }
 
-void SkinLook::draw_outline(Canvas& canvas, const PixelBox& panel) const {
-  const Eigen::Vector2d shift(panel.x - view().panel.x, panel.y - view().panel.y);
+void SkinLook::paint(Canvas& canvas, const ColourAt& colour_at, const PixelBox& panel) const {
+  canvas.image(panel, [&](int i, int j) { return pixel(i, j, colour_at); });
+  const Eigen::Vector2d shift(panel.x - view_.panel.x, panel.y - view_.panel.y);
   for (const auto& [colour, width] : {std::pair{kPaper, 4.0}, {kTargetColour, 2.0}}) {
     for (std::size_t i = 0; i < outline_.size(); i += 2) {
       canvas.path({outline_[i] + shift, outline_[i + 1] + shift}, colour, width);
     }
   }
-}
-
-SkinPictures::SkinPictures(const Run& run, PictureFormat format)
-    : run_(run), format_(format), body_(skin_panels(run).body, run.mesh, run.target) {
-  if (const auto close = skin_panels(run).target) {
-    target_.emplace(*close, run.mesh, run.target);
-  }
-}
-
-std::string SkinPictures::picture(const Eigen::VectorXd& values, const SkinScale& scale, const SkinText& text) const {
-  const std::vector<Colour> colours = skin_colours(values, scale.top);
-  return drawn([&](const SkinLook& look, Canvas& canvas) { look.draw(canvas, colours, look.view().panel); },
-               values.maxCoeff(), scale, text);
-}
-
-std::string SkinPictures::wanted_picture(double top, const SkinText& text) const {
-  const Target& target = run_.target.value();
-  return drawn([&](const SkinLook& look, Canvas& canvas) { look.draw_wanted(canvas, target, top, look.view().panel); },
-               target.amplitudes.maxCoeff(), {.top = top}, text);
-}
-
-std::string SkinPictures::drawn(const std::function<void(const SkinLook&, Canvas&)>& draw, double largest,
-                                const SkinScale& scale, const SkinText& text) const {
-  Canvas canvas(kPictureWidth, kPictureHeight, format_);
-  describe(canvas, run_.provenance);
-  draw(body_, canvas);
-  draw_scale_bar(canvas, body_.view().panel, body_.view().scale);
-  if (target_) {
-    draw(*target_, canvas);
-    draw_scale_bar(canvas, target_->view().panel, target_->view().scale);
-    canvas.frame(target_->view().panel, kFrame, 1.0);
-    canvas.frame(footprint(target_->view(), body_.view()), kFrame, 1.0);
-  }
-  draw_colour_bar(canvas, skin_bar(scale, largest));
-  draw_title(canvas, text.title, text.subtitle);
-  draw_caption(canvas, text.caption,
-               fmt::format("Seen from the array's side. {}{}", text.colours,
-                           run_.target ? " Green: the border of the target on the skin." : ""));
-  return canvas.file();
+  canvas.frame(panel, {170, 170, 170}, 1.0);
 }
 
 namespace {
 
-constexpr PixelBox kColumnsRoom = {30, 100, 1000, 700};  // of all panels and the lines above each
-constexpr int kMostColumns = 6;
-constexpr int kColumnsOfMany = 4;
-constexpr int kColumnGap = 8;
-constexpr int kHeadings = 48;  // room of a panel's two lines
+constexpr int kHeadings = 64;  // room of the texts above a panel
+constexpr int kName = 26;      // room of a name alone
 
-struct Column {
+/// A method, or what is wanted.
+struct OverviewColumn {
   std::string name;
-  std::string figures;
-  Eigen::VectorXd values;  // empty: what is wanted
+  std::string error;
+  std::string width;
+  Eigen::VectorXd values;  // P [Pa] or |p| [kPa]
 };
 
-std::vector<Column> columns_of(const Run& run) {
-  std::vector<Column> columns;
+bool shows_radiation(const Run& run) {
+  return std::isfinite(run.radiation_per_square) && std::ranges::all_of(run.methods, [](const MethodResult& result) {
+           return result.radiation.size() == result.pressure.size();
+         });
+}
+
+std::vector<OverviewColumn> columns_of(const Run& run) {
+  const bool radiation = shows_radiation(run);
+  const auto width = [](double mm) { return std::isnan(mm) ? "" : fmt::format("width {:.1f} mm", mm); };
+  std::vector<OverviewColumn> columns;
   if (run.target) {
-    columns.push_back({"wanted", fmt::format("{:.3g} kPa", 1e-3 * run.target->amplitudes.maxCoeff()), {}});
+    const Eigen::VectorXd& amplitudes = run.target->amplitudes;
+    const Eigen::VectorXd wanted = radiation ? Eigen::VectorXd(run.radiation_per_square * amplitudes.cwiseAbs2())
+                                             : Eigen::VectorXd(1e-3 * amplitudes);
+    columns.push_back({"wanted", fmt::format("{:.3g} {}", wanted.maxCoeff(), radiation ? "Pa" : "kPa"),
+                       run.methods.empty() ? "" : width(run.methods.front().metrics.width_wanted_mm), wanted});
   }
   for (const MethodResult& result : run.methods) {
     if (result.pressure.size() != 0) {
       const Metrics& metrics = result.metrics;
-      const auto share = [](double error) { return table_number(100.0 * error, "{:.1f}"); };
-      columns.push_back({result.name,
-                         std::isnan(metrics.relative_error) ? ""
-                                                            : "error " + share(metrics.relative_error) + " / " +
-                                                                  share(metrics.relative_error_radiation) + " %",
-                         result.pressure.cwiseAbs()});
+      const double error = radiation ? metrics.relative_error_radiation : metrics.relative_error;
+      columns.push_back({result.name, std::isnan(error) ? "" : fmt::format("error {:.1f} %", 100.0 * error),
+                         width(radiation ? metrics.width_radiation_mm : metrics.width_mm),
+                         radiation ? result.radiation : Eigen::VectorXd(1e-3 * result.pressure.cwiseAbs())});
     }
   }
   return columns;
 }
 
+void draw_headings(Canvas& canvas, const PixelBox& panel, int room, const OverviewColumn& column) {
+  const double middle = panel.x + 0.5 * panel.width;
+  double y = panel.y + panel.height + room - 13.0;
+  draw_fitted(canvas, middle, y, column.name, {.size = 18, .align = Align::kCentre, .bold = true}, panel.width);
+  if (room == kHeadings) {
+    for (const std::string& text : {column.error, column.width}) {
+      draw_fitted(canvas, middle, y -= 19.0, text, {.size = 15, .align = Align::kCentre}, panel.width);
+    }
+  }
+}
+
 }  // namespace
 
-std::string overview_picture(const Run& run, double top, PictureFormat format) {
-  const std::vector<Column> columns = columns_of(run);
-  const auto count = static_cast<int>(columns.size());
-  const bool many = count > kMostColumns;
-  const SkinPanels panels = skin_panels(run);
-  const bool close = panels.target.has_value();
-  const bool whole = !many || !close;
-  const int across = many ? kColumnsOfMany : std::max(count, 1);
-  const int looks = (whole ? 1 : 0) + (close ? 1 : 0);
-  const int rows = (count + across - 1) / across;
-  const int width = (kColumnsRoom.width - (across - 1) * kColumnGap) / across;
-  const int pitch = kColumnsRoom.height / std::max(rows, 1);  // of a row of columns
-  const int height = (pitch - kHeadings - (looks - 1) * kColumnGap) / looks;
-  const auto panel = [&](int column, int look) {
-    return PixelBox{kColumnsRoom.x + column % across * (width + kColumnGap),
-                    kColumnsRoom.y + kColumnsRoom.height - column / across * pitch - kHeadings - (look + 1) * height -
-                        look * kColumnGap,
-                    width, height};
+std::vector<OverviewPart> overview_parts(const Run& run) {
+  constexpr double kBodyShare = 0.94;
+  constexpr double kTargetShare = 0.6;
+  constexpr double kWorthACloseView = 0.6;  // of the body's scale
+  const auto count = static_cast<int>(columns_of(run).size());
+  const PixelBox room = {30, 76, 1000, picture_height(count) - 170};
+  const Points& body = run.mesh.vertices();
+  const Vector3 direction = facing(run.array, run.mesh.centroids().rowwise().mean());
+  const auto part = [&](const PixelBox& of, int above, const Points& points, double share) {
+    const PanelGrid grid = fitted_grid(of, count, above, seen_size(direction, points));
+    return OverviewPart{grid, fitted_view(grid.panel(0), direction, points, share)};
   };
-
-  Canvas canvas(kPictureWidth, kPictureHeight, format);
-  describe(canvas, run.provenance);
-  double most = 0.0;
-  for (int look = 0; look < looks; ++look) {
-    const bool all = whole && look == 0;
-    const Points points = all ? run.mesh.vertices() : target_corners(run.mesh, *run.target);
-    const SkinLook seen(fitted_view(panel(0, look), panels.body.direction, points, all ? 0.94 : 0.6), run.mesh,
-                        run.target);
-    for (int column = 0; column < count; ++column) {
-      const Eigen::VectorXd& values = columns[static_cast<std::size_t>(column)].values;
-      if (values.size() == 0) {
-        seen.draw_wanted(canvas, *run.target, top, panel(column, look));
-      } else {
-        seen.draw(canvas, skin_colours(values, top), panel(column, look));
+  std::vector<OverviewPart> best = {part(room, kHeadings, body, kBodyShare)};
+  const Points target = run.target ? target_corners(run.mesh, *run.target) : body;
+  if (fitted_view(room, direction, target, kTargetShare).scale <
+      kWorthACloseView * fitted_view(room, direction, body, kBodyShare).scale) {
+    double least = HUGE_VAL;
+    for (const bool beside : {false, true}) {
+      const auto [first, second] = halves(room, beside);
+      const OverviewPart whole = part(first, kHeadings, body, kBodyShare);
+      const OverviewPart close = part(second, beside ? kHeadings : kName, target, kTargetShare);
+      if (whole.view.scale * close.view.scale < least) {
+        least = whole.view.scale * close.view.scale;
+        best = {whole, close};
       }
-      canvas.frame(panel(column, look), {170, 170, 170}, 1.0);
     }
-    PixelBox last = panel(0, look);
-    last.y += 26;  // within the panel
-    last.x += 8;
-    draw_scale_bar(canvas, last, seen.view().scale);
   }
-  for (int column = 0; column < count; ++column) {
-    const Column& shown = columns[static_cast<std::size_t>(column)];
-    const PixelBox box = panel(column, 0);
-    const double middle = box.x + 0.5 * width;
-    draw_fitted(canvas, middle, box.y + height + 32, shown.name, {.size = 19, .align = Align::kCentre, .bold = true},
-                width);
-    draw_fitted(canvas, middle, box.y + height + 12, shown.figures, {.size = 16, .align = Align::kCentre}, width);
-    most = std::max(most, shown.values.size() == 0 ? run.target->amplitudes.maxCoeff() : shown.values.maxCoeff());
+  return best;
+}
+
+std::string overview_picture(const Run& run) {
+  const char* const quantity = shows_radiation(run) ? "P" : "|p|";
+  const std::vector<OverviewColumn> columns = columns_of(run);
+  std::vector<Eigen::VectorXd> reached;
+  for (std::size_t i = run.target ? 1 : 0; i < columns.size(); ++i) {
+    reached.push_back(columns[i].values);
   }
-  draw_colour_bar(canvas, skin_bar({.top = top}, most));
-  draw_title(canvas, picture_title(run.name, run.notes), "pressure on the skin");
-  draw_caption(
-      canvas, "",
-      fmt::format("Seen from the array's side.{}",
-                  run.target
-                      ? " Green: the border of the target on the skin. Error over the whole skin: of |p| / of the "
-                        "radiation pressure."
-                      : ""));
+  ColourBar bar = skin_bar(fmt::format("{} [{}]", quantity, shows_radiation(run) ? "Pa" : "kPa"),
+                           run.target ? columns[0].values.maxCoeff() : 0.0, reached);
+  Canvas canvas(kPictureWidth, picture_height(static_cast<int>(columns.size())));
+  describe(canvas, run.provenance);
+  for (const OverviewPart& part : overview_parts(run)) {
+    const SkinLook look(part.view, run.mesh, run.target);
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      const PixelBox panel = part.grid.panel(static_cast<int>(i));
+      if (run.target && i == 0) {
+        look.draw_wanted(canvas, *run.target, columns[i].values, bar.top, panel);
+      } else {
+        look.draw(canvas, columns[i].values, bar.top, panel);
+      }
+      draw_headings(canvas, panel, part.grid.above, columns[i]);
+    }
+    draw_scale_bar(canvas, part.view.panel, part.view.scale);
+  }
+  bar.box.height = canvas.height() - 260;
+  draw_colour_bar(canvas, bar);
+  draw_texts(canvas, {.title = picture_title(run.name, run.notes),
+                      .subtitle = shows_radiation(run) ? "radiation pressure P on the skin" : "|p| on the skin",
+                      .foot = fmt::format("Seen from the array's side.{}{}", bar.bottom < 0 ? " Below 0: suction." : "",
+                                          run.target ? fmt::format(" Green: the border of the target. Error of {} over "
+                                                                   "the whole skin; width at half of the maximum.",
+                                                                   quantity)
+                                                     : "")});
   return canvas.file();
 }
 

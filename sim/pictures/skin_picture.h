@@ -1,100 +1,122 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "sim/pictures/canvas.h"
-#include "sim/pictures/picture_format.h"
+#include <Eigen/Geometry>
+
+#include "sim/mesh/raster/raster.h"
 #include "sim/pictures/picture_parts.h"
-#include "sim/pictures/skin_sight.h"
 #include "sim/run/run_data.h"
 
 namespace touchfield {
 
-/// Where the skin is seen in a picture: all of it, and the target's surroundings where they would be small.
-struct SkinPanels {
-  SkinView body;
-  std::optional<SkinView> target;
+/// A parallel projection into a panel of a picture.
+struct SkinView {
+  PixelBox panel;
+  Vector3 direction;  // of sight, unit
+  Vector3 up;         // unit, perpendicular to it
+  Vector3 centre;     // [m], in the middle of the panel
+  double scale;       // [m] a pixel
+
+  Vector3 right() const { return direction.cross(up); }
+  Eigen::Vector2d pixel(const Vector3& point) const;
 };
 
-/// Both look from the array's side; see facing().
-SkinPanels skin_panels(const Run& run);
+/// The direction in which an array faces, its mean axis; for a plane wave its direction of travel. From the array to
+/// `centre` where the axes cancel, +z where that fails too.
+Vector3 facing(const TransducerArray& array, const Vector3& centre);
 
-/// What a picture of the skin says beside its colours.
-struct SkinText {
-  std::string title;
-  std::string subtitle;
-  std::string caption;
-  std::string colours;  // what shares them, a sentence
-};
+/// Looks along `direction`, with world +y up, or +x if +y is nearly the direction of sight. All points together fill
+/// `share` of the panel in the tighter of its two sides.
+SkinView fitted_view(const PixelBox& panel, const Vector3& direction, const Points& points, double share);
 
-/// Pieces of straight lines, from point(0, e) to point(1, e).
-struct Lines {
-  Points points;          // 3 x P [m]
-  Eigen::Matrix2Xi ends;  // 2 x E
-};
+/// How wide and high points are, looked at along `direction` [m].
+Eigen::Vector2d seen_size(const Vector3& direction, const Points& points);
+
+/// Means over the faces round each vertex, weighted by area: R x V of R x M. Faces with a value that is not finite do
+/// not count; NaN where none does.
+Eigen::MatrixXd vertex_means(const TriangleMesh& mesh, const Eigen::MatrixXd& of_faces);
+
+/// The colour of a face where its corners have these shares.
+using ColourAt = std::function<Colour(int face, const Vector3& shares)>;
 
 /// A skin looked at once, with the outline of its target, drawn in panels of one size.
 class SkinLook {
  public:
+  /// mesh   outlives this
   SkinLook(const SkinView& view, const TriangleMesh& mesh, const std::optional<Target>& target);
+  SkinLook(const SkinView& view, const TriangleMesh&& mesh, const std::optional<Target>& target) = delete;
 
-  const SkinView& view() const { return sight_.view(); }
-  void draw(Canvas& canvas, const std::vector<Colour>& colours, const PixelBox& panel) const;
+  /// Values of the faces, smooth: their means at the vertices, linear between these.
+  void draw(Canvas& canvas, const Eigen::VectorXd& values, double top, const PixelBox& panel) const;
 
-  /// What the target wants, up to its border.
-  void draw_wanted(Canvas& canvas, const Target& target, double top, const PixelBox& panel) const;
+  /// What is wanted on the faces of a target, up to its border.
+  void draw_wanted(Canvas& canvas, const Target& target, const Eigen::VectorXd& wanted, double top,
+                   const PixelBox& panel) const;
+
+  /// A pixel of the panel, column i and row j from its lower left corner: the mean of 4 x 4 places, on white. Skin that
+  /// is seen head-on has exactly its colour. Slanted skin is darker, down to 70 %; the light follows the normal,
+  /// interpolated between vertices except at creases.
+  Colour pixel(int i, int j, const ColourAt& colour_at) const;
+
+  /// The pieces of lines from one point to the next, 3 x 2 E [m], that no face hides [pixels of the picture]: the ends
+  /// of one after another. They are found in steps of half a pixel.
+  std::vector<Eigen::Vector2d> visible(const Points& ends) const;
 
  private:
-  void draw_outline(Canvas& canvas, const PixelBox& panel) const;
+  Vector3 shares(int face, const Eigen::Vector2d& sample) const;
+  void paint(Canvas& canvas, const ColourAt& colour_at, const PixelBox& panel) const;
 
-  SkinSight sight_;
+  SkinView view_;
+  const TriangleMesh& mesh_;
+  Camera camera_;
+  SeenPoints seen_;
+  Raster raster_;
+  std::vector<std::uint8_t> shade_;  // of each sample: 255 leaves the colour alone
   std::vector<Eigen::Vector2d> outline_;
 };
 
-/// The skin of a run, looked at once for all its pictures.
-class SkinPictures {
- public:
-  /// run   outlives this
-  SkinPictures(const Run& run, PictureFormat format);
-  SkinPictures(const Run&&, PictureFormat) = delete;
+/// The end of the colours of skin, rounded up: `most`, which is the largest of the 99.5th percentiles of the methods, so
+/// that a single hot face does not darken all others. Where a pressure is wanted it is at least that and at most twice
+/// that. A method that presses ten times as hard then leaves the others their colours.
+///
+/// most_wanted   0 where nothing is wanted
+double skin_top(double most_wanted, double most);
 
-  /// A picture of the skin coloured by `values` [Pa], one per face, with the target outlined.
-  std::string picture(const Eigen::VectorXd& values, const SkinScale& scale, const SkinText& text) const;
+/// The colours of values on the skin, which call themselves `label`. Both ends are rounded outwards; below 0 they end at
+/// -top at the most.
+///
+/// methods   values on the faces, one entry per method
+ColourBar skin_bar(const std::string& label, double most_wanted, const std::vector<Eigen::VectorXd>& methods);
 
-  /// The same of what the target wants, up to its border.
-  std::string wanted_picture(double top, const SkinText& text) const;
-
- private:
-  std::string drawn(const std::function<void(const SkinLook&, Canvas&)>& draw, double largest, const SkinScale& scale,
-                    const SkinText& text) const;
-
-  const Run& run_;
-  PictureFormat format_;
-  SkinLook body_;
-  std::optional<SkinLook> target_;
-};
-
-/// The lines where the surfaces of the target's boxes cut the skin. Lines within another box are left out unless they
-/// are a border of the target or between two pressures. Masks, and targets without boxes, have other lines: the sides
-/// of their faces that no other such face shares.
-Lines target_outline(const TriangleMesh& mesh, const Target& target);
-
-/// The twelve edges of each box of the target.
-Lines box_edges(const std::vector<TargetBox>& boxes);
+/// The lines where the surfaces of the target's boxes cut the skin, from one point to the next, 3 x 2 E. Lines within
+/// another box are left out unless they are a border of the target or between two pressures. Masks, and targets without
+/// boxes, have other lines: the sides of their faces that no other such face shares.
+Points target_outline(const TriangleMesh& mesh, const Target& target);
 
 /// The corners of the target's faces, 3 x 3 K.
 Points target_corners(const TriangleMesh& mesh, const Target& target);
 
 inline constexpr Colour kTargetColour = {0, 120, 80};
 
-/// The skin of a run side by side: what is wanted, if there is a target, and what each method reaches, with its error.
-/// Whole bodies above and the target's surroundings below; of more than kMostColumns the surroundings alone, in rows.
+/// Panels of the overview that show the same part of the skin: first what is wanted, if there is a target, then one per
+/// method.
+struct OverviewPart {
+  PanelGrid grid;
+  SkinView view;  // in the first panel
+};
+
+/// All of the skin, and the target's surroundings where they would be small; seen from the array's side (facing).
+std::vector<OverviewPart> overview_parts(const Run& run);
+
+/// The skin of a run, its methods side by side with their errors and widths. It shows the radiation pressure P, by
+/// which methods are compared, or |p| where a method has no P.
 ///
-/// top       end of the colours [Pa]
 /// returns   a file's bytes
-std::string overview_picture(const Run& run, double top, PictureFormat format);
+std::string overview_picture(const Run& run);
 
 }  // namespace touchfield

@@ -94,11 +94,6 @@ Json wanted_json(const TriangleMesh& mesh, const Target& target) {
           {"most", target.amplitudes.maxCoeff()}};
 }
 
-Json outline_json(const TriangleMesh& mesh, const Target& target) {
-  const Lines lines = target_outline(mesh, target);
-  return packed_points(lines.points(Eigen::all, lines.ends.reshaped()));
-}
-
 /// 5 mm, or 0.45 times the least distance between two transducers if that is less.
 double transducer_radius(const TransducerArray& array) {
   constexpr double kMostRadius = 5e-3;  // [m]
@@ -151,7 +146,8 @@ Json tops_json(const ViewData& data) {
   for (const ViewSkin& skin : data.skins) {
     wanted = std::max(wanted, skin.target && skin.target->size() > 0 ? skin.target->amplitudes.maxCoeff() : 0.0);
     for (const Eigen::VectorXcd& pressure : skin.pressure) {
-      most = std::max(most, quantile(magnitudes(pressure), kTopShare));
+      const Eigen::VectorXd amplitudes = pressure.cwiseAbs();
+      most = std::max(most, quantile({amplitudes.begin(), amplitudes.end()}, kTopShare));
     }
     for (const Eigen::VectorXd& radiation : radiation_of(skin, data.radiation_per_square)) {
       most_radiation = std::max(most_radiation, quantile({radiation.begin(), radiation.end()}, kTopShare));
@@ -227,7 +223,7 @@ Json skin_json(const ViewSkin& skin, double radiation_per_square) {
     json["sensed"] = mesh_json(*skin.sensed);
   }
   if (skin.target && skin.target->size() > 0) {
-    json["outline"] = outline_json(skin.mesh, *skin.target);
+    json["outline"] = packed_points(target_outline(skin.mesh, *skin.target));
     json["wanted"] = wanted_json(skin.mesh, *skin.target);
   }
   const std::vector<Eigen::VectorXd> radiation = radiation_of(skin, radiation_per_square);

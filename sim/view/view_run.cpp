@@ -51,7 +51,7 @@ std::string run_page(const Run& run) {
   const bool drawn = run.target || std::ranges::any_of(run.methods, [](const MethodResult& result) {
                        return result.pressure.size() != 0;
                      });
-  return view_page(run_view(run), drawn ? draw_figure("overview", run, PictureFormat::kPng) : "", run_report(run));
+  return view_page(run_view(run), drawn ? draw_figure("overview", run) : "", run_report(run));
 }
 
 }  // namespace touchfield

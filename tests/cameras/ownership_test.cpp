@@ -32,8 +32,8 @@ static_assert(!std::is_constructible_v<SkinJacobian, SkinProblem>);
 static_assert(std::is_constructible_v<DualFactor, LowRankRelaxation&>);
 static_assert(!std::is_constructible_v<DualFactor, LowRankRelaxation>);
 
-static_assert(std::is_constructible_v<SkinPictures, Run&, PictureFormat>);
-static_assert(!std::is_constructible_v<SkinPictures, Run, PictureFormat>);
+static_assert(std::is_constructible_v<SkinLook, SkinView, Mesh&, std::optional<Target>>);
+static_assert(!std::is_constructible_v<SkinLook, SkinView, Mesh, std::optional<Target>>);
 
 static_assert(std::is_constructible_v<TextCursor, std::string&, const char*>);
 static_assert(!std::is_constructible_v<TextCursor, std::string, const char*>);

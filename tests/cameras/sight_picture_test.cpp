@@ -44,7 +44,7 @@ int counted(const Picture& picture, const Colour& colour, int from_x, int to_x) 
 TEST(SightPicture, MarksHolesInRed) {
   const TemporaryDirectory directory;
   const auto reds = [&](const std::vector<CameraSight>& sights) {
-    draw_sights(directory.file("sight.png"), "a scene", "its first frame", plate(), sights, PictureFormat::kPng);
+    draw_sights(directory.file("sight.png"), "a scene", "its first frame", plate(), sights);
     const Picture picture(directory.file("sight.png"));
     EXPECT_EQ(picture.width(), kPictureWidth);
     EXPECT_EQ(picture.text("Description"), "a scene");
@@ -62,7 +62,7 @@ TEST(SightPicture, IsDrawnOfNothingToo) {
   CameraSight away = sight(true);
   away.camera.axes.col(0) *= -1;
   away.camera.axes.col(2) *= -1;
-  draw_sights(directory.file("sight.svg"), "a scene", "", plate(), {away}, PictureFormat::kSvg);
+  draw_sights(directory.file("sight.png"), "a scene", "", plate(), {away});
   EXPECT_EQ(directory.entries(), 1U);
 }
 
@@ -70,7 +70,7 @@ TEST(SightPicture, RefusesAnImageOfAnotherSize) {
   const TemporaryDirectory directory;
   CameraSight odd = sight(true);
   odd.depth.pop_back();
-  EXPECT_THROW(draw_sights(directory.file("sight.png"), "", "", plate(), {odd}, PictureFormat::kPng), InputError);
+  EXPECT_THROW(draw_sights(directory.file("sight.png"), "", "", plate(), {odd}), InputError);
   EXPECT_EQ(directory.entries(), 0U);
 }
 

@@ -26,27 +26,28 @@ class Drawn {
 
 TEST(Png, IsReadBackBitByBit) {
   std::mt19937 generator(3);
-  ColourImage image(37, 23);
-  for (Colour& pixel : image.pixels) {
+  std::vector<Colour> pixels(37 * 23);
+  for (Colour& pixel : pixels) {
     pixel = {static_cast<std::uint8_t>(generator()), static_cast<std::uint8_t>(generator()),
              static_cast<std::uint8_t>(generator())};
   }
-  const Drawn drawn(png_file(37, 23, PngPixels::kRgb8, std::as_bytes(std::span(image.pixels)),
-                             {{"Title", "a picture"}, {"Comment", ""}}));
+  const Drawn drawn(
+      png_file(37, 23, PngPixels::kRgb8, std::as_bytes(std::span(pixels)), {{"Title", "a picture"}, {"Comment", ""}}));
   const Picture picture = drawn.picture();
   ASSERT_EQ(picture.width(), 37);
   ASSERT_EQ(picture.height(), 23);
   EXPECT_EQ(picture.text("Title"), "a picture");
   EXPECT_EQ(picture.text("Comment"), "(none)");
-  for (int row = 0; row < image.height; ++row) {
-    for (int column = 0; column < image.width; ++column) {
-      ASSERT_EQ(picture.at(column, image.height - 1 - row), image.at(column, row)) << column << ", " << row;
+  for (int row = 0; row < 23; ++row) {
+    for (int column = 0; column < 37; ++column) {
+      ASSERT_EQ(picture.at(column, 22 - row), pixels[static_cast<std::size_t>(37 * row + column)])
+          << column << ", " << row;
     }
   }
 }
 
 TEST(Canvas, CountsPixelsFromTheLowerLeftCorner) {
-  Canvas canvas(60, 40, PictureFormat::kPng);
+  Canvas canvas(60, 40);
   canvas.polygon({{10, 5}, {20, 5}, {20, 15}, {10, 15}}, kRed);
   canvas.image({40, 20, 8, 6}, [](int i, int j) { return i == 7 && j == 5 ? kRed : Colour{10, 20, 200}; });
   canvas.line({0, 35}, {60, 35}, kRed, 1.0);
@@ -83,11 +84,11 @@ Eigen::Vector4i extent(const Picture& picture) {
 
 TEST(Canvas, TextStandsWhereItsStyleSays) {
   const auto drawn = [](const TextStyle& style) {
-    Canvas canvas(400, 400, PictureFormat::kPng);
+    Canvas canvas(400, 400);
     canvas.text(200, 200, "HHHH", style);
     return extent(Drawn(canvas.file()).picture());
   };
-  Canvas ruler(10, 10, PictureFormat::kPng);
+  Canvas ruler(10, 10);
   const double width = ruler.text_width("HHHH", {.size = 30});
   EXPECT_GT(width, 40.0);
   EXPECT_NEAR(ruler.text_width("HHHH", {.size = 15}), 0.5 * width, 0.02 * width);
@@ -104,7 +105,7 @@ TEST(Canvas, TextStandsWhereItsStyleSays) {
 }
 
 TEST(PictureParts, LongTextsAreMadeToFit) {
-  Canvas canvas(400, 50, PictureFormat::kPng);
+  Canvas canvas(400, 50);
   draw_fitted(canvas, 10, 25, std::string(80, 'm'), {.size = 30}, 300);
   const Eigen::Vector4i box = extent(Drawn(canvas.file()).picture());
   EXPECT_NEAR(box[0], 10, 2);
@@ -114,7 +115,7 @@ TEST(PictureParts, LongTextsAreMadeToFit) {
 TEST(Canvas, HasAFontOrSaysThatThereIsNone) {
   const std::string font = picture_font();
   EXPECT_EQ(font.find_first_of("\n\t"), std::string::npos);
-  Canvas canvas(100, 50, PictureFormat::kPng);
+  Canvas canvas(100, 50);
   EXPECT_GT(canvas.text_width("abc", {}), 0.0) << "font '" << font << "'";
 }
 

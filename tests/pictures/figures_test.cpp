@@ -19,10 +19,6 @@ std::set<std::string> names_in(const std::string& directory) {
   return names;
 }
 
-std::vector<std::string> draw_png(const std::string& directory, const RunData& run) {
-  return draw_figures(directory, run, PictureFormat::kPng);
-}
-
 /// A sheet with a pressure that differs on every face, 100 to 800 Pa, so that the colours end at 800 Pa.
 RunData graded_run() {
   RunData run = bare_run(sheet(6, 4, 0.01));
@@ -34,61 +30,85 @@ RunData graded_run() {
   return run;
 }
 
-TEST(Figures, EveryFaceHasTheColourOfItsPressureAtItsPlace) {
+/// The colour of a value that is smooth over the faces, in the middle of one.
+Colour smooth_colour(const RunData& run, const Eigen::VectorXd& values, Eigen::Index face, double top) {
+  const Eigen::MatrixXd corners = vertex_means(run.mesh, values.transpose());
+  return skin_colour(corners(0, run.mesh.triangles().col(face)).mean() / top);
+}
+
+/// The picture of panel i of an overview: its pixel at a point of the skin.
+Colour at(const Picture& picture, const OverviewPart& part, int i, const Vector3& x) {
+  SkinView view = part.view;
+  view.panel = part.grid.panel(i);
+  return picture.at(view.pixel(x));
+}
+
+TEST(Figures, TheSkinHasTheColoursOfItsPressureAtItsPlace) {
   const TemporaryDirectory directory("with space \xc3\xa4");
   const RunData run = graded_run();
-  ASSERT_THAT(draw_png(directory.path(), run), ElementsAre(directory.file("setup.png"), directory.file("overview.png"),
-                                                           directory.file("pressure_graded.png")));
-  const Picture picture(directory.file("pressure_graded.png"));
+  ASSERT_THAT(draw_figures(directory.path(), run), ElementsAre(directory.file("overview.png")));
+  const Picture picture(directory.file("overview.png"));
   ASSERT_EQ(picture.width(), 1200);
   ASSERT_EQ(picture.height(), 900);
-  const SkinPanels panels = skin_panels(run);
-  EXPECT_FALSE(panels.target.has_value());
+  const std::vector<OverviewPart> parts = overview_parts(run);
+  ASSERT_EQ(parts.size(), 1U);
   for (Eigen::Index f = 0; f < run.mesh.face_count(); ++f) {
     SCOPED_TRACE(f);
-    expect_colour(picture.at(panels.body.pixel(run.mesh.centroids().col(f))),
-                  skin_colour(std::abs(run.methods[0].pressure(f)) / 800.0));
+    expect_colour(at(picture, parts[0], 0, run.mesh.centroids().col(f)),
+                  smooth_colour(run, run.methods[0].pressure.cwiseAbs(), f, 800.0));
   }
   expect_colour(picture.at(5, 450), {255, 255, 255});
 }
 
-TEST(Figures, RadiationPressureHasAScaleOfItsOwnThatGoesOnBelowZero) {
-  const TemporaryDirectory directory;
+TEST(Figures, RadiationPressureIsShownWhereAllMethodsHaveIt) {
   RunData run = graded_run();
   const Eigen::Index faces = run.mesh.face_count();
+  run.radiation_per_square = 2e-6;
   run.methods[0].radiation = Eigen::VectorXd::LinSpaced(faces, -2.0, 5.0);
-  draw_png(directory.path(), run);
-  const Picture picture(directory.file("radiation_graded.png"));
-  const SkinView view = skin_panels(run).body;
+  run.methods.push_back(run.methods[0]);
+  run.methods[1].name = "other";
+  const TemporaryDirectory directory;
+  const auto drawn = [&] {
+    draw_figures(directory.path(), run);
+    return Picture(directory.file("overview.png"));
+  };
+  const OverviewPart part = overview_parts(run).front();
+  const Picture picture = drawn();
   for (Eigen::Index f = 0; f < faces; ++f) {
     SCOPED_TRACE(f);
-    expect_colour(picture.at(view.pixel(run.mesh.centroids().col(f))), skin_colour(run.methods[0].radiation(f) / 5.0));
+    expect_colour(at(picture, part, 1, run.mesh.centroids().col(f)),
+                  smooth_colour(run, run.methods[0].radiation, f, 5.0));
   }
   // The bar reaches from -2 to 5 Pa.
   const PixelBox bar = ColourBar().box;
-  const auto at = [&](double value) {
-    return picture.at(bar.x + bar.width / 2, bar.y + static_cast<int>((value + 2.0) / 7.0 * bar.height));
-  };
   for (const double value : {-1.8, -1.0, 1.0, 4.5}) {
+    const Colour found = picture.at(bar.x + bar.width / 2, bar.y + static_cast<int>((value + 2.0) / 7.0 * bar.height));
     const Colour expected = skin_colour(value / 5.0);
     for (std::size_t c = 0; c < 3; ++c) {
-      EXPECT_NEAR(at(value)[c], expected[c], 4) << value;
+      EXPECT_NEAR(found[c], expected[c], 4) << value;
     }
   }
   EXPECT_NE(skin_colour(-0.4), skin_colour(0.4));
 
-  // With an evaluation of another skin that not all methods have, there is nothing to draw it on.
+  const auto shows_sound = [&] {
+    const Eigen::Index face = faces - 1;
+    expect_colour(at(drawn(), part, 0, run.mesh.centroids().col(face)),
+                  smooth_colour(run, run.methods[0].pressure.cwiseAbs(), face, 800.0));
+  };
+  // With an evaluation of another skin that not all methods have, P is not of the skin that is drawn.
   run.evaluation = "edge";
   run.evaluation_model = EvaluationModel{.scheme = "chief", .mesh = run.mesh, .target = std::nullopt};
-  const TemporaryDirectory other;
-  draw_png(other.path(), run);
-  EXPECT_EQ(names_in(other.path()).count("radiation_graded.png"), 0U);
+  shows_sound();
+  run.evaluation = "none";
+  run.evaluation_model.reset();
+  run.methods[1].radiation.resize(0);
+  shows_sound();
 }
 
 // Seen along +z with +y up, +x lies to the left.
 TEST(Figures, TheSkinIsSeenFromTheArraysSide) {
   const RunData run = graded_run();
-  const SkinView view = skin_panels(run).body;
+  const SkinView view = overview_parts(run)[0].view;
   EXPECT_GT(view.pixel(Vector3(-0.01, 0, 0.2)).x(), view.pixel(Vector3(0.01, 0, 0.2)).x());
   EXPECT_GT(view.pixel(Vector3(0, 0.01, 0.2)).y(), view.pixel(Vector3(0, -0.01, 0.2)).y());
 
@@ -104,40 +124,53 @@ TEST(Figures, TheSkinIsSeenFromTheArraysSide) {
   both.methods[0].pressure.head(far.face_count()).setConstant(200.0);
   both.methods[0].pressure.tail(near.face_count()).setConstant(800.0);
   const TemporaryDirectory directory;
-  draw_png(directory.path(), both);
-  const Picture picture(directory.file("pressure_m.png"));
-  const SkinView seen = skin_panels(both).body;
-  expect_colour(picture.at(seen.pixel(Vector3(0.003, 0.002, 0.2))), skin_colour(1.0));
-  expect_colour(picture.at(seen.pixel(Vector3(0.025, 0.015, 0.2))), skin_colour(0.25));
+  draw_figures(directory.path(), both);
+  const Picture picture(directory.file("overview.png"));
+  const OverviewPart part = overview_parts(both)[0];
+  expect_colour(at(picture, part, 0, Vector3(0.003, 0.002, 0.2)), skin_colour(1.0));
+  expect_colour(at(picture, part, 0, Vector3(0.025, 0.015, 0.2)), skin_colour(0.25));
 }
 
-TEST(Figures, ThePictureOfTheTargetAndItsCloseView) {
+TEST(Figures, WhatIsWantedEndsAtTheTargetsBorder) {
   const TemporaryDirectory directory;
   RunData run = graded_run();
   const std::vector<Eigen::Index> faces = {20, 21};  // one square
   run.target =
       Target{.faces = faces, .amplitudes = Eigen::Vector2d(800, 400), .box = {0, 0}, .shares = Eigen::Vector2d(1, 1)};
-  draw_png(directory.path(), run);
-  EXPECT_EQ(names_in(directory.path()),
-            (std::set<std::string>{"overview.png", "setup.png", "target.png", "pressure_graded.png"}));
-  const SkinPanels panels = skin_panels(run);
-  ASSERT_TRUE(panels.target.has_value());
-  // The largest pressure is 800 Pa, as is the largest that is wanted.
-  constexpr double kTop = 800.0;
-  const Picture wanted(directory.file("target.png"));
-  const Picture reached(directory.file("pressure_graded.png"));
-  for (const SkinView& view : {panels.body, *panels.target}) {
-    const Eigen::Vector2d first = view.pixel(run.mesh.centroids().col(20));
-    const Eigen::Vector2d second = view.pixel(run.mesh.centroids().col(21));
-    const Eigen::Vector2d beside = view.pixel(run.mesh.centroids().col(23));
-    expect_colour(wanted.at(first), skin_colour(800.0 / kTop));
-    expect_colour(wanted.at(second), skin_colour(400.0 / kTop));
-    expect_colour(wanted.at(beside), skin_colour(0.0));
-    expect_colour(reached.at(first), skin_colour(std::abs(run.methods[0].pressure(20)) / kTop));
+  draw_figures(directory.path(), run);
+  EXPECT_EQ(names_in(directory.path()), (std::set<std::string>{"overview.png"}));
+  const std::vector<OverviewPart> parts = overview_parts(run);
+  ASSERT_EQ(parts.size(), 2U);  // the whole, and the target's surroundings
+  const Picture picture(directory.file("overview.png"));
+  for (const OverviewPart& part : parts) {
+    const auto middle = [&](Eigen::Index face) -> Vector3 { return run.mesh.centroids().col(face); };
+    expect_colour(at(picture, part, 0, middle(20)), skin_colour(1.0));
+    expect_colour(at(picture, part, 0, middle(21)), skin_colour(0.5));
+    expect_colour(at(picture, part, 0, middle(23)), skin_colour(0.0));
+    expect_colour(at(picture, part, 1, middle(20)), smooth_colour(run, run.methods[0].pressure.cwiseAbs(), 20, 800.0));
     // The outline: green on the lower side of the square.
-    const Colour line = wanted.at(view.pixel(run.mesh.corner(20, 0) + Vector3(0.004, 0, 0)));
+    const Colour line = at(picture, part, 0, run.mesh.corner(20, 0) + Vector3(0.004, 0, 0));
     EXPECT_GT(line[1], line[0] + 40);
     EXPECT_GT(line[1], line[2] + 20);
+  }
+}
+
+TEST(Figures, ManyMethodsMakeATallerPicture) {
+  const TemporaryDirectory directory;
+  RunData run = graded_run();
+  for (int i = 0; i < 7; ++i) {
+    run.methods.push_back(run.methods[0]);
+    run.methods.back().name = "m" + std::to_string(i);
+  }
+  draw_figures(directory.path(), run);
+  const Picture picture(directory.file("overview.png"));
+  EXPECT_EQ(picture.height(), 1600);
+  const OverviewPart part = overview_parts(run)[0];
+  for (int i = 0; i < 8; ++i) {
+    EXPECT_GT(part.grid.panel(i).width, 150);
+    EXPECT_GT(part.grid.panel(i).y, 0);
+    expect_colour(at(picture, part, i, run.mesh.centroids().col(30)),
+                  smooth_colour(run, run.methods[0].pressure.cwiseAbs(), 30, 800.0));
   }
 }
 
@@ -152,16 +185,19 @@ TEST(Figures, PlanesAreDrawnAndCubesAreNot) {
     field.pressure.resize(1);
   }
   FieldResult& plane = run.fields[0];  // 5 x 1 x 4 points
-  Eigen::VectorXcd& p = plane.pressure[0].second;
+  Eigen::VectorXcd p(20);
   for (Eigen::Index i = 0; i < p.size(); ++i) {
     p(i) = std::polar(100.0 + 25.0 * static_cast<double>(i), 1.0);
   }
+  plane.pressure[0].second = p;
   plane.inside.assign(static_cast<std::size_t>(p.size()), 0);
   plane.inside[0] = 1;
-  draw_png(directory.path(), run);
-  EXPECT_EQ(names_in(directory.path()), (std::set<std::string>{"field_side_surface.png"}));
-  const Picture picture(directory.file("field_side_surface.png"));
-  const PixelBox box = plane_view(plane.grid).linear;
+  plane.pressure.emplace_back("weak", 0.1 * p);
+  draw_figures(directory.path(), run);
+  EXPECT_EQ(names_in(directory.path()), (std::set<std::string>{"field_side.png"}));
+  const Picture picture(directory.file("field_side.png"));
+  const PlaneView view = plane_view(plane.grid, 2);
+  const PixelBox box = view.grids[0].panel(0);
   // 100 + 25 * 19 = 575 Pa at most, so the colours end at 600.
   for (int z = 0; z < 4; ++z) {
     for (int x = 0; x < 5; ++x) {
@@ -174,14 +210,49 @@ TEST(Figures, PlanesAreDrawnAndCubesAreNot) {
       }
     }
   }
+  // The other method by the same colours: at the upper right, 57.5 Pa, -20.4 dB of -40.
+  const auto upper_right = [&](const PixelBox& panel) {
+    return picture.at(panel.x + panel.width * 9 / 10, panel.y + panel.height * 7 / 8);
+  };
+  expect_colour(upper_right(view.grids[0].panel(1)), viridis(57.5 / 600.0));
+  expect_colour(upper_right(view.grids[1].panel(1)), viridis(1.0 + 20.0 * std::log10(57.5 / 600.0) / 40.0));
+}
+
+TEST(Figures, PlanesOfOneToEightMethodsFitTheirPictures) {
+  FieldGrid grid = full_run().fields[0].grid;
+  for (const int count : {1, 2, 3, 5, 8}) {
+    for (const Eigen::Vector2i& points : {Eigen::Vector2i(150, 100), {60, 200}, {300, 20}}) {
+      grid.count = {points.x(), 1, points.y()};
+      grid.spacing.setConstant(1e-3);
+      const PlaneView view = plane_view(grid, count);
+      std::vector<PixelBox> boxes;
+      for (const PanelGrid& half : view.grids) {
+        for (int i = 0; i < count; ++i) {
+          const PixelBox box = half.panel(i);
+          EXPECT_NEAR(static_cast<double>(box.width) / box.height, points.x() / static_cast<double>(points.y()),
+                      0.05 * points.x() / points.y());
+          EXPECT_GE(box.x, 60);
+          EXPECT_GE(box.y, 100);
+          EXPECT_LE(box.x + box.width, 1100);
+          EXPECT_LE(box.y + box.height, picture_height(count) - 90);
+          EXPECT_GT(std::max(box.width, box.height), 150) << count;
+          for (const PixelBox& other : boxes) {
+            EXPECT_TRUE(box.x >= other.x + other.width || other.x >= box.x + box.width ||
+                        box.y >= other.y + other.height || other.y >= box.y + box.height);
+          }
+          boxes.push_back(box);
+        }
+      }
+    }
+  }
 }
 
 TEST(Figures, EveryPictureSaysWhichRunItShows) {
   const TemporaryDirectory directory;
   RunData run = full_run();
   run.name = "width_5mm";
-  const std::vector<std::string> files = draw_png(directory.path(), run);
-  ASSERT_EQ(files.size(), 3U + 3U + 2U);  // overview, setup, target, two methods on the skin, P of one, and the plane
+  const std::vector<std::string> files = draw_figures(directory.path(), run);
+  ASSERT_EQ(files.size(), 2U);  // overview and the plane
   for (const std::string& file : files) {
     SCOPED_TRACE(file);
     const Picture picture(file);
@@ -192,18 +263,21 @@ TEST(Figures, EveryPictureSaysWhichRunItShows) {
   }
 }
 
-TEST(Figures, PressureThatIsNoNumberIsGrey) {
+TEST(Figures, PressureThatIsNoNumberIsBlueUpToItsFace) {
   const TemporaryDirectory directory;
   RunData run = graded_run();
   run.methods[0].pressure(5) = std::numeric_limits<double>::quiet_NaN();
-  draw_png(directory.path(), run);
-  const Picture picture(directory.file("pressure_graded.png"));
-  expect_colour(picture.at(skin_panels(run).body.pixel(run.mesh.centroids().col(5))), kNoSkinValue);
+  draw_figures(directory.path(), run);
+  const Picture picture(directory.file("overview.png"));
+  const OverviewPart part = overview_parts(run)[0];
+  expect_colour(at(picture, part, 0, run.mesh.centroids().col(5)), kNoSkinValue);
+  expect_colour(at(picture, part, 0, run.mesh.centroids().col(4)),
+                smooth_colour(run, run.methods[0].pressure.cwiseAbs(), 4, 800.0));
 }
 
 TEST(Figures, ARunWithNothingToDrawGivesNoFile) {
   const TemporaryDirectory directory;
-  EXPECT_TRUE(draw_png(directory.path(), bare_run(sheet(1, 1, 0.01))).empty());
+  EXPECT_TRUE(draw_figures(directory.path(), bare_run(sheet(1, 1, 0.01))).empty());
   EXPECT_EQ(directory.entries(), 0U);
 }
 
@@ -213,39 +287,28 @@ TEST(Figures, APlaneWaveFromTheSide) {
   run.array = plane_wave(Vector3(0, 0, -1), 1.0);  // from behind the sheet: +x to the right
   run.methods[0] = made_up_method("wave", run, 0.5);
   run.methods[0].pressure.setConstant(1e-3);
-  draw_png(directory.path(), run);
-  EXPECT_EQ(names_in(directory.path()),
-            (std::set<std::string>{"overview.png", "pressure_wave.png"}));  // no transducers to show
-  const SkinView view = skin_panels(run).body;
-  EXPECT_LT(view.pixel(Vector3(-0.01, 0, 0.2)).x(), view.pixel(Vector3(0.01, 0, 0.2)).x());
-  const Picture picture(directory.file("pressure_wave.png"));
-  expect_colour(picture.at(view.pixel(Vector3(0.012, 0.003, 0.2))), skin_colour(1.0));
+  draw_figures(directory.path(), run);
+  const OverviewPart part = overview_parts(run)[0];
+  EXPECT_LT(part.view.pixel(Vector3(-0.01, 0, 0.2)).x(), part.view.pixel(Vector3(0.01, 0, 0.2)).x());
+  const Picture picture(directory.file("overview.png"));
+  expect_colour(at(picture, part, 0, Vector3(0.012, 0.003, 0.2)), skin_colour(1.0));
 }
 
 TEST(Figures, AMissingDirectoryIsAnIoError) {
   const TemporaryDirectory directory;
   try {
-    draw_png(directory.file("missing"), graded_run());
+    draw_figures(directory.file("missing"), graded_run());
     FAIL() << "no error";
   } catch (const IoError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("missing/setup.png"));
+    EXPECT_THAT(error.what(), HasSubstr("missing/overview.png"));
   }
 }
 
-TEST(Figures, ComeAsPdfAndSvgToo) {
-  const TemporaryDirectory directory;
+TEST(Figures, APictureIsFoundByItsName) {
   const RunData run = full_run();
-  const std::vector<std::string> pdf = draw_figures(directory.path(), run, PictureFormat::kPdf);
-  const std::vector<std::string> svg = draw_figures(directory.path(), run, PictureFormat::kSvg);
-  ASSERT_EQ(pdf.size(), 3U + 3U + 2U);
-  ASSERT_EQ(svg.size(), pdf.size());
-  for (std::size_t i = 0; i < pdf.size(); ++i) {
-    SCOPED_TRACE(pdf[i]);
-    EXPECT_THAT(pdf[i], EndsWith(".pdf"));
-    EXPECT_THAT(read_bytes(pdf[i]), StartsWith("%PDF-"));
-    EXPECT_THAT(svg[i], EndsWith(".svg"));
-    EXPECT_THAT(read_bytes(svg[i]), HasSubstr("width=\"1200px\" height=\"900px\""));
-  }
+  EXPECT_THAT(draw_figure("field_side", run), StartsWith("\x89PNG"));
+  EXPECT_THAT(message_of<InputError>([&] { draw_figure("target", run); }),
+              HasSubstr("no picture is called 'target'; the pictures are overview, field_side"));
 }
 
 // The ends and the middle of the published map (its entries 0, 255, and the mean of 127 and 128).
@@ -335,11 +398,11 @@ TEST(SkinPicture, TheOutlineIsWhereABoxMeetsTheSkin) {
   const TriangleMesh mesh = sheet(6, 4, 0.01);
   const Vector3 middle = 0.5 * (mesh.vertices().rowwise().minCoeff() + mesh.vertices().rowwise().maxCoeff());
   const TargetBox box{middle, {0.023, 0.011, 0.004}};
-  const Lines lines = target_outline(mesh, make_target(mesh, {box}, TargetProfile::kUniform, 1.0));
+  const Points lines = target_outline(mesh, make_target(mesh, {box}, TargetProfile::kUniform, 1.0));
   double length = 0.0;
-  for (Eigen::Index e = 0; e < lines.ends.cols(); ++e) {
-    const Vector3 a = lines.points.col(lines.ends(0, e)) - middle;
-    const Vector3 b = lines.points.col(lines.ends(1, e)) - middle;
+  for (Eigen::Index e = 0; e < lines.cols(); e += 2) {
+    const Vector3 a = lines.col(e) - middle;
+    const Vector3 b = lines.col(e + 1) - middle;
     length += (b - a).norm();
     for (const Vector3& end : {a, b}) {
       const bool on_side = std::abs(std::abs(end.x()) - 0.0115) < 1e-12 || std::abs(std::abs(end.y()) - 0.0055) < 1e-12;
@@ -350,10 +413,10 @@ TEST(SkinPicture, TheOutlineIsWhereABoxMeetsTheSkin) {
 }
 
 double outline_length(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes) {
-  const Lines lines = target_outline(mesh, make_target(mesh, boxes, TargetProfile::kUniform, 1.0));
+  const Points lines = target_outline(mesh, make_target(mesh, boxes, TargetProfile::kUniform, 1.0));
   double length = 0.0;
-  for (Eigen::Index e = 0; e < lines.ends.cols(); ++e) {
-    length += (lines.points.col(lines.ends(0, e)) - lines.points.col(lines.ends(1, e))).norm();
+  for (Eigen::Index e = 0; e < lines.cols(); e += 2) {
+    length += (lines.col(e) - lines.col(e + 1)).norm();
   }
   return length;
 }
@@ -385,16 +448,6 @@ TEST(SkinPicture, TheOutlinePartsTwoPressures) {
   EXPECT_NEAR(outline_length(mesh, {disc, other}), circle * 5 / 3, 0.03 * circle);
 }
 
-TEST(SkinPicture, ABoxHasTwelveEdges) {
-  const Lines lines = box_edges({TargetBox{Vector3(1, 2, 3), Vector3(0.1, 0.2, 0.3)}});
-  ASSERT_EQ(lines.ends.cols(), 12);
-  double length = 0.0;
-  for (Eigen::Index e = 0; e < 12; ++e) {
-    length += (lines.points.col(lines.ends(0, e)) - lines.points.col(lines.ends(1, e))).norm();
-  }
-  EXPECT_NEAR(length, 4.0 * (0.1 + 0.2 + 0.3), 1e-12);
-}
-
 TEST(SkinPicture, TheOutlineLeavesOutSharedSides) {
   const TriangleMesh mesh = sheet(2, 1, 0.01);
   Target square{.faces = {0, 1}, .amplitudes = Eigen::Vector2d(1, 1), .box = {0, 0}, .shares = Eigen::Vector2d(1, 1)};
@@ -404,11 +457,10 @@ TEST(SkinPicture, TheOutlineLeavesOutSharedSides) {
     return static_cast<int>(vertex);
   };
   const auto sides = [&] {
-    const Lines outline = target_outline(mesh, square);
+    const Points outline = target_outline(mesh, square);
     std::set<std::pair<int, int>> found;
-    for (Eigen::Index e = 0; e < outline.ends.cols(); ++e) {
-      found.insert(std::minmax(
-          {vertex_at(outline.points.col(outline.ends(0, e))), vertex_at(outline.points.col(outline.ends(1, e)))}));
+    for (Eigen::Index e = 0; e < outline.cols(); e += 2) {
+      found.insert(std::minmax({vertex_at(outline.col(e)), vertex_at(outline.col(e + 1))}));
     }
     return found;
   };

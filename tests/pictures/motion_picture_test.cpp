@@ -1,5 +1,6 @@
 #include "sim/pictures/figures.h"
-#include "sim/pictures/picture_parts.h"
+#include "sim/pictures/plots.h"
+#include "sim/pictures/skin_picture.h"
 #include "tests/support/motion_support.h"
 #include "tests/support/output_support.h"
 #include "tests/support/picture_support.h"
@@ -20,32 +21,30 @@ int pixels_within(const Picture& picture, const PixelBox& box, const Colour& col
 TEST(MotionPicture, HasALineAMethodInEveryPanel) {
   const TemporaryDirectory directory;
   const Motion motion = long_motion({"surface", "paper", "unscattered"});
-  ASSERT_TRUE(draw_motion(directory.file("motion.png"), motion, PictureFormat::kPng));
+  ASSERT_TRUE(draw_motion(directory.file("motion.png"), motion));
   EXPECT_EQ(directory.entries(), 1U);
   const Picture picture(directory.file("motion.png"));
   EXPECT_EQ(picture.width(), 1200);
   EXPECT_EQ(picture.height(), 900);
   EXPECT_EQ(picture.text("Description"), "to and fro");
   EXPECT_EQ(picture.text("Scene hash"), "abc");
-  for (const int bottom : {170, 384, 598}) {
+  for (const int bottom : {140, 359, 579}) {  // panels of 760 x 197 pixels, axes from 0 to 2 s
     for (const std::size_t method : {0U, 1U, 2U}) {
-      EXPECT_GT(pixels_within(picture, {120, bottom, 760, 190}, marker_colour(method)), 300) << bottom << " " << method;
+      EXPECT_GT(pixels_within(picture, {120, bottom, 760, 197}, line_colour(method)), 300) << bottom << " " << method;
     }
-    EXPECT_LT(pixels_within(picture, {120, bottom, 760, 190}, marker_colour(3)), 5);
+    EXPECT_LT(pixels_within(picture, {120, bottom, 760, 197}, line_colour(3)), 5);
     // Silent from 60/61 to 70/61 s: no line in the middle of that time, of the axis' 2 s.
     for (const std::size_t method : {0U, 1U, 2U}) {
-      EXPECT_EQ(pixels_within(picture, {520, bottom, 20, 190}, marker_colour(method)), 0) << bottom;
+      EXPECT_EQ(pixels_within(picture, {520, bottom, 20, 197}, line_colour(method)), 0) << bottom;
     }
   }
-  ASSERT_TRUE(draw_motion(directory.file("motion.pdf"), motion, PictureFormat::kPdf));
-  EXPECT_THAT(read_bytes(directory.file("motion.pdf")), StartsWith("%PDF-"));
 }
 
 TEST(MotionPicture, WithoutAScoreThereIsNone) {
   const TemporaryDirectory directory;
   Motion motion = long_motion({"surface"});
   motion.methods[0].scores.clear();
-  EXPECT_FALSE(draw_motion(directory.file("motion.png"), motion, PictureFormat::kPng));
+  EXPECT_FALSE(draw_motion(directory.file("motion.png"), motion));
   EXPECT_EQ(directory.entries(), 0U);
 }
 
@@ -55,7 +54,7 @@ TEST(MotionPicture, AMotionWithoutATargetIsDrawn) {
   for (MotionScore& score : motion.methods[0].scores) {
     score.metrics = {};
   }
-  EXPECT_TRUE(draw_motion(directory.file("motion.png"), motion, PictureFormat::kPng));
+  EXPECT_TRUE(draw_motion(directory.file("motion.png"), motion));
 }
 
 /// A sheet that moves to the left as it is seen, a target of 1000 Pa on its middle square, |p| the same everywhere.
@@ -80,27 +79,27 @@ TEST(MotionStrip, HasARowAMethodAndAColumnAnInstant) {
   const TemporaryDirectory directory;
   const Motion motion = long_motion({"surface", "paper"});
   const auto instants = instants_of({{"surface", 500.0}, {"paper", 1500.0}});
-  draw_motion_strip(directory.file("strip.png"), motion, instants, PictureFormat::kPng);
+  draw_motion_strip(directory.file("strip.png"), motion, instants);
   EXPECT_EQ(directory.entries(), 1U);
   const Picture picture(directory.file("strip.png"));
   EXPECT_EQ(picture.width(), 1200);
   EXPECT_EQ(picture.height(), 900);
   EXPECT_EQ(picture.text("Description"), "to and fro");
-  // Colours end at the largest pressure, 1500 Pa. Each panel of 161 x 303 pixels is full of its face's colour but for
-  // an outline.
+  // Colours end at the largest pressure, 1500 Pa. Each panel is full of its skin's colour but for an outline.
+  const PanelGrid grid = filled_grid({64, 84, 996, 714}, 12, 6, 26);
   for (int column = 0; column < 6; ++column) {
-    const int x = 64 + column * 167;
-    EXPECT_GT(pixels_within(picture, {x, 481, 161, 303}, skin_colour(1.0 / 3.0)), 40'000) << column;
-    EXPECT_GT(pixels_within(picture, {x, 150, 161, 303}, skin_colour(1.0)), 40'000) << column;
+    EXPECT_GT(pixels_within(picture, grid.panel(column), skin_colour(1.0 / 3.0)), 40'000) << column;
+    EXPECT_GT(pixels_within(picture, grid.panel(6 + column), skin_colour(1.0)), 40'000) << column;
   }
   // The place is the same, so the target wanders: +x lies to the left.
   const auto mean_x = [&](int column) {
     double sum = 0;
     int count = 0;
-    for (int y = 150; y < 453; ++y) {
-      for (int x = 64 + column * 167 + 1; x < 64 + column * 167 + 160; ++x) {
+    const PixelBox panel = grid.panel(6 + column);
+    for (int y = panel.y; y < panel.y + panel.height; ++y) {
+      for (int x = panel.x + 1; x < panel.x + panel.width - 1; ++x) {
         if (has_colour(picture.at(x, y), kTargetColour)) {
-          sum += x - column * 167;
+          sum += x - panel.x;
           ++count;
         }
       }
@@ -118,7 +117,7 @@ TEST(MotionStrip, InstantsThatDoNotFitAreRefused) {
   const std::string path = directory.file("strip.png");
   const Motion motion = long_motion({"surface"});
   const auto refused = [&](const std::vector<MotionInstant>& instants) {
-    return message_of<InputError>([&] { draw_motion_strip(path, motion, instants, PictureFormat::kPng); });
+    return message_of<InputError>([&] { draw_motion_strip(path, motion, instants); });
   };
   EXPECT_THAT(refused({}), HasSubstr("there must be an instant"));
   auto instants = instants_of({{"surface", 1.0}});
@@ -136,8 +135,8 @@ TEST(MotionStrip, WithoutATargetAllOfTheSkinIsSeen) {
   for (MotionInstant& instant : instants) {
     instant.target.reset();
   }
-  draw_motion_strip(directory.file("strip.png"), long_motion({"focus"}), instants, PictureFormat::kPng);
-  EXPECT_GT(pixels_within(Picture(directory.file("strip.png")), {64, 122, 996, 662}, skin_colour(1.0)), 50'000);
+  draw_motion_strip(directory.file("strip.png"), long_motion({"focus"}), instants);
+  EXPECT_GT(pixels_within(Picture(directory.file("strip.png")), {64, 84, 996, 714}, skin_colour(1.0)), 50'000);
 }
 
 }  // namespace touchfield::motion_picture_test

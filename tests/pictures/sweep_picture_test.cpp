@@ -1,6 +1,5 @@
 #include <cmath>
 
-#include "sim/pictures/picture_parts.h"
 #include "sim/pictures/plots.h"
 #include "tests/support/files.h"
 #include "tests/support/picture_support.h"
@@ -44,29 +43,67 @@ TEST(SweepPicture, OneParameterGivesALineAMethod) {
   const TemporaryDirectory directory;
   const SweepSummary sweep =
       summary_of({"z"}, {record(1, {{"z", "10"}}, 0.3), record(2, {{"z", "20"}}, 0.4), record(3, {{"z", "30"}}, 0.5)});
-  ASSERT_TRUE(draw_sweep(directory.file("sweep.png"), sweep, "relative_error", PictureFormat::kPng));
+  ASSERT_TRUE(draw_sweep(directory.file("sweep.png"), sweep, "relative_error"));
   EXPECT_EQ(directory.entries(), 1U);
   const Picture picture(directory.file("sweep.png"));
   EXPECT_EQ(picture.text("Description"), "height");
   // Four markers a method, one of them in the legend, each larger than 100 pixels.
-  EXPECT_GT(pixels_of(picture, marker_colour(0)), 400);
-  EXPECT_GT(pixels_of(picture, marker_colour(1)), 400);
-  EXPECT_LT(pixels_of(picture, marker_colour(2)), 5);
-  ASSERT_TRUE(draw_sweep(directory.file("sweep.pdf"), sweep, "relative_error", PictureFormat::kPdf));
-  EXPECT_THAT(read_bytes(directory.file("sweep.pdf")), StartsWith("%PDF-"));
+  EXPECT_GT(pixels_of(picture, line_colour(0)), 400);
+  EXPECT_GT(pixels_of(picture, line_colour(1)), 400);
+  EXPECT_LT(pixels_of(picture, line_colour(2)), 5);
 }
 
-TEST(SweepPicture, PointsGiveALineAName) {
+TEST(Plot, ValuesGiveALineAName) {
   const TemporaryDirectory directory;
-  draw_points(directory.file("points.png"), {"a study", "edge [mm]", "error [%]"},
-              {{"chief", 1, 2}, {"chief", 2, 5}, {"paper", 1, 9}, {"paper", 1, 11}}, PictureFormat::kPng);
-  const Picture picture(directory.file("points.png"));
+  const auto plot = [&](const std::vector<LineValue>& values) {
+    draw_plot(directory.file("plot.png"),
+              {.texts = {.title = "a study"}, .panels = {{"error [%]", lines_through(values)}}});
+    return Picture(directory.file("plot.png"));
+  };
+  const Picture picture =
+      plot({{"chief", 1, 2}, {"chief", 2, 5}, {"paper", 1, 9}, {"paper", 1, 11}, {"paper", 2, NAN}});
+  EXPECT_EQ(picture.width(), 1200);
+  EXPECT_EQ(picture.height(), 900);
   EXPECT_EQ(picture.text("Description"), "a study");
-  EXPECT_GT(pixels_of(picture, marker_colour(0)), 300);
-  EXPECT_GT(pixels_of(picture, marker_colour(1)), 200);
-  EXPECT_LT(pixels_of(picture, marker_colour(2)), 5);
-  draw_points(directory.file("none.png"), {"nothing", "", ""}, {}, PictureFormat::kPng);
-  EXPECT_EQ(directory.entries(), 2U);
+  EXPECT_GT(pixels_of(picture, line_colour(0)), 300);
+  EXPECT_GT(pixels_of(picture, line_colour(1)), 200);
+  EXPECT_LT(pixels_of(picture, line_colour(2)), 5);
+  EXPECT_LT(pixels_of(plot({}), line_colour(0)), 5);
+  EXPECT_GT(pixels_of(plot({{"silence", 0, 0}}), line_colour(0)), 100);
+}
+
+TEST(Plot, PointsAreWhereTheyAreMeant) {
+  const TemporaryDirectory directory;
+  const PlotLine points{.label = "points", .points = {{2, 8, 8, 8}, {10, 10, 10, 10}}, .is_joined = false};
+  const PlotLine same{.label = "equal", .points = {{0, 0, 0, 0}, {10, 10, 10, 10}}, .is_marked = false};
+  draw_plot(directory.file("plot.png"), {.texts = {.title = "a scan"}, .panels = {{"measured", {points, same}}}});
+  const Picture picture(directory.file("plot.png"));
+  // The plot is 760 x 636 pixels from (120, 140) on; both axes go from 0 to 10.
+  const auto at = [&](double x, double y) {
+    return picture.at(static_cast<int>(120 + 76.0 * x), static_cast<int>(140 + 63.6 * y));
+  };
+  expect_colour(at(2, 8), line_colour(0));
+  expect_colour(at(4, 4), line_colour(1));
+  EXPECT_FALSE(has_colour(at(8, 2), line_colour(0)));
+  EXPECT_FALSE(has_colour(at(6, 9), line_colour(0)));  // not joined
+}
+
+TEST(Plot, OfManyPointsSomeAreMarkedAndNoNumberBreaksTheLine) {
+  const TemporaryDirectory directory;
+  PlotLine line{.label = "much", .points = {}};
+  for (int i = 0; i <= 1000; ++i) {
+    const double value = i > 400 && i < 600 ? NAN : 1.0;
+    line.points.push_back({1.0 * i, value, value, value});
+  }
+  draw_plot(directory.file("plot.png"), {.texts = {.title = "long"}, .panels = {{"one", {line}}}});
+  const Picture picture(directory.file("plot.png"));
+  int drawn = 0;
+  for (int y = 140; y < 790; ++y) {
+    drawn += has_colour(picture.at(120 + 190, y), line_colour(0)) ? 1 : 0;
+    EXPECT_FALSE(has_colour(picture.at(500, y), line_colour(0)));
+  }
+  EXPECT_GT(drawn, 0);
+  EXPECT_LT(pixels_of(picture, line_colour(0)), 6000);
 }
 
 TEST(SweepPicture, ValuesThatDifferByRoundingAreDrawn) {
@@ -78,7 +115,7 @@ TEST(SweepPicture, ValuesThatDifferByRoundingAreDrawn) {
       line.push_back(record(i + 1, {{"z", std::to_string(i)}}, error));
       line.back().methods.pop_back();
     }
-    EXPECT_TRUE(draw_sweep(directory.file("line.png"), summary_of({"z"}, line), "relative_error", PictureFormat::kPng));
+    EXPECT_TRUE(draw_sweep(directory.file("line.png"), summary_of({"z"}, line), "relative_error"));
   }
 }
 
@@ -100,33 +137,31 @@ TEST(SweepPicture, AnotherInputGivesALineForEachOfItsValues) {
   const std::vector<std::pair<std::string, double>> sizes = {
       {"[5, 12, 6]", 0.0}, {"[8, 8, 6]", 0.1}, {"[11, 6, 6]", 0.2}, {"[14, 5, 6]", 0.3}};
   const std::string path = directory.file("sweep.png");
-  ASSERT_TRUE(draw_sweep(path, crossed("target.box.size_mm", sizes), "relative_error", PictureFormat::kPng));
+  ASSERT_TRUE(draw_sweep(path, crossed("target.box.size_mm", sizes), "relative_error"));
   const Picture picture(path);
   for (std::size_t i = 0; i < sizes.size(); ++i) {
-    EXPECT_GT(pixels_of(picture, marker_colour(i)), 400) << i;  // a marker for each level and one in the legend
+    EXPECT_GT(pixels_of(picture, line_colour(i)), 400) << i;  // a marker for each level and one in the legend
   }
-  EXPECT_LT(pixels_of(picture, marker_colour(4)), 5);
+  EXPECT_LT(pixels_of(picture, line_colour(4)), 5);
 }
 
 TEST(SweepPicture, SeedsAreAveragedAndTheirSpreadIsShown) {
   const TemporaryDirectory directory;
   const std::string one = directory.file("one.png");
   const std::string spread = directory.file("spread.png");
-  ASSERT_TRUE(draw_sweep(one, crossed("array.tolerances.seed", {{"1", 0.5}}), "relative_error", PictureFormat::kPng));
-  ASSERT_TRUE(draw_sweep(spread, crossed("array.tolerances.seed", {{"1", 0.0}, {"2", 1.0}}), "relative_error",
-                         PictureFormat::kPng));
+  ASSERT_TRUE(draw_sweep(one, crossed("array.tolerances.seed", {{"1", 0.5}}), "relative_error"));
+  ASSERT_TRUE(draw_sweep(spread, crossed("array.tolerances.seed", {{"1", 0.0}, {"2", 1.0}}), "relative_error"));
   // One line through the same means, with a bar of some 400 x 3 pixels through each of its three points.
-  EXPECT_GT(pixels_of(Picture(spread), marker_colour(0)), pixels_of(Picture(one), marker_colour(0)) + 600);
-  EXPECT_LT(pixels_of(Picture(spread), marker_colour(1)), 5);
-  EXPECT_TRUE(draw_sweep(one, crossed("array.tolerances.seed", {{"1", 0.1}, {"2", 0.1}}), "relative_error",
-                         PictureFormat::kPng));
+  EXPECT_GT(pixels_of(Picture(spread), line_colour(0)), pixels_of(Picture(one), line_colour(0)) + 600);
+  EXPECT_LT(pixels_of(Picture(spread), line_colour(1)), 5);
+  EXPECT_TRUE(draw_sweep(one, crossed("array.tolerances.seed", {{"1", 0.1}, {"2", 0.1}}), "relative_error"));
 }
 
 TEST(SweepPicture, SeedsAloneAreAnAxis) {
   const TemporaryDirectory directory;
   const SweepSummary seeds =
       summary_of({"sensing.seed"}, {record(1, {{"sensing.seed", "1"}}, 0.3), record(2, {{"sensing.seed", "2"}}, 0.4)});
-  EXPECT_TRUE(draw_sweep(directory.file("sweep.png"), seeds, "relative_error", PictureFormat::kPng));
+  EXPECT_TRUE(draw_sweep(directory.file("sweep.png"), seeds, "relative_error"));
 }
 
 TEST(SweepPicture, DrawsAndZipsHaveOneAxis) {
@@ -137,8 +172,8 @@ TEST(SweepPicture, DrawsAndZipsHaveOneAxis) {
     draws.back().methods.pop_back();
   }
   const std::string path = directory.file("sweep.png");
-  ASSERT_TRUE(draw_sweep(path, summary_of({"x", "y"}, draws), "relative_error", PictureFormat::kPng));
-  EXPECT_GT(pixels_of(Picture(path), marker_colour(0)), 400);  // markers, no map
+  ASSERT_TRUE(draw_sweep(path, summary_of({"x", "y"}, draws), "relative_error"));
+  EXPECT_GT(pixels_of(Picture(path), line_colour(0)), 400);  // markers, no map
 }
 
 TEST(SweepPicture, WhatCannotBeToldApartIsNotDrawn) {
@@ -148,14 +183,11 @@ TEST(SweepPicture, WhatCannotBeToldApartIsNotDrawn) {
     for (int i = 0; i < count; ++i) {
       names.emplace_back("name_" + std::to_string(i), 0.01 * i);
     }
-    return draw_sweep(directory.file("sweep.png"), crossed("name", names), "relative_error", PictureFormat::kPng)
-        .why_not;
+    return draw_sweep(directory.file("sweep.png"), crossed("name", names), "relative_error").why_not;
   };
   EXPECT_EQ(why(12), "");
   EXPECT_EQ(why(13), "13 combinations of name are more than the 12 that a plot can show; sweep.csv has them");
-  EXPECT_EQ(draw_sweep(directory.file("none.png"), summary_of({}, {record(1, {}, 0.1)}), "relative_error",
-                       PictureFormat::kPng)
-                .why_not,
+  EXPECT_EQ(draw_sweep(directory.file("none.png"), summary_of({}, {record(1, {}, 0.1)}), "relative_error").why_not,
             "no input is a number in every case, and differs");
 }
 
@@ -169,10 +201,9 @@ TEST(SweepPicture, ANumberThatSomeCasesLeaveAloneIsNotAveragedAway) {
     records.back().methods.pop_back();
   }
   const std::string path = directory.file("sweep.png");
-  ASSERT_TRUE(draw_sweep(path, summary_of({"array.level", "array.phase_levels"}, records), "relative_error",
-                         PictureFormat::kPng));
+  ASSERT_TRUE(draw_sweep(path, summary_of({"array.level", "array.phase_levels"}, records), "relative_error"));
   for (const std::size_t line : {0U, 1U}) {
-    EXPECT_GT(pixels_of(Picture(path), marker_colour(line)), 250) << line;
+    EXPECT_GT(pixels_of(Picture(path), line_colour(line)), 250) << line;
   }
 }
 
@@ -180,11 +211,10 @@ TEST(SweepPicture, WithoutAParameterOrAMetricThereIsNone) {
   const TemporaryDirectory directory;
   const std::string path = directory.file("sweep.png");
   const SweepSummary same = summary_of({"z"}, {record(1, {{"z", "10"}}, 0.3), record(2, {{"z", "10"}}, 0.4)});
-  EXPECT_FALSE(draw_sweep(path, same, "relative_error", PictureFormat::kPng));
+  EXPECT_FALSE(draw_sweep(path, same, "relative_error"));
   const SweepSummary words = summary_of({"z"}, {record(1, {{"z", "a"}}, 0.3), record(2, {{"z", "b"}}, 0.4)});
-  EXPECT_FALSE(draw_sweep(path, words, "relative_error", PictureFormat::kPng));
-  EXPECT_THAT(message_of<InputError>([&] { draw_sweep(path, words, "beauty", PictureFormat::kPng); }),
-              HasSubstr("beauty"));
+  EXPECT_FALSE(draw_sweep(path, words, "relative_error"));
+  EXPECT_THAT(message_of<InputError>([&] { draw_sweep(path, words, "beauty"); }), HasSubstr("beauty"));
   EXPECT_EQ(directory.entries(), 0U);
 }
 
