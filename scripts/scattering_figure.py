@@ -65,7 +65,8 @@ def main():
 def write(run, kept):
     """Keeps only these methods, in this order, with these pressures on the evaluation mesh."""
     order = {name: source for name, (source, _, _) in kept.items()}
-    parts = {source: {part: values[()] for part, values in run["methods"][source].items()} for source in set(order.values())}
+    parts = {source: {part: values[()] for part, values in run["methods"][source].items()
+                      if part != "radiation"} for source in set(order.values())}  # all show |p|
     for group in {"field", "transfer"} & set(run):
         del run[group]
     for group in ["methods", "evaluation/methods"]:

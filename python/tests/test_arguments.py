@@ -191,8 +191,8 @@ def test_errors_are_what_python_has_for_them():
 
 
 def test_what_cannot_be_written(ball, run, tmp_path):
-    with pytest.raises(tf.InputError, match="a.tif: the name of a picture must end in .png"):
-        run.picture("setup").save(tmp_path / "a.tif")
+    with pytest.raises(tf.InputError, match="a.pdf: the name of a picture must end in .png; figures for print come from run.figure"):
+        run.picture().save(tmp_path / "a.pdf")
     with pytest.raises(tf.IoError, match="/dev/full|/dev"):
         ball.save("/dev/null/ball.stl")
     with pytest.raises(tf.InputError, match="ball.txt"):

@@ -62,7 +62,7 @@ def test_saved_and_read_again(run, tmp_path):
     with pytest.warns(tf.TouchfieldWarning, match="checksum line"):
         assert tf.read_run(tmp_path / "edited.h5").methods == run.methods
     written = {path.name for path in (tmp_path / "folder").iterdir()}
-    assert {"run.h5", "metrics.csv", "surface.vtp", "side.vti", "pressure_surface.png"} <= written
+    assert {"run.h5", "metrics.csv", "surface.vtp", "side.vti", "overview.png"} <= written
     assert "failed.json" not in written
     for path in ("one.h5", "folder"):
         with pytest.raises(tf.InputError, match="force|--force"):
@@ -80,12 +80,12 @@ def test_radiation_is_the_force_over_the_area(run):
 
 def test_pictures_are_the_program_s(run, tmp_path):
     run.save(tmp_path / "folder")
-    picture = run.picture("pressure_paper")
-    picture.save(tmp_path / "paper.png")
-    assert len(bytes(run.picture("radiation_paper"))) > 10000
-    assert bytes(picture) == (tmp_path / "folder/pressure_paper.png").read_bytes() == (tmp_path / "paper.png").read_bytes()
-    assert run._repr_png_() == bytes(run.picture()) == run.picture("pressure_surface")._repr_png_()
-    with pytest.raises(tf.InputError, match="no picture is called 'other'; the pictures are setup, overview, target, pressure_surface"):
+    picture = run.picture("field_side")
+    picture.save(tmp_path / "side.png")
+    assert len(bytes(picture)) > 10000
+    assert bytes(picture) == (tmp_path / "folder/field_side.png").read_bytes() == (tmp_path / "side.png").read_bytes()
+    assert run._repr_png_() == bytes(run.picture()) == run.picture("overview")._repr_png_()
+    with pytest.raises(tf.InputError, match="no picture is called 'other'; the pictures are overview, field_side"):
         run.picture("other")
 
 

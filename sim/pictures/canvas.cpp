@@ -63,7 +63,6 @@ namespace {
 
 using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
 using Context = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
-using Texts = std::map<std::string, std::string>;
 
 Surface new_surface(cairo_format_t format, int width, int height) {
   return {cairo_image_surface_create(format, width, height), cairo_surface_destroy};
@@ -126,10 +125,11 @@ struct Canvas::Sheet {
     cairo_set_line_width(draw(), line_width);
     cairo_stroke(draw());
   }
+
   int height;
   Surface surface;
   Context context;
-  Texts texts;
+  std::map<std::string, std::string> texts;
 };
 
 std::string picture_font() {

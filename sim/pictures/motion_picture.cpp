@@ -49,22 +49,18 @@ PlotLine line_of(const MotionMethod& method, const Quantity& quantity) {
 bool draw_motion(const std::string& path, const Motion& motion) {
   check_motion(motion);
   Plot plot{.texts = {.title = picture_title(motion.name, motion.notes),
-                      .subtitle = "sensation over time",
+                      .subtitle = motion.complete ? "sensation over time" : "sensation over time, not complete",
                       .foot = "Displacement: movement of the target's patch since the sample of the phases."},
             .x = "time [s]",
             .provenance = motion.provenance};
   bool any = false;
-  std::size_t scores = 0;
   for (const Quantity& quantity : kQuantities) {
     PlotPanel& panel = plot.panels.emplace_back(PlotPanel{quantity.label, {}});
     for (const MotionMethod& method : motion.methods) {
       const PlotLine& line = panel.lines.emplace_back(line_of(method, quantity));
       any = any || std::ranges::any_of(line.points, [](const PlotPoint& point) { return std::isfinite(point.y); });
-      scores = std::max(scores, line.points.size());
     }
   }
-  plot.texts.caption =
-      fmt::format("{} scores per method{}", scores, motion.complete ? "" : "; the motion is not complete");
   if (any) {
     draw_plot(path, plot);
   }
@@ -80,11 +76,9 @@ void check_instants(const std::vector<MotionInstant>& instants) {
   require(!instants.empty() && !instants.front().pressure.empty(), "strip: there must be an instant with a method");
   for (const MotionInstant& instant : instants) {
     check_instant(instant);
-    if (!std::ranges::equal(
-            instant.pressure, instants.front().pressure, {}, [](const auto& p) { return p.first; },
-            [](const auto& p) { return p.first; })) {
-      throw InputError(fmt::format("strip: the instant {} s must have the methods of the first", instant.time));
-    }
+    const auto same_name = [](const auto& a, const auto& b) { return a.first == b.first; };
+    require(std::ranges::equal(instant.pressure, instants.front().pressure, same_name),
+            "strip: the instant {} s must have the methods of the first", instant.time);
   }
 }
 

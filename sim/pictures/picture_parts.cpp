@@ -137,17 +137,4 @@ PanelGrid fitted_grid(const PixelBox& room, int count, int above, const Eigen::V
   return best;
 }
 
-std::array<PixelBox, 2> halves(const PixelBox& room, bool beside) {
-  PixelBox first = room;
-  PixelBox second = room;
-  if (beside) {
-    first.width = second.width = (room.width - PanelGrid::kGap) / 2;
-    second.x += room.width - second.width;
-  } else {
-    first.height = second.height = (room.height - PanelGrid::kGap) / 2;
-    first.y += room.height - first.height;
-  }
-  return {first, second};
-}
-
 }  // namespace touchfield

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <string>
 #include <vector>
 
@@ -91,8 +90,5 @@ PanelGrid fitted_grid(const PixelBox& room, int count, int above, const Eigen::V
 
 /// How large a panel shows it [pixels a unit].
 double shown_scale(const PanelGrid& grid, const Eigen::Vector2d& size);
-
-/// The two halves of a room, beside or above each other.
-std::array<PixelBox, 2> halves(const PixelBox& room, bool beside);
 
 }  // namespace touchfield

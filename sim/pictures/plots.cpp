@@ -6,10 +6,14 @@
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "sim/core/files.h"
+#include "sim/core/renamed.h"
+#include "sim/core/require.h"
 #include "sim/pictures/picture_parts.h"
 
 namespace touchfield {
@@ -22,27 +26,26 @@ constexpr double kLegendRoom = kPictureWidth - kLegend - 36.0;  // of its texts
 constexpr int kHeading = 34;                                    // room above a panel
 constexpr int kMostTicks = 8;
 
-/// A regular polygon, its first corner at an angle.
+/// A regular polygon. All have one area, so that none looks more important.
 struct Marker {
   int corners;
-  double angle;  // [deg], counter-clockwise from the right
+  double angle;   // of the first [deg], counter-clockwise from the right
+  double radius;  // [pixels]
   Colour colour;
 };
 
 // The colours of Okabe and Ito, which people with colour-blindness tell apart, each with a shape of its own.
-constexpr std::array<Marker, 6> kMarkers = {{{24, 0.0, {213, 94, 0}},
-                                             {4, 45.0, {230, 159, 0}},
-                                             {3, 90.0, {0, 158, 115}},
-                                             {4, 0.0, {86, 180, 233}},
-                                             {3, -90.0, {0, 70, 140}},
-                                             {6, 0.0, {204, 121, 167}}}};
+constexpr std::array<Marker, 6> kMarkers = {{{24, 0.0, 8.0, {213, 94, 0}},
+                                             {4, 45.0, 10.0, {230, 159, 0}},
+                                             {3, 90.0, 12.4, {0, 158, 115}},
+                                             {4, 0.0, 10.0, {86, 180, 233}},
+                                             {3, -90.0, 12.4, {0, 70, 140}},
+                                             {6, 0.0, 8.8, {204, 121, 167}}}};
 
+/// growth   on every side [pixels]
 std::vector<Eigen::Vector2d> corners(const Marker& marker, const Eigen::Vector2d& centre, double growth) {
-  constexpr double kRadius = 8.0;  // [pixels]
-  // Shapes of one area, so that none looks more important; an outline is equally wide on every side.
   const double turn = 2.0 * std::numbers::pi / marker.corners;
-  const double area = 0.5 * marker.corners * std::sin(turn);
-  const double radius = kRadius * std::sqrt(std::numbers::pi / area) + growth / std::cos(0.5 * turn);
+  const double radius = marker.radius + growth / std::cos(0.5 * turn);
   std::vector<Eigen::Vector2d> result;
   for (int i = 0; i < marker.corners; ++i) {
     const double angle = marker.angle * std::numbers::pi / 180.0 + i * turn;
@@ -126,7 +129,6 @@ void draw_line(Canvas& canvas, const PlotArea& area, const PlotLine& line, std::
   const std::size_t count = line.points.size();
   const std::size_t stride = count > kAllMarked && line.is_joined ? count / kMarkers : 1;
   std::vector<Eigen::Vector2d> piece;
-  std::vector<Eigen::Vector2d> marked;
   const auto end_piece = [&] {
     if (line.is_joined) {
       canvas.path(piece, line_colour(number), 2.0);
@@ -140,17 +142,14 @@ void draw_line(Canvas& canvas, const PlotArea& area, const PlotLine& line, std::
       continue;
     }
     piece.push_back(area.at(point.x, point.y));
-    if (i % stride == number * stride / lines) {
-      marked.push_back(piece.back());
-    }
     if (point.high > point.low) {
       canvas.line(area.at(point.x, point.low), area.at(point.x, point.high), line_colour(number), 3.0);
     }
   }
   end_piece();
-  for (const Eigen::Vector2d& place : marked) {
-    if (line.is_marked) {
-      draw_marker(canvas, number, place);
+  for (std::size_t i = number * stride / lines; line.is_marked && i < count; i += stride) {
+    if (std::isfinite(line.points[i].y)) {
+      draw_marker(canvas, number, area.at(line.points[i].x, line.points[i].y));
     }
   }
 }
@@ -174,27 +173,14 @@ void draw_legend(Canvas& canvas, const std::string& heading, const std::vector<P
   }
 }
 
-/// All values of the lines of panels of a label, or those of x of all panels; those that are numbers.
-std::vector<double> values_of(const Plot& plot, const std::string* label) {
-  std::vector<double> values;
-  for (const PlotPanel& panel : plot.panels) {
-    for (const PlotLine& line : panel.lines) {
-      for (const PlotPoint& point : line.points) {
-        if (label == nullptr) {
-          values.push_back(point.x);
-        } else if (panel.label == *label) {
-          values.insert(values.end(), {point.low, point.high});
-        }
-      }
-    }
+/// An axis of values. It begins at zero where that wastes less than half of the height: a difference then looks as large
+/// as it is.
+LinearAxis height_axis(std::vector<double> values, int pieces) {
+  const double least = values.empty() ? 0.0 : std::ranges::min(values);
+  if (least > 0.0 && least < 0.5 * std::ranges::max(values)) {
+    values.push_back(0.0);
   }
-  std::erase_if(values, [](double value) { return !std::isfinite(value); });
-  // An axis begins at zero where that wastes less than half of the height: a difference then looks as large as it is.
-  if (label != nullptr && !values.empty()) {
-    const auto [least, most] = std::ranges::minmax(values);
-    values.push_back(least > 0.0 && least < 0.5 * most ? 0.0 : least);
-  }
-  return values;
+  return {values, pieces};
 }
 
 }  // namespace
@@ -231,13 +217,24 @@ void draw_plot(const std::string& path, const Plot& plot) {
   const auto count = static_cast<int>(plot.panels.size());
   const bool headed = std::ranges::any_of(plot.panels, [](const PlotPanel& panel) { return !panel.heading.empty(); });
   const PanelGrid grid = filled_grid(kPlot, count, std::min(plot.columns, count), headed ? kHeading : 14);
-  const LinearAxis x(values_of(plot, nullptr), kMostTicks / grid.columns);
+  std::vector<double> all_x;
+  std::map<std::string, std::vector<double>> all_y;  // of panels with a label
+  for (const PlotPanel& panel : plot.panels) {
+    for (const PlotLine& line : panel.lines) {
+      for (const PlotPoint& point : line.points) {
+        all_x.push_back(point.x);
+        if (std::isfinite(point.y)) {
+          all_y[panel.label].insert(all_y[panel.label].end(), {point.low, point.high});
+        }
+      }
+    }
+  }
+  const LinearAxis x(all_x, kMostTicks / grid.columns);
   for (int p = 0; p < count; ++p) {
     const PlotPanel& panel = plot.panels[static_cast<std::size_t>(p)];
     const PixelBox box = grid.panel(p);
     const bool first = p % grid.columns == 0;
-    const LinearAxis y(values_of(plot, &panel.label), std::max(3, kMostTicks * box.height / kPlot.height));
-    const PlotArea area{box, x, y};
+    const PlotArea area{box, x, height_axis(all_y[panel.label], std::max(3, kMostTicks * box.height / kPlot.height))};
     draw_frame(canvas, area, first, p + grid.columns >= count);
     for (std::size_t i = 0; i < panel.lines.size(); ++i) {
       draw_line(canvas, area, panel.lines[i], i, panel.lines.size());
@@ -256,6 +253,189 @@ void draw_plot(const std::string& path, const Plot& plot) {
   }
   draw_texts(canvas, plot.texts);
   write_atomically(path, {canvas.file()});
+}
+
+namespace {
+
+constexpr std::size_t kMostSeries = 12;  // that shapes, colours and outlines tell apart
+constexpr const char* kUnchanged = "as in the scene";
+
+const MetricField& field_of(const std::string& metric) {
+  const auto& fields = metric_fields();
+  const auto find = [&](const std::string& name) { return std::ranges::find(fields, name, &MetricField::name); };
+  const std::string now = new_name(NameOf::kKey, metric);
+  require(find(now) == fields.end(), "metric {}: this metric is called {}", metric, now);
+  const auto found = find(metric);
+  require(found != fields.end(), "metric {}: unknown; metrics.csv names them", metric);
+  return *found;
+}
+
+/// An input that differs between the cases of a sweep.
+struct Parameter {
+  std::string path;
+  std::vector<std::string> texts;  // a value per row, as written; of a case that leaves it alone what the scene has
+  std::vector<double> numbers;     // the same; empty if one of them is no number
+
+  bool is_seed() const { return path == "seed" || path.ends_with(".seed"); }
+};
+
+std::size_t count_of(const Parameter& parameter) {
+  return std::set<std::string>(parameter.texts.begin(), parameter.texts.end()).size();
+}
+
+std::vector<Parameter> varying(const SweepSummary& summary, const std::vector<SweepRow>& rows) {
+  std::vector<Parameter> found;
+  for (const std::string& path : summary.parameters) {
+    Parameter parameter{path, {}, {}};
+    for (const SweepRow& row : rows) {
+      parameter.texts.push_back(input_of(*row.record, path).value_or(kUnchanged));
+    }
+    if (count_of(parameter) < 2) {
+      continue;
+    }
+    const auto numbers = parameter_numbers(path, rows);
+    if (numbers && std::ranges::none_of(*numbers, [](double number) { return std::isnan(number); })) {
+      parameter.numbers = *numbers;
+    }
+    found.push_back(std::move(parameter));
+  }
+  return found;
+}
+
+/// Whether each value of one comes with one of the other alone, as in a zip or in random draws.
+bool go_together(const Parameter& a, const Parameter& b) {
+  std::set<std::pair<std::string, std::string>> pairs;
+  for (std::size_t i = 0; i < a.texts.size(); ++i) {
+    pairs.emplace(a.texts[i], b.texts[i]);
+  }
+  return pairs.size() == count_of(a) && pairs.size() == count_of(b);
+}
+
+/// What a sweep's plot shows of its inputs.
+struct PlotPlan {
+  std::optional<Parameter> axis;
+  std::vector<Parameter> series;   // one line for each combination of their values
+  std::vector<Parameter> along;    // go with the axis
+  std::vector<Parameter> average;  // over which values are averaged
+};
+
+/// The axis is the number with most values; a seed only if there is no other.
+PlotPlan plan_of(const std::vector<Parameter>& parameters) {
+  PlotPlan plan;
+  const auto weight = [](const Parameter& parameter) {
+    return parameter.numbers.empty() ? std::pair(0, std::size_t{0})
+                                     : std::pair(parameter.is_seed() ? 1 : 2, count_of(parameter));
+  };
+  const auto axis = std::ranges::max_element(parameters, {}, weight);
+  if (axis == parameters.end() || axis->numbers.empty()) {
+    return plan;
+  }
+  plan.axis = *axis;
+  for (const Parameter& parameter : parameters) {
+    if (&parameter != &*axis) {
+      const bool averaged = parameter.is_seed() && !parameter.numbers.empty() && !axis->is_seed();
+      (averaged ? plan.average : go_together(parameter, *axis) ? plan.along : plan.series).push_back(parameter);
+    }
+  }
+  return plan;
+}
+
+/// What the legend calls the line of a row.
+std::string series_of(const PlotPlan& plan, std::size_t row) {
+  std::vector<std::string> values;
+  for (const Parameter& parameter : plan.series) {
+    values.push_back(parameter.texts[row]);
+  }
+  return fmt::format("{}", fmt::join(values, ", "));
+}
+
+std::string paths_of(const std::vector<Parameter>& parameters) {
+  std::vector<std::string> paths;
+  for (const Parameter& parameter : parameters) {
+    paths.push_back(parameter.path);
+  }
+  return fmt::format("{}", fmt::join(paths, ", "));
+}
+
+/// Without series one panel with a line for each method, else a panel for each method with a line for each series.
+std::vector<PlotPanel> panels_of(const std::vector<SweepRow>& rows, const PlotPlan& plan, const MetricField& field) {
+  const bool apart = !plan.series.empty();
+  const std::string unit = field.unit;
+  std::vector<PlotPanel> panels;
+  for (const SweepRow& first : rows) {
+    const std::string name = apart && first.method != nullptr ? first.method->name : "";
+    if (first.method == nullptr || std::ranges::find(panels, name, &PlotPanel::heading) != panels.end()) {
+      continue;
+    }
+    std::vector<LineValue> values;
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+      if (const SweepRecord::Method* method = rows[row].method; method != nullptr) {
+        values.push_back({apart ? series_of(plan, row) : method->name, plan.axis->numbers[row],
+                          apart && method->name != name ? kNotComputed : method->metrics.*field.value});
+      }
+    }
+    panels.push_back({unit == "1" ? std::string(field.name) : fmt::format("{} [{}]", field.name, unit),
+                      lines_through(values), name});
+  }
+  return panels;
+}
+
+/// What the plot does not show by its axes and legend.
+std::string caption_of(const SweepSummary& summary, const PlotPlan& plan, int averaged) {
+  std::vector<std::string> sentences;
+  const auto failed = std::ranges::count(summary.records, "failed", &SweepRecord::status);
+  if (failed > 0) {
+    sentences.push_back(
+        fmt::format("{} case{} failed and {} left out.", failed, failed == 1 ? "" : "s", failed == 1 ? "is" : "are"));
+  }
+  if (averaged > 1) {
+    sentences.push_back(fmt::format("Values are means over {}; bars go from the least to the largest.",
+                                    plan.average.empty() ? "cases with the same inputs" : paths_of(plan.average)));
+  }
+  if (!plan.along.empty()) {
+    sentences.push_back(fmt::format("Other inputs vary too: {}.", paths_of(plan.along)));
+  }
+  return fmt::format("{}", fmt::join(sentences, " "));
+}
+
+}  // namespace
+
+void require_metric(const std::string& name) { field_of(name); }
+
+SweepPlot draw_sweep(const std::string& path, const SweepSummary& summary, const std::string& metric) {
+  const MetricField& field = field_of(metric);
+  const std::vector<SweepRow> rows = sweep_rows(summary);
+  const PlotPlan plan = plan_of(varying(summary, rows));
+  if (!plan.axis) {
+    return {"no input is a number in every case, and differs"};
+  }
+  std::vector<PlotPanel> panels = panels_of(rows, plan, field);
+  const std::size_t lines = panels.empty() ? 0 : panels.front().lines.size();
+  if (!plan.series.empty() && lines > kMostSeries) {
+    return {fmt::format("{} combinations of {} are more than the {} that a plot can show; sweep.csv has them", lines,
+                        paths_of(plan.series), kMostSeries)};
+  }
+  int averaged = 0;
+  for (PlotPanel& panel : panels) {
+    for (PlotLine& line : panel.lines) {
+      line.is_joined = plan.along.empty();
+      for (const PlotPoint& point : line.points) {
+        averaged = std::max(averaged, point.count);
+      }
+    }
+  }
+  if (averaged == 0) {
+    return {fmt::format("no case has a {}", metric)};
+  }
+  draw_plot(path, {.texts = {.title = summary.name,
+                             .subtitle = fmt::format("{} of {} cases", summary.records.size(), summary.cases),
+                             .caption = caption_of(summary, plan, averaged),
+                             .foot = "Values are in the units of the scene's keys."},
+                   .x = plan.axis->path,
+                   .panels = panels,
+                   .columns = 2,
+                   .legend = paths_of(plan.series)});
+  return {};
 }
 
 }  // namespace touchfield

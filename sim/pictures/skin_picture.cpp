@@ -238,13 +238,7 @@ void add_borders(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, 
 }  // namespace
 
 Points target_corners(const TriangleMesh& mesh, const Target& target) {
-  Points corners(3, 3 * target.size());
-  for (Eigen::Index k = 0; k < target.size(); ++k) {
-    for (int c = 0; c < 3; ++c) {
-      corners.col(3 * k + c) = mesh.corner(target.faces[static_cast<std::size_t>(k)], c);
-    }
-  }
-  return corners;
+  return mesh.vertices()(Eigen::all, mesh.triangles()(Eigen::all, target.faces).reshaped());
 }
 
 Points target_outline(const TriangleMesh& mesh, const Target& target) {
@@ -252,9 +246,7 @@ Points target_outline(const TriangleMesh& mesh, const Target& target) {
   add_sides(mesh, target, ends);
   add_borders(mesh, target.boxes, ends);
   Points lines(3, static_cast<Eigen::Index>(ends.size()));
-  for (std::size_t i = 0; i < ends.size(); ++i) {
-    lines.col(static_cast<Eigen::Index>(i)) = ends[i];
-  }
+  std::copy(ends.begin(), ends.end(), lines.colwise().begin());
   return lines;
 }
 
@@ -387,10 +379,10 @@ std::vector<OverviewPart> overview_parts(const Run& run) {
   if (fitted_view(room, direction, target, kTargetShare).scale <
       kWorthACloseView * fitted_view(room, direction, body, kBodyShare).scale) {
     double least = HUGE_VAL;
-    for (const bool beside : {false, true}) {
-      const auto [first, second] = halves(room, beside);
-      const OverviewPart whole = part(first, kHeadings, body, kBodyShare);
-      const OverviewPart close = part(second, beside ? kHeadings : kName, target, kTargetShare);
+    for (const int beside : {1, 2}) {
+      const PanelGrid halves = filled_grid(room, 2, beside, 0);
+      const OverviewPart whole = part(halves.panel(0), kHeadings, body, kBodyShare);
+      const OverviewPart close = part(halves.panel(1), beside == 2 ? kHeadings : kName, target, kTargetShare);
       if (whole.view.scale * close.view.scale < least) {
         least = whole.view.scale * close.view.scale;
         best = {whole, close};

@@ -51,7 +51,7 @@ class Files(CommandTest):
         self.write("p.csv", "x_mm,y_mm,z_mm,p_pa\n0,0,60,1\n5,0,60,2\n0,5,60,3\n")
         commands = {"a.stl": [["hand", "-o", "a.stl", "--edge-mm", 8], ["mesh", "skin.obj", "--unit", "mm", "-o", "a.stl"]],
                     "a.csv": [["compare", "out", "--points", "p.csv", "--out", "a.csv"]],
-                    "a.svg": [["compare", "out", "--points", "p.csv", "--picture", "a.svg"]],
+                    "a.png": [["compare", "out", "--points", "p.csv", "--picture", "a.png"]],
                     "a.yaml": [["init", "a"]],
                     "a.txt": [["send", "out", "--to", "dry-run:a.txt"], ["array", "test", "--run", "out", "--to", "dry-run:a.txt"]],
                     "out/metrics.csv": [["run", self.scene, "-o", "out"]], "out/run.log": [["run", self.scene, "-o", "out"]]}

@@ -378,7 +378,7 @@ class SweepTest(CommandTest):
 
     def test_a_folder_of_others_stays_as_it_is(self):
         self.sweep("s.yaml", "grid: {array.level: [1, 0.9]}\n")
-        for name in ("sweep.csv", "sweep.log", "sweep_relative_error.pdf", "cases/00001/run.h5", "cases/notes"):
+        for name in ("sweep.csv", "sweep.log", "sweep_relative_error.png", "cases/00001/run.h5", "cases/notes"):
             path = self.folder / "out" / name
             path.parent.mkdir(parents=True)
             path.write_text("mine")

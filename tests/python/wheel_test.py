@@ -104,7 +104,7 @@ class Wheel(unittest.TestCase):
         self.inside("v/bin/touchfield run scenes/quick.yaml -o ran --set target.pressure_pa=3000 --quiet")
         work = self.bare / "work"
         pictures = sorted(path.name for path in (work / "ran").rglob("*.png"))
-        self.assertIn("pressure_surface.png", pictures)
+        self.assertIn("overview.png", pictures)
         for name in pictures:  # in the same font
             first, second = ((work / run / name).read_bytes().partition(b"IDAT")[2] for run in ["ran", "quick_3000"])
             self.assertTrue(first and first == second, name)
