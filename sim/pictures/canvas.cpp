@@ -30,7 +30,7 @@ constexpr std::array<std::uint32_t, 9> kSkinColours = {0xe3e3e3, 0xfbc98f, 0xfe9
                                                        0xb23679, 0x872881, 0x5e1980, 0x300f66};
 
 // At 0, -1/4, ... -1, of suction: viridis from its green on, of the lightness of those above.
-constexpr std::array<std::uint32_t, 5> kSuctionColours = {0xe3e3e3, 0x7ad1b2, 0x22a18f, 0x2a6c8e, 0x29296b};
+constexpr std::array<std::uint32_t, 5> kSuctionColours = {0xe3e3e3, 0x7ad1b2, 0x22a18f, 0x13757c, 0x0b3b52};
 
 template <std::size_t N>
 Colour interpolated(const std::array<std::uint32_t, N>& map, double fraction) {

@@ -110,7 +110,7 @@ class PlanePicture {
     const int pixels = below ? width_ : height_;
     const double low = low_end(field_.grid, axis);
     const double length = extent(field_.grid, axis);
-    for (const double tick : even_ticks(low, low + length, std::clamp(pixels / 60, 2, 10))) {
+    for (const double tick : even_ticks(low, low + length, std::clamp(pixels / 40, 2, 10))) {
       const double along = (tick - low) / length * pixels;
       const Eigen::Vector2d at(box.x + (below ? along : 0.0), box.y + (below ? 0.0 : along));
       const Eigen::Vector2d away(below ? 0.0 : -1.0, below ? -1.0 : 0.0);
@@ -148,15 +148,15 @@ class PlanePicture {
   std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> transducers_{};  // those in the plane [pixels of a panel]
 };
 
-/// The largest |p| of a share of the points outside bodies [Pa].
-double field_top(const FieldResult& field, const Eigen::VectorXcd& pressure, double share) {
+/// The end of a method's colours [Pa].
+double field_top(const FieldResult& field, const Eigen::VectorXcd& pressure) {
   std::vector<double> outside;
   for (Eigen::Index i = 0; i < pressure.size(); ++i) {
     if (field.inside[static_cast<std::size_t>(i)] == 0) {
       outside.push_back(std::abs(pressure(i)));
     }
   }
-  return quantile(std::move(outside), share);
+  return round_above(quantile(std::move(outside), kTopShare));
 }
 
 }  // namespace
@@ -166,7 +166,7 @@ bool is_plane(const FieldGrid& grid) { return std::ranges::count(grid.count, 1) 
 PlaneView plane_view(const FieldGrid& grid, int methods) {
   const int normal = static_cast<int>(std::ranges::find(grid.count, 1) - grid.count.begin());
   PlaneView view{normal == 0 ? 1 : 0, normal == 2 ? 1 : 2, normal, {}};
-  const PixelBox room = {20, 76, kPictureWidth - 30, picture_height(methods) - 170};
+  const PixelBox room = {20, 76, kPictureWidth - 30, picture_height(methods) - 192};
   const Eigen::Vector2d size(extent(grid, view.horizontal), extent(grid, view.vertical));
   for (const int beside : {2, 1}) {
     const PanelGrid halves = filled_grid(room, 2, beside, 0);
@@ -181,13 +181,11 @@ PlaneView plane_view(const FieldGrid& grid, int methods) {
 std::string field_picture(const Run& run, const FieldResult& field) {
   const auto count = static_cast<int>(field.pressure.size());
   const PlaneView view = plane_view(field.grid, count);
-  double top = 0.0;
-  double most = 0.0;
+  std::vector<double> tops;
   for (const auto& [method, pressure] : field.pressure) {
-    top = std::max(top, field_top(field, pressure, kTopShare));
-    most = std::max(most, field_top(field, pressure, 1.0));
+    tops.push_back(field_top(field, pressure));
   }
-  top = round_above(top);
+  const double loudest = std::ranges::max(tops);
   Canvas canvas(kPictureWidth, picture_height(count));
   describe(canvas, run.provenance);
   const PlanePicture plane(canvas, run, field, view);
@@ -196,8 +194,9 @@ std::string field_picture(const Run& run, const FieldResult& field) {
     for (int m = 0; m < count; ++m) {
       const auto& [method, pressure] = field.pressure[index(m)];
       const PixelBox box = panels.panel(m);
+      const double top = tops[index(m)];
       plane.draw(box, pressure, [&](double p) {
-        return viridis(levels ? 1.0 - 20.0 * std::log10(std::max(p / top, 1e-30)) / kLowestLevel : p / top);
+        return viridis(levels ? 1.0 - 20.0 * std::log10(std::max(p / loudest, 1e-30)) / kLowestLevel : p / top);
       });
       if (m % panels.columns == 0) {
         plane.draw_ticks(box, false);
@@ -205,14 +204,15 @@ std::string field_picture(const Run& run, const FieldResult& field) {
       if (m + panels.columns >= count) {
         plane.draw_ticks(box, true);
       }
-      draw_fitted(canvas, box.x + 0.5 * box.width, box.y + box.height + 0.5 * kMethod, method,
-                  {.size = 17, .align = Align::kCentre, .bold = true}, box.width);
+      draw_fitted(canvas, box.x + 0.5 * box.width, box.y + box.height + 0.5 * kMethod,
+                  levels ? method : fmt::format("{}, 1 = {:.4g} kPa", method, 1e-3 * top),
+                  {.size = 16, .align = Align::kCentre, .bold = true}, box.width);
     }
     const PixelBox first = panels.panel(0);
     const PixelBox last = panels.panel((count - 1) / panels.columns * panels.columns);
     const PixelBox right = panels.panel(std::min(count, panels.columns) - 1);
-    ColourBar bar = levels ? ColourBar{.label = "level [dB]", .bottom = kLowestLevel, .top = 0.0}
-                           : ColourBar{.label = "|p| [kPa]", .top = 1e-3 * top, .most = 1e-3 * most};
+    ColourBar bar =
+        levels ? ColourBar{.label = "level [dB]", .bottom = kLowestLevel, .top = 0.0} : ColourBar{.label = "|p|"};
     bar.box = {right.x + right.width + 16, last.y, 20, first.y + first.height - last.y};
     draw_colour_bar(canvas, bar);
     canvas.text(0.5 * (first.x + right.x + right.width), last.y - 36,
@@ -220,12 +220,13 @@ std::string field_picture(const Run& run, const FieldResult& field) {
     canvas.text(first.x - 56, last.y + 0.5 * bar.box.height, fmt::format("{} [mm]", kAxes[index(view.vertical)]),
                 {.size = 15, .align = Align::kCentre, .angle = 90.0});
   }
-  draw_texts(canvas,
-             {.title = picture_title(run.name, run.notes),
-              .subtitle = fmt::format("field {}: |p| in the plane {} = {:.6g} mm, and its level", field.grid.name,
-                                      kAxes[index(view.normal)], 1e3 * field.grid.origin[view.normal]),
-              .foot = fmt::format("0 dB: {:.4g} kPa. Grey: inside a body. White: the target's border{}", 1e-3 * top,
-                                  plane.has_transducers() ? ", transducers." : ".")});
+  draw_texts(
+      canvas,
+      {.title = picture_title(run.name, run.notes),
+       .subtitle = fmt::format("field {}: |p| in the plane {} = {:.6g} mm, and its level", field.grid.name,
+                               kAxes[index(view.normal)], 1e3 * field.grid.origin[view.normal]),
+       .foot = fmt::format("0 dB: {:.4g} kPa, for all methods. Grey: inside a body. White: the target's border{}",
+                           1e-3 * loudest, plane.has_transducers() ? ", transducers." : ".")});
   return canvas.file();
 }
 

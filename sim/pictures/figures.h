@@ -25,9 +25,9 @@ struct PlaneView {
 /// The plane as large as it fits; x to the right if the plane has an x, z up if it has a z.
 PlaneView plane_view(const FieldGrid& grid, int methods);
 
-/// A picture of |p| in a plane of a run by all methods: from 0 to the loudest one's top and from -40 to 0 dB of it.
-/// Points inside a body are grey. It has axes in mm, the target's boxes where the plane cuts them, and the transducers
-/// or the way to them.
+/// A picture of |p| in a plane of a run by all methods: from 0 to the 99.5th percentile of each, and from -40 to 0 dB of
+/// the largest of these. Points inside a body are grey. It has axes in mm, the target's border in the plane and the
+/// transducers in it.
 std::string field_picture(const Run& run, const FieldResult& field);
 
 /// Draws the pictures of a run:

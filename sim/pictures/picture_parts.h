@@ -88,7 +88,7 @@ PanelGrid filled_grid(const PixelBox& room, int count, int columns, int above);
 /// The one whose panels show something of a size [any unit] largest.
 PanelGrid fitted_grid(const PixelBox& room, int count, int above, const Eigen::Vector2d& size);
 
-/// How large a panel shows it [pixels a unit].
+/// How large a panel shows it [pixels per unit].
 double shown_scale(const PanelGrid& grid, const Eigen::Vector2d& size);
 
 }  // namespace touchfield

@@ -80,11 +80,11 @@ class SkinLook {
   std::vector<Eigen::Vector2d> outline_;
 };
 
-/// The end of the colours of skin, rounded up: `most`, which is the largest of the 99.5th percentiles of the methods, so
-/// that a single hot face does not darken all others. Where a pressure is wanted it is at least that and at most twice
-/// that. A method that presses ten times as hard then leaves the others their colours.
+/// The end of the colours of skin: `most`, rounded up. Where a pressure is wanted it is, before rounding, at least that
+/// and at most twice that. A method that presses ten times as hard then leaves the others their colours.
 ///
 /// most_wanted   0 where nothing is wanted
+/// most          the largest 99.5th percentile of the methods, so that a single hot face does not darken all others
 double skin_top(double most_wanted, double most);
 
 /// The colours of values on the skin, which call themselves `label`. Both ends are rounded outwards; below 0 they end at

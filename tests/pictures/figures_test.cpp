@@ -192,6 +192,8 @@ TEST(Figures, PlanesAreDrawnAndCubesAreNot) {
   plane.pressure[0].second = p;
   plane.inside.assign(static_cast<std::size_t>(p.size()), 0);
   plane.inside[0] = 1;
+  run.methods.push_back(run.methods[0]);
+  run.methods[1].name = "weak";
   plane.pressure.emplace_back("weak", 0.1 * p);
   draw_figures(directory.path(), run);
   EXPECT_EQ(names_in(directory.path()), (std::set<std::string>{"field_side.png"}));
@@ -210,11 +212,11 @@ TEST(Figures, PlanesAreDrawnAndCubesAreNot) {
       }
     }
   }
-  // The other method by the same colours: at the upper right, 57.5 Pa, -20.4 dB of -40.
+  // The other method at the upper right, 57.5 of 60 Pa, and its level against the 600 Pa of the first.
   const auto upper_right = [&](const PixelBox& panel) {
     return picture.at(panel.x + panel.width * 9 / 10, panel.y + panel.height * 7 / 8);
   };
-  expect_colour(upper_right(view.grids[0].panel(1)), viridis(57.5 / 600.0));
+  expect_colour(upper_right(view.grids[0].panel(1)), viridis(57.5 / 60.0));
   expect_colour(upper_right(view.grids[1].panel(1)), viridis(1.0 + 20.0 * std::log10(57.5 / 600.0) / 40.0));
 }
 
