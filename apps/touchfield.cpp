@@ -56,7 +56,7 @@ std::string row(const std::string& name, const std::string& text) {
   return line + wrapped(text, kNames) + '\n';
 }
 
-/// "ENUM:{pdf, png}" as "pdf|png".
+/// "ENUM:{cm, mm}" as "cm|mm".
 std::string value_text(std::string type) {
   if (const std::size_t open = type.find('{'); open != std::string::npos && type.back() == '}') {
     type = type.substr(open + 1, type.size() - open - 2);
@@ -67,7 +67,7 @@ std::string value_text(std::string type) {
   return type;
 }
 
-/// Help of commands and options in 80 columns, with the values of an option as a user types them: `--pictures png|pdf`,
+/// Help of commands and options in 80 columns, with the values of an option as a user types them: `--unit mm|cm|m`,
 /// `--threads N`.
 class HelpFormatter : public CLI::Formatter {
  public:

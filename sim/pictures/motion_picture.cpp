@@ -32,11 +32,10 @@ constexpr std::array<Quantity, 3> kQuantities = {
 
 PlotLine line_of(const MotionMethod& method, const Quantity& quantity) {
   const Statistics error = statistics_of(summary(method), &Metrics::relative_error);
-  PlotLine line{
-      .label = method.name,
-      .points = {},
-      .note = fmt::format("error: median {} %, 95th percentile {} %", table_number(100.0 * error.median, "{:.1f}"),
-                          table_number(100.0 * error.p95, "{:.1f}"))};
+  PlotLine line{.label = method.name,
+                .points = {},
+                .note = fmt::format("error {} %, p95 {} %", table_number(100.0 * error.median, "{:.1f}"),
+                                    table_number(100.0 * error.p95, "{:.1f}"))};
   for (const MotionScore& score : method.scores) {
     const double value = quantity.of(score);
     line.points.push_back({score.time, value, value, value});
@@ -48,11 +47,13 @@ PlotLine line_of(const MotionMethod& method, const Quantity& quantity) {
 
 bool draw_motion(const std::string& path, const Motion& motion) {
   check_motion(motion);
-  Plot plot{.texts = {.title = picture_title(motion.name, motion.notes),
-                      .subtitle = motion.complete ? "sensation over time" : "sensation over time, not complete",
-                      .foot = "Displacement: movement of the target's patch since the sample of the phases."},
-            .x = "time [s]",
-            .provenance = motion.provenance};
+  Plot plot{
+      .texts = {.title = picture_title(motion.name, motion.notes),
+                .subtitle = motion.complete ? "sensation over time" : "sensation over time, not complete",
+                .foot = "Error: median, and 95th percentile (p95). Displacement: movement of the target's patch since "
+                        "the sample of the phases."},
+      .x = "time [s]",
+      .provenance = motion.provenance};
   bool any = false;
   for (const Quantity& quantity : kQuantities) {
     PlotPanel& panel = plot.panels.emplace_back(PlotPanel{quantity.label, {}});
@@ -69,7 +70,7 @@ bool draw_motion(const std::string& path, const Motion& motion) {
 
 namespace {
 
-constexpr PixelBox kStrip = {64, 84, 996, 714};  // of the panels and the text above each
+constexpr PixelBox kStrip = {64, 84, 996, 700};  // of the panels and the text above each
 constexpr int kError = 26;                       // room of this text
 
 void check_instants(const std::vector<MotionInstant>& instants) {

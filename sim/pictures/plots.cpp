@@ -232,9 +232,10 @@ void draw_plot(const std::string& path, const Plot& plot) {
   const LinearAxis x(all_x, kMostTicks / grid.columns);
   for (int p = 0; p < count; ++p) {
     const PlotPanel& panel = plot.panels[static_cast<std::size_t>(p)];
-    const PixelBox box = grid.panel(p);
+    PixelBox box = grid.panel(p);
+    box.width -= grid.columns > 1 ? 30 : 0;  // for markers at the end
     const bool first = p % grid.columns == 0;
-    const PlotArea area{box, x, height_axis(all_y[panel.label], std::max(3, kMostTicks * box.height / kPlot.height))};
+    const PlotArea area{box, x, height_axis(all_y[panel.label], std::max(4, kMostTicks * box.height / kPlot.height))};
     draw_frame(canvas, area, first, p + grid.columns >= count);
     for (std::size_t i = 0; i < panel.lines.size(); ++i) {
       draw_line(canvas, area, panel.lines[i], i, panel.lines.size());
