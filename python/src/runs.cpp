@@ -128,7 +128,7 @@ nb::dict drawing(const SharedRun& run) {
   values["radiation_per_square"] = run->radiation_per_square;
   if (target) {
     values["target"] = SharedTarget{part_of(run, *target), SkinMesh{part_of(run, mesh)}};
-    values["outline"] = owned(target_outline(mesh, *target).points);
+    values["outline"] = owned(target_outline(mesh, *target));
     auto [corners, faces] = cut_faces(mesh, *target);
     values["cut_corners"] = owned(std::move(corners));
     values["cut_faces"] = owned(std::move(faces));
