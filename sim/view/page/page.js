@@ -151,6 +151,9 @@ class Page {
           checked: state.shown.has(key),
           onchange: e => {
             state.shown[e.target.checked ? 'add' : 'delete'](key);
+            if (key.startsWith('plane') && this.quantity.key === 'radiation') {  // defined on skin alone
+              state.quantity = document.getElementById('quantity').value = 1;
+            }
             this.update();
           }
         }),
