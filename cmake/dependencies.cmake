@@ -27,6 +27,7 @@ endif()
 find_package(yaml-cpp 0.7 REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(ZLIB REQUIRED)
+find_path(TOUCHFIELD_ASIO_INCLUDE asio.hpp REQUIRED)  # headers alone: Debian's libasio-dev
 
 # The serial HDF5: VTK's packages also bring the MPI one.
 set(HDF5_PREFER_PARALLEL OFF)

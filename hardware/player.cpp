@@ -64,6 +64,7 @@ class StreamPlayer {
         send(silent_);
         silent_since_ = spoke_;
         ++report_.silences;
+        tell(false, stream_.stale);
       }
       if (pace_.now() - spoke_ >= kCheckPeriod) {
         link_.check();
@@ -79,6 +80,7 @@ class StreamPlayer {
   void take(const StreamFrame& frame) {
     if (pace_.now() - frame.seen > stream_.stale) {
       ++report_.stale;
+      tell(seen_.has_value(), pace_.now() - frame.seen);
       return;
     }
     send(frame.frame);
@@ -87,8 +89,15 @@ class StreamPlayer {
     seen_ = frame.seen;
     next_ = spoke_ + apart_;
     end_silence();
+    tell(true, spoke_ - frame.seen);
     if (observer_) {
       observer_(frame.number, frame.frame);
+    }
+  }
+
+  void tell(bool sounds, double age) {
+    if (stream_.told) {
+      stream_.told(report_, sounds, age);
     }
   }
 

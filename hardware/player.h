@@ -79,7 +79,9 @@ struct FrameStream {
   std::function<std::optional<StreamFrame>()> newest;            // unless it was given before
   std::function<void(std::size_t number, double at)> committed;  // the link has taken this one
   std::function<bool()> over;                                    // no more will come
-  double stale = 0.15;                                           // [s], > 0
+  /// Told of each frame that was sent or was too old, with its age then [s], and of each silence.
+  std::function<void(const PlayReport& so_far, bool sounds, double age)> told{};  // may be empty
+  double stale = 0.15;                                                            // [s], > 0
 };
 
 /// Sends the newest frame of a stream as soon as it is there, at most as many per second as the link carries. The array

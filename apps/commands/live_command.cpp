@@ -20,6 +20,7 @@
 #include "apps/commands/device_options.h"
 #include "apps/commands/job_console.h"
 #include "apps/commands/live_stream.h"
+#include "apps/commands/live_view.h"
 #include "apps/commands/standard_streams.h"
 #include "hardware/player.h"
 #include "hardware/stop_signals.h"
@@ -145,8 +146,9 @@ constexpr double kPatience = 10.0;  // [s] for a frame that is being solved when
 struct LiveCommand {
   std::string scene;
   std::vector<std::string> overrides;
-  std::string method;  // empty: the scene's only one
-  std::string output;  // empty: no file
+  std::string method;       // empty: the scene's only one
+  std::string output;       // empty: no file
+  std::optional<int> view;  // port of the page; none: no page
   DeviceOptions options;
 };
 
@@ -185,6 +187,9 @@ class Live {
         method_(chosen_method(scene_.solve.methods, command.method, "the scene")),
         motion_(motion_of(scene_, command.options.request.seconds)) {
     require_apart(command.output, command.scene, scene_);
+    if (command.view) {
+      view_.emplace(*command.view);
+    }
   }
 
   int run() {
@@ -198,13 +203,22 @@ class Live {
     plan.must_match = {sensed_->solved().first().fixed->array};
     plan.drives = [this](const ArrayLayout&) { return std::vector<Drive>{prepared()}; };
     plan.observer = [this](std::size_t number, const DriveFrame& frame) { sent_[number] = checksum_of(frame); };
-    plan.stream = [this](const Rounding& rounded) { return stream_of(*loop_, motion_, rounded); };
+    plan.stream = [this](const Rounding& rounded) {
+      FrameStream stream = stream_of(*loop_, motion_, rounded);
+      if (view_) {
+        stream.told = [this](const auto&... what) { view_->played(what...); };
+      }
+      return stream;
+    };
     EmissionReport report;
     std::exception_ptr failure;
     try {
       report = emit(plan);
     } catch (...) {
       failure = std::current_exception();
+    }
+    if (view_) {
+      view_->end(failure || report.failure ? "the loop has failed; its terminal says why" : "the loop has ended");
     }
     const bool ended = !loop_ || loop_->stop(kPatience);
     try {
@@ -287,11 +301,12 @@ class Live {
     const Model& solved = sensed_->solved().first();
     progress_.note(fmt::format("live: preparing {}: {} faces, {} channels; the solver sees {}", method_.name,
                                solved.body.mesh.face_count(), solved.fixed->array.size(), sensor_text(motion_.sensor)));
-    MotionFrame first;
+    LiveSolution first;
     const auto prepare = [&] {
       const int threads = apply_threads(flags_);
-      LiveSolver solver = timed(progress_, "prepare the solver",
-                                [&] { return live_solver(*sensed_->sensor, method_, first, &progress_); });
+      LiveSolver solver = timed(progress_, "prepare the solver", [&] {
+        return live_solver(*sensed_->sensor, method_, first, &progress_, [this] { return view_ && view_->watched(); });
+      });
       leave_one_to_the_sensor(threads, motion_);
       return solver;
     };
@@ -305,8 +320,12 @@ class Live {
     while (!loop_->ready(kLook)) {
       leave_if_interrupted();
     }
+    if (view_) {
+      view_->begin(*loop_, *sensed_, method_, first);
+      progress_.note("live: seen at " + view_->address());
+    }
     progress_.note(fmt::format("live: playing {:g} s", motion_.seconds));
-    return {first.solution.phases, first.solution.amplitudes};
+    return {first.frame.solution.phases, first.frame.solution.amplitudes};
   }
 
   /// A sensor that computes has a thread of its own; this one gets the others.
@@ -381,6 +400,7 @@ class Live {
   std::optional<RunDirectory> directory_;
   SentChecksums sent_;
   SteadyTime time_;
+  std::optional<LiveView> view_;
   std::optional<LiveLoop> loop_;  // the last of all: its threads use what is above
 };
 
@@ -397,6 +417,10 @@ void add_live_command(CLI::App& app, Invocation& invocation) {
   add_emission(command, live->options);
   add_number(command, "--seconds", live->options.request.seconds, schema::above(0),
              "Time of the loop [s]; default: the whole motion");
+  add_whole(command, "--view", live->view, schema::between(0, 65535),
+            "Show the loop in a browser, at http://127.0.0.1:N; 0: a free port; default of N: 8040")
+      ->expected(0, 1)
+      ->default_str("8040");
   command->add_option("-o,--output", live->output, "Directory for live.csv with one line per frame; default: no file")
       ->type_name(kFolder);
   finish_command(command, invocation, [live](const Invocation& invoked) { return Live(*live, invoked.flags).run(); });

@@ -57,6 +57,10 @@ bool follows(const Model& model, const MethodSpec& method) {
          !choose_device(spec, method.scheme, faces, model.fixed->array.size()).card;
 }
 
+bool works_on_body(const MethodSpec& method) {
+  return method.kind->model == MethodModel::kSkin || method.kind->model == MethodModel::kCentre;
+}
+
 /// Rows of b of every channel at one place, some of all its rows, evenly over them: as long as 1 together.
 ///
 /// shift   0 to 1: two shifts share few rows
@@ -197,11 +201,11 @@ FrameSolver::FrameSolver(const MovingModel& moving, const MethodSpec& method, Ei
   }
 }
 
-MotionFrame FrameSolver::begin() {
+MotionFrame FrameSolver::begin(std::optional<Model>* solved) {
   const double seconds = moving_.first().fixed->scene.motion->seconds;
   MotionFrame frame;
   for (int place = 0; place < kFirstPlaces; ++place) {
-    frame = solve(moving_.at(moving_.state(seconds * place / (kFirstPlaces - 1))));
+    frame = solve(moving_.state(seconds * place / (kFirstPlaces - 1)), solved);
     if (!frame.silent) {
       break;
     }
@@ -271,7 +275,7 @@ PhaseSolution FrameSolver::descended(const Model& model, const OutsideSkin& outs
   skin.weights(target.faces) += inside;
   skin.amplitudes(target.faces) = inside.cwiseProduct(amplitudes).cwiseQuotient(skin.weights(target.faces));
   skin.constant = inside.dot(amplitudes.cwiseAbs2()) - skin.weights.dot(skin.amplitudes.cwiseAbs2());
-  return descent_.descend(skin, before, later_.iterations, later_.free_level);
+  return descent_.descend(skin, before, later_.iterations, later_.free_level, {}, &pressure_.emplace());
 }
 
 PhaseSolution FrameSolver::descended_by_radiation(const Model& model, const OutsideSkin& outside, const Target& target,
@@ -284,7 +288,11 @@ PhaseSolution FrameSolver::descended_by_radiation(const Model& model, const Outs
   const RadiationSkin skin =
       radiation_skin(near, mesh, target, amplitudes, outside, model.fixed->wave, later_.outside_weight, counted);
   const SkinMap map = mapped(near.faces);
-  return descent_.descend(RadiationMisfit(map, skin, later_.free_level), before, later_.iterations);
+  RadiationMisfit::Point end;
+  PhaseSolution solution =
+      descent_.descend(RadiationMisfit(map, skin, later_.free_level), before, later_.iterations, {}, 0.0, {}, &end);
+  pressure_ = std::sqrt(static_cast<float>(end.level)) * end.pressure.tail(end.pressure.size() - copies);
+  return solution;
 }
 
 PhaseSolution FrameSolver::followed(const Model& model, const Target& target, const Eigen::VectorXd& amplitudes,
@@ -325,18 +333,28 @@ MotionFrame FrameSolver::silent_frame() const {
   return frame;
 }
 
+Eigen::VectorXcd FrameSolver::pressure() {
+  if (pressure_) {
+    return pressure_->head(scattering_->system().faces()).cast<Complex>();
+  }
+  return works_on_body(later_) && methods_ ? methods_->pressure(drive(found_)) : Eigen::VectorXcd();
+}
+
 MotionFrame FrameSolver::lost() const {
   MotionFrame frame = silent_frame();
   frame.lost = true;
   return frame;
 }
 
-MotionFrame FrameSolver::solve(const MotionState& state) {
+MotionFrame FrameSolver::solve(const MotionState& state, std::optional<Model>* solved) {
   const double begin = steady_now();
-  const Model model = moving_.at(state);
+  Model model = moving_.at(state);
   const double posed = steady_now() - begin;
   MotionFrame frame = solve(model);
   frame.seconds.insert(frame.seconds.begin(), {"pose", posed});
+  if (solved != nullptr) {
+    solved->emplace(std::move(model));
+  }
   return frame;
 }
 
@@ -365,8 +383,7 @@ MotionFrame FrameSolver::solve(const Model& model) {
   }
   const MethodSpec& method = before || motion.start == MotionSpec::Start::kZero ? later_ : first_;
   const bool follow = follows_ && before;
-  const bool works_on_body = method.kind->model == MethodModel::kSkin || method.kind->model == MethodModel::kCentre;
-  if (works_on_body && !follow) {
+  if (works_on_body(method) && !follow) {
     timed(silent_, frame.seconds, "factorise", "", [&] { scattering_->prepare(); });
   }
   Eigen::VectorXd amplitudes = target ? target->amplitudes : Eigen::VectorXd();
@@ -378,6 +395,7 @@ MotionFrame FrameSolver::solve(const Model& model) {
     }
     amplitudes *= *scale_;
   }
+  pressure_.reset();
   if (follow) {
     frame.solution = followed(model, *target, amplitudes, before->phases, moved, frame);
   } else {

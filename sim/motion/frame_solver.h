@@ -65,8 +65,9 @@ class FrameSolver {
   /// Solves a first frame where, of nine places of the motion, the target first holds skin. The search of a start takes
   /// its time, so this is called before the clock starts.
   ///
+  /// solved    gets its model; may be null
   /// returns   that frame; a silent one if no place has skin in the target
-  MotionFrame begin();
+  MotionFrame begin(std::optional<Model>* solved = nullptr);
 
   /// Phases for a model that `moving` gave, whose times are the caller's to fill in. Where the target holds no skin the
   /// frame is silent, and the next one starts from the last that was not.
@@ -75,11 +76,23 @@ class FrameSolver {
   /// throws    NumericalError as MethodSolver
   MotionFrame solve(const Model& model);
   /// Of moving's model at a state; seconds get `pose` before the others.
-  MotionFrame solve(const MotionState& state);
+  ///
+  /// solved   gets the model; may be null
+  MotionFrame solve(const MotionState& state, std::optional<Model>* solved = nullptr);
 
   /// Of a sample that does not say where the body is: no drive sounds. The next frame starts from the last that was
   /// solved.
   MotionFrame lost() const;
+
+  /// What the last frame that was solved makes of the skin of its model, M [Pa]. A frame that followed the one before
+  /// has found it with its phases. Others take a product with the pressures of the drives, or one solve. Empty where
+  /// the method does not solve the skin.
+  ///
+  /// accuracy   3 % with the drives of drives_for
+  Eigen::VectorXcd pressure();
+
+  /// The factor on the wanted pressures of a model's target: not 1 where the scene asks for the best ones.
+  double scale() const { return scale_.value_or(1.0); }
 
   /// The largest relative residual that a frame's equations were left with.
   double worst_residual() const { return worst_residual_; }
@@ -119,7 +132,8 @@ class FrameSolver {
   PhaseDescent descent_;
   PhaseSolution found_;
   Vector3 patch_ = Vector3::Zero();
-  std::optional<double> scale_;  // on the target's amplitudes, of a scene that asks for the best
+  std::optional<Eigen::VectorXcf> pressure_;  // of what followed, then of the skin that is not solved
+  std::optional<double> scale_;               // on the target's amplitudes, of a scene that asks for the best
   double worst_residual_ = 0;
 };
 

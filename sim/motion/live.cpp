@@ -189,7 +189,10 @@ void LiveLoop::solve(const std::stop_token& stop, const std::function<LiveSolver
       return;
     }
     clock.finished(std::max<Tick>(0, to_ticks(frame->solved) - start->at));
+    frame->late = clock.late();
+    frame->dropped = clock.dropped();
     keep(*frame, clock);
+    newest_.put(frame);
     solved_.put(std::move(frame));
   }
 }
@@ -221,6 +224,7 @@ LiveFrame LiveLoop::frame_for(const FrameStart& start, const LiveSample& sample,
   frame.number = static_cast<std::size_t>(start.number);
   frame.solved = time_.now() - begin;
   frame.frame = std::move(solution.frame);
+  frame.skin = std::move(solution.skin);
   frame.frame.sampled = sample.now.seconds;
   frame.frame.started = started;
   frame.frame.late = started - to_seconds(start.due);
@@ -242,13 +246,30 @@ void LiveLoop::keep(const LiveFrame& frame, const LoopClock& clock) {
   report_.waiting = clock.waiting();
 }
 
-LiveSolver live_solver(const MotionSensor& sensor, const MethodSpec& method, MotionFrame& first, Progress* progress) {
+LiveSolver live_solver(const MotionSensor& sensor, const MethodSpec& method, LiveSolution& first, Progress* progress,
+                       std::function<bool()> watched) {
   const MovingModel& moving = sensor.solved();
   const auto solver = std::make_shared<FrameSolver>(moving, method, drives_for(sensor, method, progress));
-  first = solver->begin();
-  return [&moving, solver](const LiveSample& sample, double wanted) {
-    MotionFrame frame = sample.now.lost ? solver->lost() : solver->solve(moving.in_range(sample.prediction.at(wanted)));
-    return LiveSolution{std::move(frame), solver->worst_residual()};
+  const auto found = [solver](MotionFrame frame, std::optional<Model> model) {
+    LiveSolution solution{std::move(frame), solver->worst_residual()};
+    if (model) {
+      Eigen::VectorXcd pressure = Eigen::VectorXcd::Zero(model->body.mesh.face_count());
+      if (!solution.frame.silent) {
+        pressure = solver->pressure();
+      }
+      solution.skin = std::make_shared<SolvedSkin>(SolvedSkin{std::move(*model), std::move(pressure), solver->scale()});
+    }
+    return solution;
+  };
+  std::optional<Model> begun;
+  MotionFrame frame = solver->begin(&begun);
+  first = found(std::move(frame), std::move(begun));
+  return [&moving, solver, found, watched = std::move(watched)](const LiveSample& sample, double wanted) {
+    std::optional<Model> model;
+    MotionFrame solved =
+        sample.now.lost ? solver->lost()
+                        : solver->solve(moving.in_range(sample.prediction.at(wanted)), watched() ? &model : nullptr);
+    return found(std::move(solved), std::move(model));
   };
 }
 

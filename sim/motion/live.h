@@ -74,10 +74,18 @@ struct LiveSample {
   MotionPrediction prediction;
 };
 
+/// The skin that a frame was solved for, for somebody who looks on.
+struct SolvedSkin {
+  Model model;
+  Eigen::VectorXcd pressure;  // on the faces of its solving mesh, M [Pa]; empty: not known
+  double scale = 1;           // of the wanted pressures of its target
+};
+
 /// What a solver found for a sample.
 struct LiveSolution {
-  MotionFrame frame;    // whose times are not its
-  double residual = 0;  // the largest that it was ever left with
+  MotionFrame frame;                         // whose times are not its
+  double residual = 0;                       // the largest that it was ever left with
+  std::shared_ptr<const SolvedSkin> skin{};  // null if nobody looks on or the sample is lost
 };
 
 /// Takes a sample of this number, rising but for those that are left out, at a time of the motion [s]. What that takes
@@ -92,6 +100,9 @@ struct LiveFrame {
   std::size_t number = 0;  // from 0
   double solved = 0;       // when the solver was done
   MotionFrame frame;
+  std::shared_ptr<const SolvedSkin> skin{};
+  std::int64_t late = 0;  // slots so far, as LoopClock has them
+  std::int64_t dropped = 0;
 };
 
 /// What a loop did.
@@ -139,6 +150,8 @@ class LiveLoop {
 
   /// The newest frame, unless it was taken before.
   std::shared_ptr<const LiveFrame> take() { return solved_.take(); }
+  /// The same, taken or not; null before the first.
+  std::shared_ptr<const LiveFrame> newest() const { return newest_.newest(); }
   /// The link has taken that frame, at this time of the clock.
   void committed(std::size_t number, double at);
 
@@ -175,6 +188,7 @@ class LiveLoop {
   LiveTime& time_;
   LatestSlot<LiveSample> sensed_;
   LatestSlot<LiveFrame> solved_;
+  LatestSlot<LiveFrame> newest_;  // for those who look on
 
   mutable std::mutex mutex_;  // of what follows
   std::condition_variable_any changed_;
@@ -194,10 +208,12 @@ class LiveLoop {
 /// Finds before it returns what does not have to be found in every frame, and the first frame (FrameSolver::begin).
 ///
 /// sensor   started; its model has to outlive the solver
-/// first    gets that frame
+/// first    gets that frame and its skin
+/// watched  whether somebody looks on, asked at each frame
 /// progress   hears how far it is; may be null
 /// throws   NumericalError as FrameSolver
-LiveSolver live_solver(const MotionSensor& sensor, const MethodSpec& method, MotionFrame& first,
-                       Progress* progress = nullptr);
+LiveSolver live_solver(
+    const MotionSensor& sensor, const MethodSpec& method, LiveSolution& first, Progress* progress = nullptr,
+    std::function<bool()> watched = [] { return false; });
 
 }  // namespace touchfield

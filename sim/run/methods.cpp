@@ -235,6 +235,11 @@ PhaseSolution MethodSolver::found(const MethodSpec& method, const Eigen::VectorX
   throw std::logic_error("unknown method");
 }
 
+Eigen::VectorXcd MethodSolver::pressure(const Eigen::VectorXcd& drives) {
+  return spanned_ ? Eigen::VectorXcd(spanned_->pressure * (spanned_->drives.adjoint() * drives))
+                  : Eigen::VectorXcd(scattering_.pressure(drives, "frame", true));
+}
+
 const Eigen::MatrixXcd& MethodSolver::weighted_gram_of(const Eigen::MatrixXcd& g, const Eigen::VectorXd& weights,
                                                        FaceWeights faces, IncidentGrams& kept) const {
   Eigen::MatrixXcd& gram = kept[faces];

@@ -59,6 +59,9 @@ class MethodSolver {
   PhaseSolution solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress,
                       const Eigen::VectorXcd* before = nullptr);
 
+  /// What drives make of the faces, M [Pa]: by the pressures of span()'s drives where these are known, else solved.
+  Eigen::VectorXcd pressure(const Eigen::VectorXcd& drives);
+
   /// The problem of the methods on the skin, for wanted amplitudes p': with its outside rows if one of them or the
   /// optimality bound includes them.
   const SkinProblem& skin_problem(const Eigen::VectorXd& amplitudes, Progress& progress);

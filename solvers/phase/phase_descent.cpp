@@ -24,24 +24,23 @@ constexpr double kLeastCurvature = 1e-8;  // cosine of a step and the gradient's
 
 double root_mean_square(const VectorXd& x) { return x.norm() / std::sqrt(static_cast<double>(x.size())); }
 
-/// Phases with what they make of the skin.
-struct MappedPoint {
-  VectorXd phases;
-  VectorXcf drives;
-  VectorXcf pressure;
-  VectorXd magnitudes;  // at full drive, as the pressure
-  double level = 1;
-  double cost = 0;
-};
-
 /// What PhaseDescent steps on. With a free level it is the cost at each point's best level. There the cost does not
 /// change with the level, so its gradient is that along the phases alone.
 struct MappedCost {
+  struct Point {
+    VectorXd phases;
+    VectorXcf drives;
+    VectorXcf pressure;
+    VectorXd magnitudes;  // at full drive, as the pressure
+    double level = 1;
+    double cost = 0;
+  };
+
   const MappedSkin& skin;
   bool free_level;
 
-  MappedPoint at(VectorXd phases) const {
-    MappedPoint point;
+  Point at(VectorXd phases) const {
+    Point point;
     point.phases = std::move(phases);
     point.drives =
         point.phases.unaryExpr([](double phase) { return std::polar(1.0, phase); }).cast<std::complex<float>>();
@@ -52,7 +51,7 @@ struct MappedCost {
     return point;
   }
 
-  VectorXd gradient(const MappedPoint& point) const {
+  VectorXd gradient(const Point& point) const {
     VectorXcf v(point.pressure.size());
     for (Eigen::Index j = 0; j < v.size(); ++j) {
       const double magnitude = point.magnitudes(j);
@@ -65,14 +64,14 @@ struct MappedCost {
     return 2.0 * (point.drives.conjugate().cwiseProduct(skin.map.sent_back(v))).imag().cast<double>();
   }
 
-  PhaseSolution solution(const MappedPoint& point, PhaseSolution solution) const {
+  PhaseSolution solution(const Point& point, PhaseSolution solution) const {
     solution = full_drive(point.phases, std::move(solution));
     solution.amplitudes.setConstant(point.level);
     return solution;
   }
 
   /// The common amplitude of all drives, up to 1, at which the cost is least.
-  double best_level(const MappedPoint& point) const {
+  double best_level(const Point& point) const {
     const VectorXd weighted = skin.weights.cwiseProduct(point.magnitudes);
     const double energy = weighted.dot(point.magnitudes);
     return energy > 0 ? std::min(1.0, weighted.dot(skin.amplitudes) / energy) : 1.0;
@@ -110,8 +109,13 @@ void PhaseDescent::remember(VectorXd step, VectorXd change) {
 }
 
 PhaseSolution PhaseDescent::descend(const MappedSkin& skin, const VectorXd& start, int iterations, bool free_level,
-                                    const PhaseBounds& bounds) {
-  return descend(MappedCost{skin, free_level}, start, iterations, bounds);
+                                    const PhaseBounds& bounds, VectorXcf* pressure) {
+  MappedCost::Point end;
+  PhaseSolution solution = descend(MappedCost{skin, free_level}, start, iterations, bounds, 0.0, {}, &end);
+  if (pressure != nullptr) {
+    *pressure = static_cast<float>(end.level) * end.pressure;
+  }
+  return solution;
 }
 
 }  // namespace touchfield

@@ -57,18 +57,20 @@ class PhaseDescent {
   ///
   /// start        within the bounds
   /// free_level   whether all drives have, at each step, the amplitude up to 1 at which the cost is least; else it is 1
+  /// pressure     gets H q of the solution, M; may be null
   /// throws       std::domain_error if the cost at the start is not finite
   PhaseSolution descend(const MappedSkin& skin, const Eigen::VectorXd& start, int iterations, bool free_level,
-                        const PhaseBounds& bounds = {});
+                        const PhaseBounds& bounds = {}, Eigen::VectorXcf* pressure = nullptr);
 
   /// The same on any problem with points and gradients as `step` takes them; problem.solution(point, solution) fills in
   /// phases and amplitudes.
   ///
   /// standstill   converged if six steps together lower the cost by less than this share of it
+  /// end          gets the point of the solution; may be null
   template <class Problem>
   PhaseSolution descend(const Problem& problem, const Eigen::VectorXd& start, int iterations,
-                        const PhaseBounds& bounds = {}, double standstill = 0.0,
-                        const IterationCallback& callback = {}) {
+                        const PhaseBounds& bounds = {}, double standstill = 0.0, const IterationCallback& callback = {},
+                        typename Problem::Point* end = nullptr) {
     constexpr std::size_t kSteps = 6;
     auto point = problem.at(start);
     if (!std::isfinite(point.cost)) {
@@ -87,7 +89,11 @@ class PhaseDescent {
       }
       return point.cost;
     });
-    return problem.solution(point, std::move(solution));
+    solution = problem.solution(point, std::move(solution));
+    if (end != nullptr) {
+      *end = std::move(point);
+    }
+    return solution;
   }
 
   enum class Step { kTaken, kForgot, kNone };  // kForgot: none along what the memory said, which is empty now

@@ -1,6 +1,7 @@
 """`live`: a scene that moves on the wall clock, without a device and through the guard of `send`."""
 
 import csv
+import http.client
 import json
 import os
 import pathlib
@@ -99,7 +100,8 @@ class Dry(LiveTest):
         self.assertEqual(live["stale"], live["frames"])
 
     def test_bad_input(self):
-        for change, says in [(["--seconds", "3"], "--seconds = 3 must be <= motion.seconds = 2"),
+        for change, says in [(["--view", "http"], "--view http must be a whole number, 0 to 65535"),
+                             (["--seconds", "3"], "--seconds = 3 must be <= motion.seconds = 2"),
                              (["--seconds", "nan"], "--seconds"), (["--level", "0.6"], "--max-level"),
                              (["--set", "motion=null"], "the scene has no motion: section"),
                              (["--set", "motion.stale_ms=0"], "motion.stale_ms"),
@@ -112,6 +114,67 @@ class Dry(LiveTest):
                 self.assertFalse((self.folder / "bad").exists())
         done = self.touchfield("live", self.scene)
         self.assertIn("the scene has the methods surface, unscattered; --method picks one", done.stderr)
+
+
+class Viewed(LiveTest):
+    def start(self, *arguments):
+        process = subprocess.Popen(
+            [PROGRAM, "live", str(self.scene), "--method", "surface", "--view", "0", *arguments],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=self.folder)
+        for stop in (process.stdout.close, process.stderr.close, lambda: process.wait(20), process.kill):
+            self.addCleanup(stop)
+        for line in process.stderr:
+            if "seen at" in line:
+                return process, int(line.rsplit(":", 1)[1])
+        self.fail("it never served a page")
+
+    def ask(self, port, path):
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
+        self.addCleanup(connection.close)
+        connection.request("GET", path)
+        answer = connection.getresponse()
+        self.assertEqual(answer.status, 200)
+        return answer
+
+    @staticmethod
+    def event(answer):
+        """Its kind and its data."""
+        lines = list(iter(lambda: answer.readline().decode().rstrip("\n"), ""))
+        fields = dict(line.split(": ", 1) for line in lines)
+        return fields.get("event", "message"), fields["data"]
+
+    def test_a_viewer(self):
+        process, port = self.start("--set", "motion.predict=linear")
+        self.assertIn("<h1>swing: live</h1>", self.ask(port, "/").read().decode())
+        events = self.ask(port, "/events")
+        times = []
+        for _ in range(3):  # the first may be of a frame that nobody saw
+            kind, data = self.event(events)
+            self.assertEqual(kind, "message")
+            frame = json.loads(data)
+            times.append(frame["time"])
+            self.assertIn("the link plays", frame["state"])
+        self.assertEqual(times, sorted(set(times)))
+        self.assertLess(frame["strips"]["error on the skin as sensed [%]"], 100)
+        self.assertGreater(frame["skin"]["methods"][0]["p"]["high"], 50)
+        while kind == "message":
+            kind, data = self.event(events)
+        self.assertEqual((kind, data), ("end", "the loop has ended"))
+        self.assertEqual(process.wait(20), 0)
+
+    def test_ends_with_the_loop(self):
+        process, port = self.start("--set", "motion.seconds=60", "--max-seconds", "60")
+        events = self.ask(port, "/events")
+        self.event(events)
+        process.send_signal(signal.SIGINT)
+        while self.event(events)[0] == "message":
+            pass
+        self.assertEqual(process.wait(20), 128 + signal.SIGINT)
+
+    def test_a_port_that_is_taken(self):
+        _, port = self.start("--set", "motion.seconds=60", "--max-seconds", "60")
+        self.is_refused("live", self.scene, "--method", "surface", "--view", port,
+                        says=[f"--view {port}: 127.0.0.1 does not give this port: Address already in use", "0 any free one"])
 
 
 class OnABoard(LiveTest):

@@ -119,6 +119,8 @@ TEST(FrameSolver, FollowsTheLeastOfTheSameCostAsFramesByDrives) {
       const double cost = skin_cost(transfer.reduction.problem, drive(frame.solution));
       EXPECT_LT(cost, 1.02 * wanted) << scheme << " " << kept << " " << seconds;
       EXPECT_NEAR(last_cost(frame.solution), cost, 1e-3 * wanted) << scheme << " " << kept << " " << seconds;
+      const Eigen::VectorXcd pressure = skin.pressure(drive(frame.solution), "check");
+      EXPECT_LT((following.pressure() - pressure).norm(), 1e-3 * pressure.norm()) << scheme << " " << seconds;
     }
   }
 }
@@ -192,6 +194,35 @@ TEST(FrameSolver, ABodyThatRestsKeepsItsTransferMatrix) {
   // The same problem: the cost of no steps from zero is that of the new target.
   EXPECT_NEAR(frame.solution.cost_history.front(), fresh.solution.cost_history.front(),
               1e-6 * fresh.solution.cost_history.front());
+}
+
+// By the basis of drives, by a solve where there is none, by the steps of a descent; not of a method that never solves
+// the skin.
+TEST(FrameSolver, KnowsThePressureOfItsFrame) {
+  for (const auto& [name, changes] :
+       {std::pair("surface", "array.grid.count=[30, 24]"), std::pair("surface", "array.grid.count=[6, 5]"),
+        std::pair("focus", "array.grid.count=[6, 5]"),
+        std::pair("{radiation: {free_level: true}}", "body.keep_within_mm=10"),
+        std::pair("unscattered", "array.grid.count=[6, 5]")}) {
+    const Scene scene = scene_from(kMovingCapsule, {std::string("solve.methods=[") + name + "]", changes});
+    const MovingModel moving(scene);
+    const MethodSpec& method = scene.solve.methods.front();
+    FrameSolver solver(moving, method, drives_for(ExactSensor(moving), method));
+    for (const double seconds : {0.0, 0.1}) {
+      const Eigen::VectorXcd drives = drive(frame_at(solver, moving, seconds).solution);
+      if (method.kind->name == "unscattered") {
+        EXPECT_EQ(solver.pressure().size(), 0);
+        continue;
+      }
+      const Model model = moving.at(moving.state(seconds));
+      std::vector<SolveRecord> records;
+      Progress silent;
+      SkinScattering skin(model.body.mesh, model.fixed->wave, method.scheme, model.fixed->scene.solve.solver,
+                          model.fixed->array, records, silent);
+      const Eigen::VectorXcd pressure = skin.pressure(drives, "check");
+      EXPECT_LT((solver.pressure() - pressure).norm(), 0.03 * pressure.norm()) << name << " " << changes;
+    }
+  }
 }
 
 TEST(FrameSolver, IsSilentWhereTheTargetHoldsNoSkin) {

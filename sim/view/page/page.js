@@ -188,7 +188,7 @@ class Page {
       }
     });
     const planes = data.fields.map((field, i) => check('plane ' + field.name, 'plane' + i));
-    const moving = data.skins.some(skin => skin.sensed) || data.live ? [check('hand as sensed', 'sensed')] : [];
+    const moving = data.skins.some(skin => skin.sensed) ? [check('hand as sensed', 'sensed')] : [];
     document.getElementById('view').append(
         element(
             'div', {class: 'controls'},

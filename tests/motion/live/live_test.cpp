@@ -532,14 +532,14 @@ class LiveScene : public LiveOnTheWallClock {
 
   ExactSensor sensor_{moving_};
   const MethodSpec& method_ = moving_.first().fixed->scene.solve.methods.front();
-  MotionFrame first_;
+  LiveSolution first_;
 };
 
 // The motion is straight, so that the pose expected is the true one.
 TEST_F(LiveScene, IsSolvedForThePoseThatIsExpected) {
   const LiveSolver solver = live_solver(sensor_, method_, first_);
   FrameSolver reference(moving_, method_, drives_for(sensor_, method_));
-  EXPECT_LT(apart(first_, reference.solve(moving_.first())), 1e-3);
+  EXPECT_LT(apart(first_.frame, reference.solve(moving_.first())), 1e-3);
   LiveSample sample{{0.1, moving_.state(0.1)}, MotionPrediction(MotionSpec::Prediction::kLinear)};
   sample.prediction.see({0.06, moving_.state(0.06)});
   sample.prediction.see(sample.now);
@@ -580,7 +580,7 @@ TEST_F(LiveOnTheWallClock, AHandIsFittedBesideTheSolver) {
   const SensedMotion sensed = sensed_motion(scene);
   Progress silent;
   sensed.sensor->start(silent);
-  MotionFrame first;
+  LiveSolution first;
   LiveLoop loop(
       *scene.motion, [&](std::int64_t number, double seconds) { return sensed.sensor->sample(number, seconds); },
       [&] { return live_solver(*sensed.sensor, scene.solve.methods.front(), first); }, pace_.time);
