@@ -31,6 +31,7 @@
 #include "sim/run/run_text.h"
 #include "sim/run/scan_comparison.h"
 #include "sim/scene/scene_reader.h"
+#include "sim/view/view_motion.h"
 #include "sim/view/view_page.h"
 
 namespace touchfield {
@@ -201,7 +202,10 @@ bool open_by_desktop(std::string path) {
   return error == 0;
 }
 
-std::string page_of(const std::string& file) { return run_page(read_run_file(file, say_warning)); }
+std::string page_of(const std::string& file) {
+  return archive_format(file) == kMotionArchive.name() ? motion_page(read_motion_file(file, say_warning), "")
+                                                       : run_page(read_run_file(file, say_warning));
+}
 
 int view_command(const ViewCommand& command) {
   const std::string file = result_file_at(command.run);

@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/core/units.h"
+#include "sim/jobs/motion_pictures.h"
 #include "sim/jobs/run_model.h"
 #include "sim/model/stages.h"
-#include "sim/pictures/figures.h"
 #include "sim/run/motion_file.h"
 #include "sim/run/motion_summary.h"
 #include "sim/run/run_text.h"
@@ -136,6 +136,12 @@ Json pattern_value(const Pattern& pattern, const std::string& directory) {
   return value;
 }
 
+std::string pattern_text(Json value) {
+  value.erase("warnings");
+  value.erase("notes");
+  return lines_text(value);
+}
+
 }  // namespace
 
 Job<Pattern> pattern_job(const Model& model, const PatternOptions& options) {
@@ -145,7 +151,7 @@ Job<Pattern> pattern_job(const Model& model, const PatternOptions& options) {
     files.emplace_back("pattern.h5");
   }
   if (scene.write.png) {
-    files.emplace_back("strip.png");
+    files.insert(files.end(), {"report.html", "strip.png"});
   }
   const auto compute = [&model, &scene, options](RunDirectory& directory, Progress& progress) {
     const std::string method(scene.pattern->method->name);
@@ -157,17 +163,15 @@ Job<Pattern> pattern_job(const Model& model, const PatternOptions& options) {
             [&] { write_motion_file(directory.file("pattern.h5"), pattern.motion); });
     }
     if (scene.write.png) {
-      timed(progress, pattern.motion.timings, "pictures", "draw pictures",
-            [&] { draw_motion_strip(directory.file("strip.png"), pattern.motion, pattern.instants); });
+      timed(progress, pattern.motion.timings, "pictures", "draw pictures", [&] {
+        draw_motion_page(pattern.motion, directory, pattern_text(pattern_value(pattern, directory.name())));
+      });
     }
     directory.finished(method);
     return pattern;
   };
-  return {scene.name, files, compute, pattern_value, [](const Pattern&, Json value, bool) {
-            value.erase("warnings");
-            value.erase("notes");
-            return lines_text(value);
-          }};
+  return {scene.name, files, compute, pattern_value,
+          [](const Pattern&, const Json& value, bool) { return pattern_text(value); }};
 }
 
 }  // namespace touchfield

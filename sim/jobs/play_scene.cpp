@@ -15,6 +15,7 @@
 #include "sim/cameras/joints_sensor.h"
 #endif
 #include "sim/core/errors.h"
+#include "sim/jobs/motion_pictures.h"
 #include "sim/jobs/run_model.h"
 #include "sim/model/stages.h"
 #include "sim/motion/loop_clock.h"
@@ -99,7 +100,6 @@ SensedMotion sensed_motion(const Scene& scene, KeptBodies* kept, Progress* progr
 namespace {
 
 constexpr double kSeriesHz = 20;  // at most, about
-constexpr int kStripPictures = 6;
 
 int scores_of(const MotionSpec& motion) { return static_cast<int>(std::ceil(motion.seconds * motion.score_hz)); }
 
@@ -114,19 +114,6 @@ bool is_evaluated(const SensedMotion& sensed) {
 
 /// Without scores there are no pictures.
 bool is_drawn(const SensedMotion& sensed) { return sensed.truth && sensed.scene.write.png; }
-
-/// The scores whose skin is drawn, evenly over the motion.
-std::vector<int> strip_scores(const MotionSpec& motion) {
-  std::vector<int> numbers;
-  const int count = scores_of(motion);
-  for (int i = 0; i < kStripPictures; ++i) {
-    const int number = static_cast<int>((i + 0.5) * count / kStripPictures);
-    if (numbers.empty() || numbers.back() < number) {
-      numbers.push_back(number);
-    }
-  }
-  return numbers;
-}
 
 /// Keeps work that takes longer each time to a tenth of the time.
 class Rest {
@@ -157,22 +144,17 @@ std::vector<std::string> motion_files(const SensedMotion& sensed) {
     }
   }
   if (is_drawn(sensed)) {
-    files.insert(files.end(), {"motion.png", "strip.png"});
+    files.insert(files.end(), {"report.html", "motion.png", "strip.png"});
   }
   return files;
 }
 
 Motion play_scene(const SensedMotion& sensed, MotionOptions options, RunDirectory& directory, Progress& progress) {
   const Scene& scene = sensed.scene;
-  const std::vector<int> drawn = strip_scores(*scene.motion);
-  std::vector<MotionInstant> strip;
   std::vector<MotionInstant> waiting;  // for the next second, when the motion that they are of is there too
   std::vector<SeriesStep> series;
   int number = 0;
   options.scored = [&](const MotionInstant& instant) {
-    if (is_drawn(sensed) && std::ranges::binary_search(drawn, number)) {
-      strip.push_back(instant);
-    }
     if (scene.write.vtp && number % series_step(*scene.motion) == 0) {
       waiting.push_back(instant);
     }
@@ -207,9 +189,7 @@ Motion play_scene(const SensedMotion& sensed, MotionOptions options, RunDirector
   if (is_drawn(sensed)) {
     timed(progress, motion.timings, "pictures", "draw pictures", [&] {
       draw_motion(directory.file("motion.png"), motion);
-      if (!strip.empty()) {
-        draw_motion_strip(directory.file("strip.png"), motion, strip);
-      }
+      draw_motion_page(motion, directory);
     });
   }
   return motion;

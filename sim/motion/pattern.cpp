@@ -15,7 +15,9 @@
 #include "sim/field/radiation_skin.h"
 #include "sim/model/stages.h"
 #include "sim/model/warnings.h"
+#include "sim/motion/motion_instants.h"
 #include "sim/run/methods.h"
+#include "sim/run/motion_summary.h"
 #include "sim/run/result_warnings.h"
 #include "sim/run/skin_scattering.h"
 #include "sim/run/solve_model.h"
@@ -274,9 +276,7 @@ std::optional<std::string> weak_array_warning(const PatternProblem& problem, con
                      scores.size(), worst);
 }
 
-void listen(const Model& model, const PatternProblem& problem, const std::vector<PatternPoint>& points,
-            Pattern& pattern) {
-  const Medium& medium = model.fixed->wave.medium();
+void listen(const PatternProblem& problem, const std::vector<PatternPoint>& points, Pattern& pattern) {
   const std::vector<Eigen::Index>& faces = problem.spots.faces;
   for (const PatternPoint& point : points) {
     PatternSound sound{point, Eigen::VectorXd(pattern.clock.frames), {}, {}};
@@ -285,27 +285,28 @@ void listen(const Model& model, const PatternProblem& problem, const std::vector
       const MotionFrame& frame = pattern.motion.methods.front().frames[static_cast<std::size_t>(k)];
       sound.pressure(k) = std::abs((row * drive(frame.solution)).value());
     }
-    sound.radiation = sound.pressure.cwiseAbs2() / (4.0 * medium.density * std::pow(medium.sound_speed, 2));
+    sound.radiation = pattern.motion.radiation_per_square * sound.pressure.cwiseAbs2();
     sound.lines = lines_of_held(sound.radiation, pattern.clock.rate, kHighest);
+    pattern.motion.methods.front().watched.emplace_back(point.name, sound.pressure);
     pattern.sounds.push_back(std::move(sound));
   }
 }
 
 /// The whole skin at instants that are spread over the pass, and how far the scores by R are from those of all faces.
-void keep_instants(const Model& model, SkinScattering& scattering, const PatternProblem& problem, int most,
-                   Pattern& pattern) {
+void keep_instants(const Model& model, SkinScattering& scattering, const PatternProblem& problem, Pattern& pattern) {
   const MotionMethod& method = pattern.motion.methods.front();
-  const int count = std::min(most, pattern.clock.frames);
-  const auto frame_at = [&](int i) { return static_cast<Eigen::Index>(i) * pattern.clock.frames / count; };
+  const std::vector<int> kept = spread_numbers(pattern.clock.frames, most_instants(model.body.mesh.face_count(), 1));
+  const auto count = static_cast<Eigen::Index>(kept.size());
   Eigen::MatrixXcd drives(model.fixed->array.size(), count);
-  for (int i = 0; i < count; ++i) {
-    drives.col(i) = drive(method.frames[static_cast<std::size_t>(frame_at(i))].solution);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    drives.col(i) = drive(method.frames[static_cast<std::size_t>(kept[static_cast<std::size_t>(i)])].solution);
   }
   const Eigen::MatrixXcd pressure = scattering.pressure(drives, "instants");
   require_finite("pattern", pressure);
-  for (int i = 0; i < count; ++i) {
-    const MotionScore& score = method.scores[static_cast<std::size_t>(frame_at(i))];
-    Target target = problem.target(problem.column(frame_at(i)), wanted_share(*model.fixed->scene.pattern, score.time));
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const int frame = kept[static_cast<std::size_t>(i)];
+    const MotionScore& score = method.scores[static_cast<std::size_t>(frame)];
+    Target target = problem.target(problem.column(frame), wanted_share(*model.fixed->scene.pattern, score.time));
     if (target.size() > 0) {
       const Metrics all = metrics_of(model.body.mesh, model.fixed->wave, model.boxes, target, pressure.col(i));
       pattern.radiation_errors.push_back(all.relative_error_radiation);
@@ -314,10 +315,10 @@ void keep_instants(const Model& model, SkinScattering& scattering, const Pattern
             std::fmax(pattern.reduced_off, std::abs(all.relative_error - score.metrics.relative_error));
       }
     }
-    pattern.instants.push_back({.time = score.time,
-                                .mesh = model.body.mesh,
-                                .target = std::move(target),
-                                .pressure = {{method.name, pressure.col(i)}}});
+    pattern.motion.instants.push_back(rounded({.time = score.time,
+                                               .mesh = model.body.mesh,
+                                               .target = std::move(target),
+                                               .pressure = {{method.name, pressure.col(i)}}}));
   }
 }
 
@@ -338,6 +339,7 @@ Motion begun(const Model& model, const PatternClock& clock, const PatternOptions
           .scene = text,
           .seconds = clock.seconds(),
           .array = model.fixed->array,
+          .radiation_per_square = radiation_per_square(model.fixed->wave.medium()),
           .mesh = model.body.mesh,
           .methods = {{.name = std::string(scene.pattern->method->name),
                        .method = std::string(scene.pattern->method->name),
@@ -456,10 +458,10 @@ Pattern solve_pattern(const Model& model, const PatternOptions& options, Progres
   timed(progress, motion.timings, "scores", "errors, and pressure over time", [&] {
     score_frames(spec, problem, pattern);
     warn(weak_array_warning(problem, pattern));
-    listen(model, problem, points, pattern);
+    listen(problem, points, pattern);
   });
   timed(progress, motion.timings, "instants", "pressure of the whole skin at instants",
-        [&] { keep_instants(model, *scattering, problem, options.instants, pattern); });
+        [&] { keep_instants(model, *scattering, problem, pattern); });
   timed(progress, motion.timings, "check", "frames solved by themselves",
         [&] { check_alone(spec, problem, options.check, pattern, progress); });
   warn(behind_warning(spec, pattern));

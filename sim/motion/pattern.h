@@ -146,11 +146,10 @@ struct PatternSound {
 /// One pass of a pattern.
 struct Pattern {
   PatternClock clock;
-  Motion motion;  // one method: a frame and a score for each of the pattern's
+  Motion motion;  // one method: a frame and a score for each of the pattern's; instants of some, on the whole skin
   std::vector<PatternFrame> frames{};
   std::vector<PatternSound> sounds{};
-  std::vector<MotionInstant> instants{};   // of some frames, with the pressure of the whole skin
-  std::vector<double> radiation_errors{};  // relative_error_radiation at the instants that want sound
+  std::vector<double> radiation_errors{};  // relative_error_radiation at the motion's instants that want sound
   Eigen::Index faces = 0;                  // that any frame uses
   Eigen::Index outside_rows = 0;           // of R
   double reduced_off = 0;  // largest difference of relative_error at the instants: all faces against those and R
@@ -160,7 +159,6 @@ struct PatternOptions {
   std::string command_line;    // kept as provenance
   int threads = 1;             // likewise; the caller has set them
   std::optional<int> check{};  // each of how many frames is solved by itself too, beside the worst that follows another
-  int instants = 6;            // at most
 };
 
 /// Solves the scene's pattern on its still hand. The rows of H of all faces that it uses, and R of the others, are

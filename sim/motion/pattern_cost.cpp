@@ -4,6 +4,7 @@
 #include <variant>
 
 #include "sim/core/require.h"
+#include "sim/motion/motion_instants.h"
 #include "sim/motion/pattern.h"
 #include "sim/run/check.h"
 #include "sim/run/estimates.h"
@@ -87,10 +88,14 @@ PatternCost pattern_cost(const Model& model) {
   cost.memory_mib =
       report.memory_mib + (frames * (drives + kTableCell * cells + sizeof(MotionFrame)) + moving * of_faces) / kMib;
   const auto m = static_cast<double>(report.faces);
-  constexpr double kMeshBytes = 60;     // of a face in HDF5
+  constexpr double kMeshBytes = 60;    // of a face in HDF5
+  constexpr double kInstantBytes = 3;  // of a face's pressure at an instant
+  const double instants = std::min(frames, static_cast<double>(most_instants(report.faces, 1)));
   constexpr double kScoreColumns = 40;  // numbers of a frame and its score
   cost.files_mib = (frames * kWrittenCell * cells +
-                    (model.fixed->scene.write.h5 ? frames * 8.0 * (n + kScoreColumns) + kMeshBytes * (m + n) : 0.0)) /
+                    (model.fixed->scene.write.h5
+                         ? frames * 8.0 * (n + kScoreColumns) + kMeshBytes * (m + n) + instants * kInstantBytes * m
+                         : 0.0)) /
                    kMib;
   const double rows = u + expected_drives(model.body.mesh, model.fixed->array, model.fixed->wave.wavelength());
   cost.seconds = report.seconds + (moving - 1.0) * spec.iterations * kProductsPerStep *

@@ -10,15 +10,16 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/require.h"
 #include "sim/core/text.h"
 #include "sim/core/version.h"
 #include "sim/field/metrics.h"
 #include "sim/model/stages.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/motion/loop_clock.h"
+#include "sim/motion/motion_instants.h"
 #include "sim/motion/motion_prediction.h"
 #include "sim/motion/motion_sensor.h"
+#include "sim/motion/scorer.h"
 #include "sim/run/evaluate_methods.h"
 #include "sim/run/motion_summary.h"
 #include "sim/run/result_warnings.h"
@@ -35,10 +36,13 @@ constexpr double kSeenAgain = 1;  // of samples before the newest one, after a f
 /// The loop of one method, which goes on as far as it is told to.
 class MethodLoop {
  public:
-  /// samples   of all methods
-  MethodLoop(const SensedMotion& sensed, SampleStore& samples, const MethodSpec& method, Eigen::MatrixXcd drives)
+  /// samples      of all methods
+  /// keeps_seen   whether seen() is going to be called
+  MethodLoop(const SensedMotion& sensed, SampleStore& samples, const MethodSpec& method, Eigen::MatrixXcd drives,
+             bool keeps_seen)
       : sensed_(sensed),
         samples_(samples),
+        keeps_seen_(keeps_seen),
         motion_(*sensed.scene.motion),
         clock_(motion_),
         prediction_(motion_.predict, 1 / motion_.sensor.hz),
@@ -65,6 +69,11 @@ class MethodLoop {
   std::optional<ScoreInstant> next_score() { return clock_.next_score(); }
   /// Where the target's patch really was at the sample of a frame; of no meaning without a target or a truth.
   const Vector3& patch(std::int64_t frame) const { return patches_[static_cast<std::size_t>(frame)]; }
+  /// The sample of a frame; those of frames before it are forgotten. Nothing of a sample that was lost.
+  const MotionState* seen(std::int64_t frame) {
+    seen_.erase(seen_.begin(), seen_.lower_bound(frame));
+    return !seen_.empty() && seen_.begin()->first == frame ? &seen_.begin()->second : nullptr;
+  }
   std::int64_t dropped() const { return clock_.dropped(); }
   double worst_residual() const { return solver_.worst_residual(); }
 
@@ -76,6 +85,9 @@ class MethodLoop {
     const double begin = steady_now();
     MotionFrame frame = now.lost ? solver_.lost() : solver_.solve(sensed_.solved().in_range(prediction_.at(wanted)));
     const ShownFrame shown = clock_.finished(to_ticks(motion_.solve.value_or(steady_now() - begin)));
+    if (keeps_seen_ && !now.lost) {
+      seen_.emplace(start.number, now.state);
+    }
     look_at_truth(now, frame);
     frame.sampled = now.seconds;
     frame.joints = now.joints;
@@ -118,6 +130,7 @@ class MethodLoop {
 
   const SensedMotion& sensed_;
   SampleStore& samples_;
+  const bool keeps_seen_;
   const MotionSpec& motion_;
   LoopClock clock_;
   MotionPrediction prediction_;
@@ -126,78 +139,7 @@ class MethodLoop {
   std::optional<FrameStart> next_;
   bool over_ = false;
   std::vector<Vector3> patches_;
-};
-
-/// Scores on the true skin, all methods of an instant at once.
-class Scorer {
- public:
-  explicit Scorer(const MovingModel& moving) : moving_(moving) {
-    const Scene& scene = moving.first().fixed->scene;
-    spec_ = scene.solve.solver;
-    spec_.solver = SolverChoice::kAuto;
-    spec_.precision = PrecisionChoice::kAuto;
-    if (moving.is_rigid()) {
-      kept_.expect(static_cast<int>(std::ceil(scene.motion->seconds * scene.motion->score_hz)));
-    }
-  }
-
-  struct Scored {
-    Vector3 patch = Vector3::Zero();  // of the target, as it is
-    std::vector<Metrics> metrics;     // a method
-    std::optional<TriangleMesh> mesh;
-    std::optional<Target> target;
-    Eigen::MatrixXcd pressure;  // M x methods [Pa]
-  };
-
-  /// drives   N x methods, as they sound
-  Scored at(double seconds, const Eigen::MatrixXcd& drives) {
-    const MotionState state = moving_.state(seconds);
-    const Model model = moving_.at(state);
-    Scored scored;
-    scored.metrics.resize(static_cast<std::size_t>(drives.cols()));
-    if (!model.boxes.empty()) {
-      scored.patch = moving_.patch(model);
-    }
-    scored.mesh = moving_.evaluation_mesh(model, state);
-    if (!scored.mesh) {
-      return scored;
-    }
-    const TriangleMesh& mesh = *scored.mesh;
-    const Evaluation& evaluation = model.fixed->evaluation;
-    records_.clear();
-    const auto scattering = make_scattering("evaluation", mesh, evaluation.scheme, spec_, drives.cols(), model,
-                                            evaluation.channels.response, &kept_, records_, silent_);
-    scored.pressure = scattering->pressure(drives, "evaluation");
-    require_finite(fmt::format("evaluation at {:.3f} s", seconds), scored.pressure);
-    for (const SolveRecord& record : records_) {
-      worst_residual_ = std::max(worst_residual_, record.residual);
-    }
-    if (!gradient_ || !moving_.is_rigid()) {
-      gradient_.emplace(mesh, model.fixed->wave.k());
-    }
-    if (presses(model, mesh)) {
-      scored.target = build_target(model, mesh);
-    }
-    for (Eigen::Index m = 0; m < drives.cols(); ++m) {
-      const Eigen::VectorXcd pressure = scored.pressure.col(m);
-      const Eigen::VectorXd radiation = radiation_pressure(*gradient_, model.fixed->wave, pressure);
-      scored.metrics[static_cast<std::size_t>(m)] =
-          scored.target ? metrics_of(mesh, model.boxes, *scored.target, pressure, radiation)
-                        : metrics_of(mesh, pressure, radiation);
-    }
-    return scored;
-  }
-
-  double worst_residual() const { return worst_residual_; }
-
- private:
-  const MovingModel& moving_;
-  SolverSpec spec_;
-  KeptModels kept_;
-  std::vector<SolveRecord> records_;
-  Progress silent_;
-  std::optional<SurfaceGradient> gradient_;
-  double worst_residual_ = 0;
+  std::map<std::int64_t, MotionState> seen_;  // frame -> its sample
 };
 
 class Player {
@@ -229,7 +171,7 @@ class Player {
                     [&] { return drives_for(*sensed.sensor, method, &progress); });
       }
       timed(progress, motion_.timings, "start_" + method.name, "first phases of " + method.name,
-            [&] { loops_.push_back(std::make_unique<MethodLoop>(sensed, samples_, method, own)); });
+            [&] { loops_.push_back(std::make_unique<MethodLoop>(sensed, samples_, method, own, keeps_seen())); });
       pending_.emplace_back();
       motion_.methods.push_back({method.name, std::string(method.kind->name), scheme_of(method)});
     }
@@ -265,6 +207,7 @@ class Player {
                   .scene = text,
                   .seconds = scene.motion->seconds,
                   .array = solved.first().fixed->array,
+                  .radiation_per_square = radiation_per_square(solved.first().fixed->wave.medium()),
                   .mesh = solved.at(solved.state(0)).body.mesh,
                   .solved_skin = solved.first().fixed->solved_skin()};
     motion.notes = options_.notes;
@@ -312,7 +255,7 @@ class Player {
     advance(loops_.size(), at);
     std::optional<MotionInstant> instant;
     if (scored.mesh) {
-      instant.emplace(MotionInstant{at, *scored.mesh, scored.target, {}});
+      instant.emplace(MotionInstant{.time = at, .mesh = *scored.mesh, .target = scored.target});
     }
     for (std::size_t m = 0; m < loops_.size(); ++m) {
       MotionScore score;
@@ -334,9 +277,27 @@ class Player {
     if (instant) {
       if (!motion_.evaluation) {
         motion_.evaluation = scored.mesh;
+        const double scores = std::ceil(motion_.seconds * sensed_.scene.motion->score_hz);
+        kept_ = spread_numbers(static_cast<int>(scores), most_instants(scored.mesh->face_count(), loops_.size()));
       }
       options_.scored(*instant);
+      keep(*std::move(instant));
     }
+  }
+
+  /// Only the first method remembers samples.
+  bool keeps_seen() const { return loops_.empty() && scorer_ && !is_exact(sensed_.scene.motion->sensor); }
+
+  void keep(MotionInstant instant) {
+    const std::vector<MotionScore>& scores = motion_.methods.front().scores;
+    const MotionState* seen = loops_.front()->seen(scores.back().frame);
+    if (!std::ranges::binary_search(kept_, static_cast<int>(scores.size()) - 1)) {
+      return;
+    }
+    if (seen != nullptr) {
+      instant.sensed = sensed_.solved().at(*seen).body.mesh;
+    }
+    motion_.instants.push_back(rounded(std::move(instant)));
   }
 
   void say(const Remarks& remarks) {
@@ -394,84 +355,11 @@ class Player {
   Motion motion_;
   std::vector<std::unique_ptr<MethodLoop>> loops_;
   std::vector<std::deque<ScoreInstant>> pending_;
+  std::vector<int> kept_;        // scores whose instants the motion keeps
   std::vector<double> reached_;  // of advance()
 };
 
-constexpr double kMebibyte = 1024.0 * 1024.0;
-
-/// What is kept of a motion's frames and scores.
-double kept_bytes(const Scene& scene, Eigen::Index channels) {
-  const MotionSpec& motion = *scene.motion;
-  const double frame = 16.0 * static_cast<double>(channels) + sizeof(MotionFrame);
-  return static_cast<double>(scene.solve.methods.size()) * motion.seconds *
-         (motion.frames_hz * frame + motion.score_hz * sizeof(MotionScore));
-}
-
 }  // namespace
-
-void require_motion_memory(const Scene& scene) {
-  const Wave wave(build_medium(scene.medium, scene.frequency), scene.frequency);
-  const double needed = kept_bytes(scene, build_array(scene.array, wave).size());
-  const double free = available_memory();
-  require(!(free > 0 && needed > free),
-          "motion: {:g} s of {:g} frames and {:g} scores per second need {:.1f} GiB of memory; {:.1f} GiB are free: "
-          "lower motion.seconds, frames_hz or score_hz",
-          scene.motion->seconds, scene.motion->frames_hz, scene.motion->score_hz, needed / (1024.0 * kMebibyte),
-          free / (1024.0 * kMebibyte));
-}
-
-MotionCost expected_cost(const SensedMotion& sensed, Progress* progress) {
-  const Scene& scene = sensed.scene;
-  const MotionSpec& motion = *scene.motion;
-  MotionCost cost;
-  cost.frames = static_cast<std::int64_t>(std::ceil(motion.seconds * motion.frames_hz));
-  cost.scores = static_cast<std::int64_t>(std::ceil(motion.seconds * motion.score_hz));
-  const auto methods = static_cast<double>(scene.solve.methods.size());
-  // The first time makes what later ones keep. Of work that takes long that is little.
-  constexpr double kLong = 1.0;
-  const auto timed_twice = [](const auto& work) {
-    const double begin = steady_now();
-    work(0.0);
-    const double first = steady_now() - begin;
-    if (first > kLong) {
-      return std::pair(first, first);
-    }
-    const double again = steady_now();
-    work(0.1);
-    return std::pair(first, steady_now() - again);
-  };
-  MotionSensor& sensor = *sensed.sensor;
-  const MovingModel& solved = sensor.solved();
-  if (sensor.remembers()) {
-    Progress silent;
-    std::vector<std::pair<std::string, double>> taken;
-    timed(progress != nullptr ? *progress : silent, taken, "", "sensor learning before the clock starts",
-          [&] { sensor.start(progress != nullptr ? *progress : silent); });
-    cost.seconds += taken.front().second;
-  }
-  std::int64_t number = 0;
-  cost.sample = timed_twice([&](double /*share*/) {
-                  sensor.sample(number, to_seconds(instant(number, motion.sensor.hz)));
-                  ++number;
-                }).second;
-  const double samples =
-      sensor.remembers() || motion.predict != MotionSpec::Prediction::kNone
-          ? std::ceil(motion.seconds * motion.sensor.hz)
-          : static_cast<double>(std::min(cost.frames, last_instant(to_ticks(motion.seconds), motion.sensor.hz)));
-  FrameSolver solver(solved, scene.solve.methods.front(), {});
-  const auto [first_frame, frame] =
-      timed_twice([&](double share) { solver.solve(solved.at(solved.state(share * motion.seconds))); });
-  cost.seconds += samples * cost.sample + methods * (first_frame + static_cast<double>(cost.frames - 1) * frame);
-  if (sensed.truth && scene.evaluation.kind != EvaluationSpec::Kind::kNone) {
-    Scorer scorer(*sensed.truth);
-    const Eigen::MatrixXcd drives = Eigen::MatrixXcd::Ones(solved.first().fixed->array.size(),
-                                                           static_cast<Eigen::Index>(scene.solve.methods.size()));
-    const auto [first_score, score] = timed_twice([&](double share) { scorer.at(share * motion.seconds, drives); });
-    cost.seconds += first_score + static_cast<double>(cost.scores - 1) * score;
-  }
-  cost.memory_mib = kept_bytes(scene, solved.first().fixed->array.size()) / kMebibyte;
-  return cost;
-}
 
 Motion play_motion(const SensedMotion& sensed, const MotionOptions& options, Progress& progress) {
   return Player(sensed, options, progress).played();

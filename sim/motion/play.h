@@ -39,7 +39,7 @@ MotionCost expected_cost(const SensedMotion& sensed, Progress* progress = nullpt
 /// Plays a motion on the clock of its sensor, solver and array (loop_clock.h). Every method of the scene finds phases
 /// for what the sensor saw. What the array then emits is evaluated on the true skin, by the scene's evaluation, at
 /// motion.score_hz. Where nobody knows the truth there are no scores, and a note says so. A sample that is lost makes a
-/// silent frame.
+/// silent frame. Some instants of scores are kept, evenly over the motion (motion_instants.h).
 ///
 /// Where motion.solve_ms is a number the result repeats to the last bit on as many threads.
 ///

@@ -15,10 +15,12 @@ namespace {
 static_assert(std::is_same_v<hid_t, std::int64_t> && std::is_same_v<herr_t, int>);
 static_assert(sizeof(hsize_t) == sizeof(std::uint64_t));
 
-Handle complex_type() {
-  Handle type(H5Tcreate(H5T_COMPOUND, sizeof(Complex)), H5Tclose);
-  H5Tinsert(type.id(), "r", 0, H5T_NATIVE_DOUBLE);
-  H5Tinsert(type.id(), "i", sizeof(double), H5T_NATIVE_DOUBLE);
+/// part   type of the real and of the imaginary part
+Handle complex_type(hid_t part) {
+  const std::size_t size = H5Tget_size(part);
+  Handle type(H5Tcreate(H5T_COMPOUND, 2 * size), H5Tclose);
+  H5Tinsert(type.id(), "r", 0, part);
+  H5Tinsert(type.id(), "i", size, part);
   return type;
 }
 
@@ -56,7 +58,7 @@ Handle text_type() {
 template <class T>
 Handle element_type() {
   if constexpr (std::is_same_v<T, Complex>) {
-    return complex_type();
+    return complex_type(H5T_NATIVE_DOUBLE);
   } else if constexpr (std::is_same_v<T, double>) {
     return {H5Tcopy(H5T_NATIVE_DOUBLE), H5Tclose};
   } else if constexpr (std::is_same_v<T, int>) {
@@ -74,6 +76,15 @@ template Handle element_type<int>();
 template Handle element_type<std::int64_t>();
 template Handle element_type<unsigned char>();
 template Handle element_type<Complex>();
+
+template <>
+Handle single_type<double>() {
+  return {H5Tcopy(H5T_NATIVE_FLOAT), H5Tclose};
+}
+template <>
+Handle single_type<Complex>() {
+  return complex_type(H5T_NATIVE_FLOAT);
+}
 
 std::uint64_t bytes_of(const Shape& shape, std::uint64_t element) {
   return std::accumulate(shape.begin(), shape.end(), element, std::multiplies<>());

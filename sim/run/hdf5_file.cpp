@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
 #include <type_traits>
 
@@ -69,10 +70,12 @@ void write_text_attribute(hid_t object, const std::string& name, const std::stri
 }
 
 /// Creates a dataset, writes it and names its unit.
-void write_dataset(hid_t group, const std::string& name, const Handle& type, const Handle& space, const Handle& list,
-                   const void* values, const std::string& unit, const std::string& place) {
+///
+/// stored, type   of an element in the file and of `values`
+void write_dataset(hid_t group, const std::string& name, const Handle& stored, const Handle& type, const Handle& space,
+                   const Handle& list, const void* values, const std::string& unit, const std::string& place) {
   const Handle data =
-      checked_handle(H5Dcreate2(group, name.c_str(), type.id(), space.id(), H5P_DEFAULT, list.id(), H5P_DEFAULT),
+      checked_handle(H5Dcreate2(group, name.c_str(), stored.id(), space.id(), H5P_DEFAULT, list.id(), H5P_DEFAULT),
                      H5Dclose, place, "cannot create");
   checked(H5Dwrite(data.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values), place, "cannot write");
   write_text_attribute(data.id(), "unit", unit, place);
@@ -134,20 +137,38 @@ bool Group::has_attribute(const std::string& name) const {
 template <class T>
 void Group::write(const std::string& name, const T* values, const Shape& shape, const std::string& unit) const {
   const std::string place = joined(place_, name);
-  write_dataset(handle_.id(), name, element_type<T>(), simple_space(shape, place), storage(shape, sizeof(T), place),
-                values, unit, place);
+  const Handle type = element_type<T>();
+  write_dataset(handle_.id(), name, type, type, simple_space(shape, place), storage(shape, sizeof(T), place), values,
+                unit, place);
+}
+
+template <class T>
+void Group::write_compact(const std::string& name, const T* values, const Shape& shape, const std::string& unit) const {
+  const auto* numbers = reinterpret_cast<const double*>(values);
+  const bool single = std::all_of(numbers, numbers + bytes_of(shape, sizeof(T) / sizeof(double)), [](double value) {
+    return std::isnan(value) || static_cast<double>(static_cast<float>(value)) == value;
+  });
+  if (!single) {
+    write(name, values, shape, unit);
+    return;
+  }
+  const std::string place = joined(place_, name);
+  write_dataset(handle_.id(), name, single_type<T>(), element_type<T>(), simple_space(shape, place),
+                storage(shape, sizeof(T) / 2, place), values, unit, place);
 }
 
 void Group::write_text(const std::string& name, const std::string& text) const {
   const std::string place = joined(place_, name);
-  write_dataset(handle_.id(), name, text_type(), scalar_space(), storage({}, sizeof(char*), place),
+  const Handle type = text_type();
+  write_dataset(handle_.id(), name, type, type, scalar_space(), storage({}, sizeof(char*), place),
                 static_cast<const void*>(c_texts({text}, place).data()), "text", place);
 }
 
 void Group::write_texts(const std::string& name, const std::vector<std::string>& texts) const {
   const std::string place = joined(place_, name);
   const Shape shape = {texts.size()};
-  write_dataset(handle_.id(), name, text_type(), simple_space(shape, place), storage(shape, sizeof(char*), place),
+  const Handle type = text_type();
+  write_dataset(handle_.id(), name, type, type, simple_space(shape, place), storage(shape, sizeof(char*), place),
                 static_cast<const void*>(c_texts(texts, place).data()), "text", place);
 }
 
@@ -156,6 +177,8 @@ template void Group::write(const std::string&, const int*, const Shape&, const s
 template void Group::write(const std::string&, const std::int64_t*, const Shape&, const std::string&) const;
 template void Group::write(const std::string&, const unsigned char*, const Shape&, const std::string&) const;
 template void Group::write(const std::string&, const Complex*, const Shape&, const std::string&) const;
+template void Group::write_compact(const std::string&, const double*, const Shape&, const std::string&) const;
+template void Group::write_compact(const std::string&, const Complex*, const Shape&, const std::string&) const;
 
 MutedErrors::MutedErrors() {
   H5Eget_auto2(H5E_DEFAULT, &function_, &data_);

@@ -68,6 +68,9 @@ class Group {
   /// A dataset in C order with the attribute `unit`; compressed if it is large.
   template <class T>
   void write(const std::string& name, const T* values, const Shape& shape, const std::string& unit) const;
+  /// The same of double or Complex, stored in single precision if that changes no value.
+  template <class T>
+  void write_compact(const std::string& name, const T* values, const Shape& shape, const std::string& unit) const;
   void write_text(const std::string& name, const std::string& text) const;
   void write_texts(const std::string& name, const std::vector<std::string>& texts) const;
 
@@ -169,6 +172,9 @@ std::string attribute_place(const std::string& place, const std::string& name);
 Handle text_type();
 template <class T>
 Handle element_type();
+/// Of T in single precision.
+template <class T>
+Handle single_type();
 
 std::uint64_t bytes_of(const Shape& shape, std::uint64_t element);
 

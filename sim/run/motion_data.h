@@ -46,11 +46,13 @@ struct MotionScore {
   Metrics metrics{};                       // those that need a target are NaN where it holds no skin
 };
 
-/// The evaluated skin at an instant, for pictures and ParaView.
+/// The evaluated skin at an instant, for pictures, the page and ParaView.
 struct MotionInstant {
   double time = 0;  // [s]
   TriangleMesh mesh;
-  std::optional<Target> target{};                                    // on this mesh
+  std::optional<TriangleMesh> sensed{};  // the solved skin in the sample of the frame that the first method shows; none
+                                         // of an exact sensor, a lost sample, or before the first frame
+  std::optional<Target> target{};        // on this mesh
   std::vector<std::pair<std::string, Eigen::VectorXcd>> pressure{};  // method's name -> on its faces [Pa]
 };
 
@@ -61,7 +63,8 @@ struct MotionMethod {
   std::string scheme;
   std::vector<MotionFrame> frames{};
   std::vector<MotionScore> scores{};
-  int dropped = 0;  // turns at which the solver was still busy
+  std::vector<std::pair<std::string, Eigen::VectorXd>> watched{};  // place -> |p| there at each score [Pa]
+  int dropped = 0;                                                 // turns at which the solver was still busy
 };
 
 /// Everything that `play` computed; grows as the motion continues.
@@ -70,6 +73,7 @@ struct Motion {
   std::string scene;  // resolved YAML text
   double seconds = 0;
   TransducerArray array{};
+  double radiation_per_square = kNotComputed;   // of its air (metrics.h) [1/Pa]; not known of older files
   TriangleMesh mesh;                            // the solver's, at the motion's beginning, in the world's frame
   std::optional<TriangleMesh> evaluation{};     // the evaluation's, likewise
   SkinExtent solved_skin = SkinExtent::kWhole;  // which `mesh` is of
@@ -79,6 +83,12 @@ struct Motion {
   std::vector<std::string> notes{};
   Provenance provenance{};
   bool complete = false;
+  std::vector<MotionInstant> instants{};  // some, each with a score: of all methods, in their order
 };
+
+/// The skin that the scores of a motion are of, at its beginning. The instants have its triangles.
+inline const TriangleMesh& evaluated_mesh(const Motion& motion) {
+  return motion.evaluation ? *motion.evaluation : motion.mesh;
+}
 
 }  // namespace touchfield

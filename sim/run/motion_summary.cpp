@@ -78,6 +78,23 @@ double shown_displacement(const MotionScore& score) {
   return score.frame < 0 ? kNotComputed : score.displacement.norm();
 }
 
+std::vector<int> spread_numbers(int of, int most) {
+  const int count = std::min(of, most);
+  std::vector<int> numbers;
+  for (int i = 0; i < count; ++i) {
+    numbers.push_back(static_cast<int>((2LL * i + 1) * of / (2LL * count)));
+  }
+  return numbers;
+}
+
+std::vector<MotionInstant> some_instants(const Motion& motion, int most) {
+  std::vector<MotionInstant> some;
+  for (const int number : spread_numbers(static_cast<int>(motion.instants.size()), most)) {
+    some.push_back(motion.instants[static_cast<std::size_t>(number)]);
+  }
+  return some;
+}
+
 double percentile(std::vector<double> values, double share) {
   if (values.empty()) {
     return kNotComputed;
@@ -244,7 +261,7 @@ std::string motion_table(const Motion& motion) {
 }
 
 Json motion_value(const Motion& motion) {
-  const TriangleMesh& evaluation = motion.evaluation ? *motion.evaluation : motion.mesh;
+  const TriangleMesh& evaluation = evaluated_mesh(motion);
   Json value = {{"name", motion.name},
                 {"complete", motion.complete},
                 {"seconds", motion.seconds},
@@ -279,6 +296,11 @@ std::string describe_motion(const Motion& motion) {
   std::ranges::transform(motion.methods, std::back_inserter(methods), method_value);
   value["methods"] = methods;
   return lines_text(value) + (methods.empty() ? "no method has started\n" : '\n' + motion_table(motion));
+}
+
+std::string motion_report(const Motion& motion, const std::string& results) {
+  return "<h2>Results</h2>\n<pre>" + markup_text(results.empty() ? motion_table(motion) : results) + "</pre>\n" +
+         remarks_markup(motion.warnings, motion.notes) + provenance_markup(motion.provenance);
 }
 
 }  // namespace touchfield

@@ -24,6 +24,12 @@ inline double stage_seconds(const MotionFrame& frame, const std::string& stage) 
 /// How far the target's patch is from where the shown frame's sample has it [m]; NaN while the array shows no frame.
 double shown_displacement(const MotionScore& score);
 
+/// Ascending numbers of so many from 0, at most `most` of them, evenly: floor((i + 1/2) of / count).
+std::vector<int> spread_numbers(int of, int most);
+
+/// The instants of a motion at spread_numbers().
+std::vector<MotionInstant> some_instants(const Motion& motion, int most);
+
 /// What became of a number over a motion. NaN is left out; where nothing is left all but `count` are NaN.
 struct Statistics {
   int count = 0;  // of the values that are numbers
@@ -94,5 +100,10 @@ std::string motion_table(const Motion& motion);
 Json motion_value(const Motion& motion);
 Json method_values(const Motion& motion);
 std::string describe_motion(const Motion& motion);
+
+/// What the page of a motion says below its pictures, in HTML: results, warnings and notes, what to cite, provenance.
+///
+/// results   text; empty: motion_table
+std::string motion_report(const Motion& motion, const std::string& results = "");
 
 }  // namespace touchfield

@@ -402,16 +402,23 @@ void write_metrics_csv(const std::string& path, const Run& run) {
   write_text_file(path, csv_text(row_of({}), rows));
 }
 
+std::string remarks_markup(const std::vector<std::string>& warnings, const std::vector<std::string>& notes) {
+  return list_of("Warnings", warnings) + list_of("Notes", notes);
+}
+
+std::string provenance_markup(const Provenance& provenance) {
+  return fmt::format("<h2>To cite</h2>\n<pre>{}</pre>\n<h2>Provenance</h2>\n<pre>{}</pre>\n",
+                     markup_text(bibtex(provenance.version)), markup_text(lines_text(provenance_value(provenance))));
+}
+
 std::string run_report(const Run& run) {
   const std::string levels = levels_text(run);
   return fmt::format(
-      "<h2>Results</h2>\n{0}{1}{2}{3}<h2>For a methods section</h2>\n<p>{4}</p>\n<h2>To cite</h2>\n<pre>{5}</pre>\n"
-      "<h2>Provenance</h2>\n<pre>{6}</pre>\n"
+      "<h2>Results</h2>\n{}{}{}<h2>For a methods section</h2>\n<p>{}</p>\n{}"
       "<p>The scene is in <a href=\"scene.yaml\">scene.yaml</a>, all figures in <a "
       "href=\"metrics.csv\">metrics.csv</a>.</p>\n",
       figures_of(run), levels.empty() ? "" : "<h2>Sound levels</h2>\n<pre>" + markup_text(levels) + "</pre>\n",
-      list_of("Warnings", run.warnings), list_of("Notes", run.notes), markup_text(methods_paragraph(run)),
-      markup_text(bibtex(run.provenance.version)), markup_text(lines_text(provenance_value(run.provenance))));
+      remarks_markup(run.warnings, run.notes), markup_text(methods_paragraph(run)), provenance_markup(run.provenance));
 }
 
 }  // namespace touchfield

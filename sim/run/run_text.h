@@ -18,6 +18,10 @@ Json mesh_size(const TriangleMesh& mesh);
 Json provenance_value(const Provenance& provenance);
 Json stage_values(const std::vector<std::pair<std::string, double>>& stages);
 
+/// What pages say of every result, in HTML: lists of its warnings and notes; what to cite (BibTeX), and its provenance.
+std::string remarks_markup(const std::vector<std::string>& warnings, const std::vector<std::string>& notes);
+std::string provenance_markup(const Provenance& provenance);
+
 /// What the page of a run says below its view, in HTML: the figures of each method, warnings, notes, provenance and
 /// what to cite (BibTeX). A paragraph for the methods section of a paper has all settings that matter.
 std::string run_report(const Run& run);

@@ -219,6 +219,7 @@ Json packed(const Eigen::Ref<const Eigen::VectorXd>& values) {
 Json skin_json(const ViewSkin& skin, double radiation_per_square) {
   Json json = mesh_json(skin.mesh);
   json["time"] = skin.time;
+  json["squares"] = skin.radiation.empty() && !std::isnan(radiation_per_square);
   if (skin.sensed) {
     json["sensed"] = mesh_json(*skin.sensed);
   }
@@ -226,12 +227,11 @@ Json skin_json(const ViewSkin& skin, double radiation_per_square) {
     json["outline"] = packed_points(target_outline(skin.mesh, *skin.target));
     json["wanted"] = wanted_json(skin.mesh, *skin.target);
   }
-  const std::vector<Eigen::VectorXd> radiation = radiation_of(skin, radiation_per_square);
   json["methods"] = Json::array();
   for (std::size_t m = 0; m < skin.pressure.size(); ++m) {
     Json values = skin.pressure[m].size() == 0 ? Json() : pressure_json(skin.pressure[m], {});
-    if (!values.is_null() && m < radiation.size() && radiation[m].size() != 0) {
-      values["radiation"] = packed(radiation[m]);
+    if (!values.is_null() && m < skin.radiation.size() && skin.radiation[m].size() != 0) {
+      values["radiation"] = packed(skin.radiation[m]);
     }
     json["methods"].push_back(values);
   }
@@ -256,12 +256,17 @@ Json page_json(const ViewData& data, bool live) {
     json["methods"].push_back(Json{{"name", method.name}, {"caption", method.caption}});
   }
   Vector3 middle = Vector3::Zero();
+  const TriangleMesh* sensed = nullptr;
   for (std::size_t s = 0; s < data.skins.size(); ++s) {
     const ViewSkin& skin = data.skins[s];
     Json values = skin_json(skin, data.radiation_per_square);
     if (s > 0 && skin.mesh.triangles() == data.skins[s - 1].mesh.triangles()) {
       values["faces"] = nullptr;
     }
+    if (skin.sensed && sensed != nullptr && skin.sensed->triangles() == sensed->triangles()) {
+      values["sensed"]["faces"] = nullptr;
+    }
+    sensed = skin.sensed ? &*skin.sensed : sensed;
     json["skins"].push_back(values);
     middle = s == 0 ? Vector3(skin.mesh.centroids().rowwise().mean()) : middle;
   }

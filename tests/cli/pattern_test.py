@@ -40,6 +40,9 @@ class Pattern(CommandTest):
             amplitudes = surface["frames/amplitudes"][:]
             numpy.testing.assert_allclose(surface["frames/shown"][:], numpy.arange(20) / 1000, atol=1e-12)
             errors = surface["scores/relative_error"][:]
+            self.assertEqual(file["instants/pressure/surface"].shape[0], 20)
+            self.assertEqual(file["instants/vertices"].shape[0], 1)  # the skin stands still
+            self.assertEqual(sorted(surface["watched"]), ["bottom", "opposite", "start"])
         self.assertEqual(phases.shape, (20, 64))
         turns = phases - numpy.roll(phases, 1, axis=0)
         turns = numpy.abs((turns + numpy.pi) % (2 * numpy.pi) - numpy.pi)
@@ -61,6 +64,7 @@ class Pattern(CommandTest):
         wanted = [2 * abs(series[m] * numpy.sinc(m / 20)) ** 2 for m in range(1, 11)]
         numpy.testing.assert_allclose([float(row["radiation_mean_square_pa2"]) for row in lines], wanted, rtol=1e-6, atol=1e-20)
         self.assertGreater((out / "strip.png").stat().st_size, 5000)
+        self.assertIn("rms 5-15hz [Pa]", (out / "report.html").read_text())
         self.run_ok("info", "out")
 
         said = json.loads(self.run_ok("send", "out", "--json").stdout)

@@ -45,6 +45,8 @@ class Play(CommandTest):
             moved = surface["scores/displacement"][:]
             shown = surface["scores/frame"][:] >= 0
             numpy.testing.assert_allclose(moved[shown, 0], 0.04 * surface["scores/age"][:][shown], atol=1e-9)
+            numpy.testing.assert_array_equal(motion["instants/time"][:], time_of)
+            self.assertEqual(motion["instants/pressure/surface"].dtype, numpy.complex64)
         self.assertEqual(len(rows_of(out / "motion.csv")), 2 * 31)
         self.assertEqual(len(rows_of(out / "frames.csv")), 2 * 10)
         series = (out / "evaluation.pvd").read_text()
@@ -54,6 +56,9 @@ class Play(CommandTest):
         for picture in ("motion.png", "strip.png"):
             self.assertGreater((out / picture).stat().st_size, 5000)
         self.run_ok("info", "out/motion.h5")
+        self.assertIn("<h2>Results</h2>", (out / "report.html").read_text())
+        self.run_ok("view", "out", "-o", "page.html")
+        self.assertIn("median and 95th percentile", (self.folder / "page.html").read_text())
 
     def test_json(self):
         scene = self.write("scene.yaml", MOVING)
@@ -133,6 +138,8 @@ class Play(CommandTest):
             self.assertIn("sensor=5", motion["provenance"].attrs["seeds"])
             numpy.testing.assert_array_equal(surface["frames/phases"][:], again["methods/surface/frames/phases"][:])
             self.assertFalse(numpy.array_equal(surface["frames/phases"][:], exact["methods/surface/frames/phases"][:]))
+            self.assertTrue(numpy.isfinite(motion["instants/sensed"][-1]).all())
+            self.assertNotIn("sensed", exact["instants"])
             numpy.testing.assert_array_equal(surface["scores/displacement"][:], exact["methods/surface/scores/displacement"][:])
         self.assertIn("lost", rows_of(self.folder / "out" / "frames.csv")[0])
         self.assertIn("the solver sees the skin with noise of 0.4 mm rms over 6 mm", (self.folder / "out/play.log").read_text())

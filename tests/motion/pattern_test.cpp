@@ -127,10 +127,10 @@ TEST(PatternSpots, ASpotSmallerThanTheMeshIsRefused) {
 // Errors by rows of H and R are those of all faces by a solution of their own.
 TEST(SolvedPattern, ScoresItsFramesAsAllFacesDo) {
   const Model model = circling();
-  const Pattern pattern = solved(model, {.command_line = {}, .instants = 8});
-  ASSERT_EQ(pattern.instants.size(), 8U);
+  const Pattern pattern = solved(model, {.command_line = {}});
+  ASSERT_EQ(pattern.motion.instants.size(), 8U);
   for (std::size_t k = 0; k < 8; ++k) {
-    const MotionInstant& instant = pattern.instants[k];
+    const MotionInstant& instant = pattern.motion.instants[k];
     const Metrics all = pattern_metrics(model.body.mesh, model.boxes, *instant.target, instant.pressure.front().second);
     const Metrics& score = pattern.motion.methods.front().scores[k].metrics;
     EXPECT_NEAR(score.relative_error, all.relative_error, 2e-3);

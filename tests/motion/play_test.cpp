@@ -201,6 +201,33 @@ TEST(PlayMotion, TellsOfEverySecondAndEveryScore) {
   EXPECT_TRUE(complete);
   EXPECT_EQ(scores, 11);
   EXPECT_EQ(motion.methods.front().frames.size(), 9U);
+  EXPECT_EQ(motion.instants.size(), 11U);
+}
+
+TEST(PlayMotion, KeepsInstantsWithTheSkinThatTheSensorSawForTheFrameThatIsShown) {
+  const Scene scene =
+      scene_from(kMovingCapsule, {"motion.seconds=1", "motion.score_hz=100", "solve.methods=[focus]",
+                                  "motion.predict=none", "motion.change=[{path: 'body.place.at_mm[0]', rate: 20}]",
+                                  "motion.sensor={noise: {noise_mm_rms: 0.1, correlation_mm: 4}}"});
+  const SensedMotion sensed = sensed_motion(scene);
+  Progress progress;
+  const Motion motion = play_motion(sensed, {}, progress);
+  const MotionMethod& focus = motion.methods.front();
+  ASSERT_EQ(motion.instants.size(), 48U);
+  std::size_t seen = 0;
+  for (const MotionInstant& instant : motion.instants) {
+    const auto score = std::ranges::find(focus.scores, instant.time, &MotionScore::time);
+    ASSERT_NE(score, focus.scores.end());
+    EXPECT_EQ(instant.sensed.has_value(), score->frame >= 0);
+    if (instant.sensed) {
+      const MovingModel& truth = *sensed.truth;
+      const TriangleMesh then = truth.at(truth.state(instant.time - score->age)).body.mesh;
+      EXPECT_LT((instant.sensed->vertices() - then.vertices()).rowwise().mean().norm(), 0.1e-3);
+      EXPECT_GT((instant.sensed->vertices() - then.vertices()).norm(), 0);
+      ++seen;
+    }
+  }
+  EXPECT_GT(seen, 40U);
 }
 
 TEST(MovingModel, NamesWhenAMotionLeadsIntoTheArray) {

@@ -29,14 +29,28 @@ TEST_F(MotionFile, AMotionThatHasOnlyBegun) {
   write_motion_file(path_, motion);
   expect_same(motion, read_motion_file(path_));
   const hdf5::Content content = hdf5::read_content(path_);
-  for (const char* absent : {"evaluation", "seconds", "warnings", "notes"}) {
+  for (const char* absent : {"evaluation", "seconds", "warnings", "notes", "instants"}) {
     EXPECT_FALSE(content.has(absent)) << absent;
   }
+}
+
+TEST_F(MotionFile, SinglePrecisionAndAStillSkinTakeLessRoom) {
+  Motion motion = full_motion();
+  for (MotionInstant& instant : motion.instants) {
+    instant.mesh = *motion.evaluation;
+    instant.pressure[0].second = instant.pressure[0].second.cast<std::complex<float>>().cast<Complex>();
+  }
+  write_motion_file(path_, motion);
+  expect_same(motion, read_motion_file(path_));
+  const hdf5::Content instants = hdf5::read_content(path_).open("instants");
+  EXPECT_EQ(instants.shape("vertices").front(), 1U);
+  EXPECT_EQ(instants.shape("sensed").front(), 3U);
 }
 
 TEST_F(MotionFile, TheSameMotionGivesTheSameBytesAndReplacesAnOlderFile) {
   Motion shorter = full_motion();
   shorter.methods.pop_back();
+  shorter.instants.clear();
   write_motion_file(directory_.file("a.h5"), shorter);
   write_motion_file(directory_.file("a.h5"), full_motion());
   write_motion_file(directory_.file("b.h5"), full_motion());
@@ -64,6 +78,12 @@ TEST_F(MotionFile, PartsThatDoNotFitAreRefusedBeforeAnythingIsWritten) {
   EXPECT_THAT(refused([](Motion& m) { m.methods[0].scores[5].frame = -2; }), HasSubstr("-1..3"));
   EXPECT_THAT(refused([](Motion& m) { m.methods[0].dropped = -1; }), HasSubstr("dropped"));
   EXPECT_THAT(refused([](Motion& m) { m.array.device.conservativeResize(2); }), HasSubstr("device"));
+  EXPECT_THAT(refused([](Motion& m) { m.instants[1].mesh = sheet(1, 1, 0.01); }),
+              AllOf(HasSubstr("instant 1"), HasSubstr("evaluation mesh")));
+  EXPECT_THAT(refused([](Motion& m) { m.instants[0].sensed = sheet(1, 1, 0.01); }), HasSubstr("solving mesh"));
+  EXPECT_THAT(refused([](Motion& m) { m.instants[2].pressure.pop_back(); }), HasSubstr("every method"));
+  EXPECT_THAT(refused([](Motion& m) { m.instants[0].pressure[0].second.resize(0); }), HasSubstr("pressure"));
+  EXPECT_THAT(refused([](Motion& m) { m.methods[1].watched[0].second.conservativeResize(5); }), HasSubstr("index_pad"));
   EXPECT_EQ(directory_.entries(), 0U);
 }
 

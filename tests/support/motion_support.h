@@ -29,6 +29,25 @@ inline MotionFrame made_up_frame(int number, Eigen::Index channels, double seed)
   return frame;
 }
 
+/// Three instants of a skin that rises: with all there is, without the sensed skin and the target, and in silence.
+inline void add_instants(Motion& motion, const std::optional<Target>& target) {
+  const auto risen = [](const TriangleMesh& mesh, double height) {
+    return transformed(mesh, Eigen::Matrix3d::Identity(), Vector3(0, 0, height));
+  };
+  const TriangleMesh& skin = evaluated_mesh(motion);
+  for (int i = 0; i < 3; ++i) {
+    MotionInstant& instant = motion.instants.emplace_back(MotionInstant{
+        .time = motion.methods.front().scores[static_cast<std::size_t>(2 * i)].time, .mesh = risen(skin, 1e-3 * i)});
+    if (i == 0) {
+      instant.target = target;
+      instant.sensed = risen(motion.mesh, 3e-4);
+    }
+    for (const MotionMethod& method : motion.methods) {
+      instant.pressure.emplace_back(method.name, made_up_pressure(skin.face_count(), i * 0.7) * (i < 2 ? 1.0 : 0.0));
+    }
+  }
+}
+
 /// A motion with something in every place: an evaluation mesh, two methods, one of which has silent frames and dropped
 /// ones and scores before its first frame.
 inline Motion full_motion() {
@@ -37,6 +56,7 @@ inline Motion full_motion() {
                 .scene = run.scene,
                 .seconds = 0.2,
                 .array = run.array,
+                .radiation_per_square = run.radiation_per_square,
                 .mesh = run.mesh,
                 .evaluation = run.evaluation_model->mesh,
                 .timings = {{"mesh", 0.125}, {"evaluation", 1.0 / 7.0}},
@@ -77,6 +97,8 @@ inline Motion full_motion() {
                      .status = PhaseStatus::kDirect};
   silent.seconds = {{"pose", 2e-3 / 3}};
   other.frames[2].solution.cost_history.push_back(0.125);
+  other.watched = {{"index_pad", made_up_pressure(6, 3.0).cwiseAbs()}};
+  add_instants(motion, run.evaluation_model->target);
   return motion;
 }
 

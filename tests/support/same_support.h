@@ -163,6 +163,15 @@ inline void expect_same(const MotionMethod& a, const MotionMethod& b) {
   expect_equal_parts(a, b, &M::name, &M::method, &M::scheme, &M::dropped);
   expect_same(a.frames, b.frames);
   expect_same(a.scores, b.scores);
+  EXPECT_EQ(a.watched, b.watched);
+}
+
+inline void expect_same(const MotionInstant& a, const MotionInstant& b) {
+  EXPECT_EQ(a.time, b.time);
+  expect_same(a.mesh, b.mesh);
+  expect_same(a.sensed, b.sensed);
+  expect_same(a.target, b.target);
+  EXPECT_EQ(a.pressure, b.pressure);
 }
 
 inline void expect_same(const Run& a, const Run& b) {
@@ -191,6 +200,8 @@ inline void expect_same(const Motion& a, const Motion& b) {
   expect_same(a.mesh, b.mesh);
   expect_same(a.evaluation, b.evaluation);
   expect_same(a.methods, b.methods);
+  expect_same_bits(a.radiation_per_square, b.radiation_per_square);
+  expect_same(a.instants, b.instants);
 }
 
 }  // namespace support

@@ -63,10 +63,9 @@ class Page {
   // The skin of a number, made from the data when it is first shown.
   decoded(number) {
     if (this.skins[number]) return this.skins[number];
-    const source = this.data.skins[number],
-          faces = source.faces ? numbers(source.faces) : this.decoded(number - 1).mesh.faces;
+    const source = this.data.skins[number], faces = this.faces(number, skin => skin);
     const skin = {mesh: new Skin(numbers(source.vertices), faces), time: source.time, source, values: new Map()};
-    if (source.sensed) skin.sensed = new Skin(numbers(source.sensed.vertices), numbers(source.sensed.faces));
+    if (source.sensed) skin.sensed = new Skin(numbers(source.sensed.vertices), this.faces(number, skin => skin.sensed));
     if (source.outline) skin.outline = numbers(source.outline);
     if (source.wanted) {
       const corners = numbers(source.wanted.corners);
@@ -75,12 +74,19 @@ class Page {
     }
     return this.skins[number] = skin;
   }
+  // They are written where they change.
+  faces(number, mesh_of) {
+    const mesh = mesh_of(this.data.skins[number]);
+    return mesh && mesh.faces ? numbers(mesh.faces) : this.faces(number - 1, mesh_of);
+  }
   // Values of the faces of one method, and what the picture interpolates.
   values(skin, method, quantity) {
     const key = method + ' ' + quantity.key, source = skin.source.methods[method];
     if (!skin.values.has(key) && source) {
-      const p = numbers(source.p), turn = phases(source.phase),
-            own = quantity.key === 'radiation' ? source.radiation && numbers(source.radiation) : p;
+      const p = numbers(source.p), turn = phases(source.phase);
+      const own = quantity.key !== 'radiation' ? p :
+          source.radiation                     ? numbers(source.radiation) :
+                                                 skin.source.squares && p.map(value => this.wanted_value(value));
       skin.values.set(
           key, own && {name: key, faces: quantity.key === 'phase' ? turn : own, data: skin.mesh.smooth(own, turn)});
     }
@@ -329,9 +335,11 @@ class Page {
           quantity.key === 'phase' && cell.method < 0 ? 'has no phase' : caption);
     }));
     // The bar's lower end as a share of its upper one; what is below 0 is suction.
-    const top = this.top(), ranges = this.skin.source.methods.map(m => m && m[quantity.key] || {}),
+    const top = this.top(), {methods, squares} = this.skin.source, radiation = quantity.key === 'radiation',
+          ranges = methods.map(
+              m => m && (radiation && squares ? {high: this.wanted_value(m.p.high)} : m[quantity.key]) || {}),
           most = Math.max(...ranges.map(range => range.high || 0));
-    const lows = quantity.key === 'radiation' ? ranges.map(range => range.low || 0) : [];
+    const lows = radiation ? ranges.map(range => range.low || 0) : [];
     const from = Math.max(-1, Math.min(0, ...lows) / top);
     document.getElementById('unit').textContent = `${quantity.name} [${quantity.unit}]`;
     this.ends[0].textContent = quantity.key === 'phase' ? '-180' :

@@ -1,0 +1,58 @@
+#include "sim/view/view_motion.h"
+
+#include "tests/support/motion_support.h"
+#include "tests/support/testing.h"
+
+namespace touchfield::view_motion_test {
+
+TEST(MotionView, HasEverySkinAndCurve) {
+  const Motion motion = full_motion();
+  const ViewData data = motion_view(motion);
+  ASSERT_EQ(data.methods.size(), 2U);
+  EXPECT_EQ(data.methods[1].name, "paper-2");
+  ASSERT_EQ(data.skins.size(), 3U);
+  EXPECT_TRUE(data.skins[0].sensed && data.skins[0].target && !data.skins[1].sensed);
+  for (const ViewSkin& skin : data.skins) {
+    ASSERT_EQ(skin.pressure.size(), 2U);
+    EXPECT_EQ(skin.pressure[1].size(), skin.mesh.face_count());
+  }
+  std::set<std::string> labels;
+  for (const ViewCurve& curve : data.curves) {
+    labels.insert(curve.label);
+    EXPECT_EQ(curve.times.size(), curve.values.size()) << curve.label;
+    EXPECT_TRUE(std::ranges::is_sorted(curve.times, std::less_equal())) << curve.label;
+  }
+  EXPECT_EQ(labels, (std::set<std::string>{"error [%]", "mean |p| in target [Pa]", "displacement [mm]", "age [ms]",
+                                           "latency [ms]", "|p| at places [Pa]"}));
+}
+
+TEST(MotionView, NothingComputedBreaksALine) {
+  const Motion motion = long_motion({"surface", "paper"});
+  const ViewData data = motion_view(motion);
+  ASSERT_EQ(data.curves[1].line, "paper");
+  for (std::size_t i = 0; i < data.curves[0].values.size(); ++i) {
+    EXPECT_EQ(std::isnan(data.curves[0].values[i]), i < 2 || (i >= 60 && i <= 70)) << i;
+  }
+}
+
+TEST(MotionView, StandsOnAPageWithItsTableAndRemarks) {
+  const std::string page = motion_page(full_motion(), "");
+  EXPECT_THAT(page, AllOf(HasSubstr("<h2>Results</h2>"), HasSubstr("off [mm]"), HasSubstr("<h2>Provenance</h2>")));
+  EXPECT_THAT(motion_page(full_motion(), "", "a < b"), HasSubstr("<pre>a &lt; b</pre>"));
+}
+
+TEST(MotionView, ALongLineKeepsItsPeaks) {
+  Motion motion = long_motion({"surface"});
+  std::vector<MotionScore>& scores = motion.methods[0].scores;
+  scores.assign(100'000, scores[5]);
+  for (std::size_t i = 0; i < scores.size(); ++i) {
+    scores[i].time = 1e-3 * static_cast<double>(i);
+    scores[i].metrics.relative_error = i == 77'777 ? 0.9 : 0.3 + 1e-7 * static_cast<double>(i);
+  }
+  const ViewCurve error = motion_view(motion).curves.front();
+  EXPECT_EQ(error.values.size(), 2000U);
+  EXPECT_EQ(std::ranges::max(error.values), 90.0);
+  EXPECT_TRUE(std::ranges::is_sorted(error.times, std::less_equal()));
+}
+
+}  // namespace touchfield::view_motion_test
