@@ -180,10 +180,10 @@ int sweep_command(SweepCommand command, const Invocation& invoked) {
   try {
     const SweepResult result = run_sweep(input, directory, options, console);
     if (!options.only) {
-      const SweepPlot plot =
+      const std::string why_not =
           draw_sweep(directory.file(fmt::format("sweep_{}.png", command.metric)), result.summary, command.metric);
-      if (!plot) {
-        console.note("no plot: " + plot.why_not);
+      if (!why_not.empty()) {
+        console.note("no plot: " + why_not);
       }
     }
     return report(result.summary, directory.path(), flags, result.computed, !options.only);

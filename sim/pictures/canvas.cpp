@@ -48,19 +48,6 @@ Colour interpolated(const std::array<std::uint32_t, N>& map, double fraction) {
   return colour;
 }
 
-}  // namespace
-
-Colour viridis(double fraction) { return interpolated(kViridis, fraction); }
-
-Colour skin_colour(double fraction) {
-  if (std::isnan(fraction)) {
-    return kNoSkinValue;
-  }
-  return fraction < 0.0 ? interpolated(kSuctionColours, -fraction) : interpolated(kSkinColours, fraction);
-}
-
-namespace {
-
 using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
 using Context = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
 
@@ -99,6 +86,15 @@ void select_font(cairo_t* draw, bool bold) {
 double sharp(double at, double width) { return std::lround(width) % 2 == 1 ? std::floor(at) + 0.5 : std::round(at); }
 
 }  // namespace
+
+Colour viridis(double fraction) { return interpolated(kViridis, fraction); }
+
+Colour skin_colour(double fraction) {
+  if (std::isnan(fraction)) {
+    return kNoSkinValue;
+  }
+  return fraction < 0.0 ? interpolated(kSuctionColours, -fraction) : interpolated(kSkinColours, fraction);
+}
 
 struct Canvas::Sheet {
   Sheet(int columns, int rows)

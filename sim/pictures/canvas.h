@@ -56,8 +56,6 @@ std::string picture_font();
 class Canvas {
  public:
   Canvas(int width, int height);
-  Canvas(const Canvas&) = delete;
-  Canvas& operator=(const Canvas&) = delete;
   ~Canvas();
 
   int height() const;

@@ -121,8 +121,6 @@ class PlanePicture {
     }
   }
 
-  bool has_transducers() const { return !transducers_.empty(); }
-
  private:
   /// A point of the plane by its pixel in a panel.
   Vector3 place(double column, double row) const {
@@ -225,8 +223,9 @@ std::string field_picture(const Run& run, const FieldResult& field) {
       {.title = picture_title(run.name, run.notes),
        .subtitle = fmt::format("field {}: |p| in the plane {} = {:.6g} mm, and its level", field.grid.name,
                                kAxes[index(view.normal)], 1e3 * field.grid.origin[view.normal]),
-       .foot = fmt::format("0 dB: {:.4g} kPa, for all methods. Grey: inside a body. White: the target's border{}",
-                           1e-3 * loudest, plane.has_transducers() ? ", transducers." : ".")});
+       .foot = fmt::format("0 dB: {:.4g} kPa, for all methods. Grey: inside a body. White: the target's border, and "
+                           "transducers in the plane.",
+                           1e-3 * loudest)});
   return canvas.file();
 }
 

@@ -25,8 +25,8 @@ struct PlaneView {
 /// The plane as large as it fits; x to the right if the plane has an x, z up if it has a z.
 PlaneView plane_view(const FieldGrid& grid, int methods);
 
-/// A picture of |p| in a plane of a run by all methods: from 0 to the 99.5th percentile of each, and from -40 to 0 dB of
-/// the largest of these. Points inside a body are grey. It has axes in mm, the target's border in the plane and the
+/// A picture of |p| in a plane of a run by all methods: from 0 to the 99.5th percentile of each, and from -40 to 0 dB
+/// of the largest of these. Points inside a body are grey. It has axes in mm, the target's border in the plane and the
 /// transducers in it.
 std::string field_picture(const Run& run, const FieldResult& field);
 

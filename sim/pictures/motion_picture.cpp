@@ -83,16 +83,18 @@ void check_instants(const std::vector<MotionInstant>& instants) {
   }
 }
 
+bool has_target(const MotionInstant& instant) { return instant.target && instant.target->size() > 0; }
+
 /// Holds the targets of all instants, or all of the skin.
 SkinView view_of(const Motion& motion, const std::vector<MotionInstant>& instants, const PixelBox& panel) {
   constexpr double kTargetShare = 0.55;
   constexpr double kBodyShare = 0.94;
-  const bool targets = std::ranges::any_of(instants, [](const auto& instant) { return instant.target.has_value(); });
+  const bool targets = std::ranges::any_of(instants, has_target);
   Points all(3, 0);
   for (const MotionInstant& instant : instants) {
-    const Points own = !targets         ? instant.mesh.vertices()
-                       : instant.target ? target_corners(instant.mesh, *instant.target)
-                                        : Points(3, 0);
+    const Points own = !targets              ? instant.mesh.vertices()
+                       : has_target(instant) ? target_corners(instant.mesh, *instant.target)
+                                             : Points(3, 0);
     all.conservativeResize(3, all.cols() + own.cols());
     all.rightCols(own.cols()) = own;
   }
@@ -126,7 +128,7 @@ void draw_motion_strip(const std::string& path, const Motion& motion, const std:
   for (std::size_t m = 0; m < methods.size(); ++m) {
     for (const MotionInstant& instant : instants) {
       values.emplace_back(1e-3 * instant.pressure[m].second.cwiseAbs());
-      most_wanted = std::max(most_wanted, instant.target ? 1e-3 * instant.target->amplitudes.maxCoeff() : 0.0);
+      most_wanted = std::max(most_wanted, has_target(instant) ? 1e-3 * instant.target->amplitudes.maxCoeff() : 0.0);
     }
   }
   const ColourBar bar = skin_bar("|p| [kPa]", most_wanted, values);

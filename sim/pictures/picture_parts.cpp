@@ -87,7 +87,7 @@ void draw_colour_bar(Canvas& canvas, const ColourBar& bar) {
   const bool clipped = bar.most > bar.top;
   if (clipped) {
     canvas.polygon({{box.x, upper + 3}, {right, upper + 3}, {middle, upper + 3 + kPoint}}, bar.map(1.0));
-    draw_fitted(canvas, right + 10, upper + 3 + 0.5 * kPoint, fmt::format("to {:.3g}", bar.most), {.size = 16},
+    draw_fitted(canvas, right + 10, upper + 3 + 0.8 * kPoint, fmt::format("to {:.3g}", bar.most), {.size = 16},
                 kPictureWidth - right - 16);
   }
   canvas.text(middle, upper + (clipped ? kPoint : 0.0) + 24, bar.label, {.size = 18, .align = Align::kCentre});

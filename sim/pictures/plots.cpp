@@ -42,24 +42,20 @@ constexpr std::array<Marker, 6> kMarkers = {{{24, 0.0, 8.0, {213, 94, 0}},
                                              {3, -90.0, 12.4, {0, 70, 140}},
                                              {6, 0.0, 8.8, {204, 121, 167}}}};
 
-/// growth   on every side [pixels]
-std::vector<Eigen::Vector2d> corners(const Marker& marker, const Eigen::Vector2d& centre, double growth) {
-  const double turn = 2.0 * std::numbers::pi / marker.corners;
-  const double radius = marker.radius + growth / std::cos(0.5 * turn);
-  std::vector<Eigen::Vector2d> result;
-  for (int i = 0; i < marker.corners; ++i) {
-    const double angle = marker.angle * std::numbers::pi / 180.0 + i * turn;
-    result.emplace_back(centre.x() + radius * std::cos(angle), centre.y() + radius * std::sin(angle));
-  }
-  return result;
-}
-
 /// The seventh and later are outlined: shapes and colours repeat.
 void draw_marker(Canvas& canvas, std::size_t number, const Eigen::Vector2d& centre) {
   const Marker& marker = kMarkers[number % kMarkers.size()];
   const bool outlined = number >= kMarkers.size();
-  canvas.polygon(corners(marker, centre, outlined ? 2.0 : 1.0), outlined ? kInk : kPaper);
-  canvas.polygon(corners(marker, centre, 0.0), marker.colour);
+  const double turn = 2.0 * std::numbers::pi / marker.corners;
+  for (const double growth : {outlined ? 2.0 : 1.0, 0.0}) {  // on every side [pixels]
+    std::vector<Eigen::Vector2d> corners;
+    for (int i = 0; i < marker.corners; ++i) {
+      const double angle = marker.angle * std::numbers::pi / 180.0 + i * turn;
+      corners.push_back(centre + (marker.radius + growth / std::cos(0.5 * turn)) *
+                                     Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+    }
+    canvas.polygon(corners, growth == 0.0 ? marker.colour : outlined ? kInk : kPaper);
+  }
 }
 
 /// An axis whose ends are ticks.
@@ -173,8 +169,8 @@ void draw_legend(Canvas& canvas, const std::string& heading, const std::vector<P
   }
 }
 
-/// An axis of values. It begins at zero where that wastes less than half of the height: a difference then looks as large
-/// as it is.
+/// An axis of values. It begins at zero where that wastes less than half of the height: a difference then looks as
+/// large as it is.
 LinearAxis height_axis(std::vector<double> values, int pieces) {
   const double least = values.empty() ? 0.0 : std::ranges::min(values);
   if (least > 0.0 && least < 0.5 * std::ranges::max(values)) {
@@ -259,7 +255,6 @@ void draw_plot(const std::string& path, const Plot& plot) {
 namespace {
 
 constexpr std::size_t kMostSeries = 12;  // that shapes, colours and outlines tell apart
-constexpr const char* kUnchanged = "as in the scene";
 
 const MetricField& field_of(const std::string& metric) {
   const auto& fields = metric_fields();
@@ -289,7 +284,7 @@ std::vector<Parameter> varying(const SweepSummary& summary, const std::vector<Sw
   for (const std::string& path : summary.parameters) {
     Parameter parameter{path, {}, {}};
     for (const SweepRow& row : rows) {
-      parameter.texts.push_back(input_of(*row.record, path).value_or(kUnchanged));
+      parameter.texts.push_back(input_of(*row.record, path).value_or("as in the scene"));
     }
     if (count_of(parameter) < 2) {
       continue;
@@ -384,10 +379,8 @@ std::vector<PlotPanel> panels_of(const std::vector<SweepRow>& rows, const PlotPl
 /// What the plot does not show by its axes and legend.
 std::string caption_of(const SweepSummary& summary, const PlotPlan& plan, int averaged) {
   std::vector<std::string> sentences;
-  const auto failed = std::ranges::count(summary.records, "failed", &SweepRecord::status);
-  if (failed > 0) {
-    sentences.push_back(
-        fmt::format("{} case{} failed and {} left out.", failed, failed == 1 ? "" : "s", failed == 1 ? "is" : "are"));
+  if (const auto failed = std::ranges::count(summary.records, "failed", &SweepRecord::status); failed > 0) {
+    sentences.push_back(fmt::format("Failed cases are left out: {}.", failed));
   }
   if (averaged > 1) {
     sentences.push_back(fmt::format("Values are means over {}; bars go from the least to the largest.",
@@ -403,18 +396,18 @@ std::string caption_of(const SweepSummary& summary, const PlotPlan& plan, int av
 
 void require_metric(const std::string& name) { field_of(name); }
 
-SweepPlot draw_sweep(const std::string& path, const SweepSummary& summary, const std::string& metric) {
+std::string draw_sweep(const std::string& path, const SweepSummary& summary, const std::string& metric) {
   const MetricField& field = field_of(metric);
   const std::vector<SweepRow> rows = sweep_rows(summary);
   const PlotPlan plan = plan_of(varying(summary, rows));
   if (!plan.axis) {
-    return {"no input is a number in every case, and differs"};
+    return "no input is a number in every case, and differs";
   }
   std::vector<PlotPanel> panels = panels_of(rows, plan, field);
   const std::size_t lines = panels.empty() ? 0 : panels.front().lines.size();
   if (!plan.series.empty() && lines > kMostSeries) {
-    return {fmt::format("{} combinations of {} are more than the {} that a plot can show; sweep.csv has them", lines,
-                        paths_of(plan.series), kMostSeries)};
+    return fmt::format("{} combinations of {} are more than the {} that a plot can show; sweep.csv has them", lines,
+                       paths_of(plan.series), kMostSeries);
   }
   int averaged = 0;
   for (PlotPanel& panel : panels) {
@@ -426,7 +419,7 @@ SweepPlot draw_sweep(const std::string& path, const SweepSummary& summary, const
     }
   }
   if (averaged == 0) {
-    return {fmt::format("no case has a {}", metric)};
+    return fmt::format("no case has a {}", metric);
   }
   draw_plot(path, {.texts = {.title = summary.name,
                              .subtitle = fmt::format("{} of {} cases", summary.records.size(), summary.cases),
@@ -436,7 +429,7 @@ SweepPlot draw_sweep(const std::string& path, const SweepSummary& summary, const
                    .panels = panels,
                    .columns = 2,
                    .legend = paths_of(plan.series)});
-  return {};
+  return "";
 }
 
 }  // namespace touchfield

@@ -57,8 +57,8 @@ struct LineValue {
   double y;
 };
 
-/// One line for each name, in the order of their first values. Values at one place are one point, their mean; those that
-/// are not finite are left out.
+/// One line for each name, in the order of their first values. Values at one place are one point, their mean. Those
+/// that are not finite are left out.
 std::vector<PlotLine> lines_through(const std::vector<LineValue>& values);
 
 /// The colour of a line by its number; people with colour-blindness tell the first six apart.
@@ -66,13 +66,6 @@ Colour line_colour(std::size_t number);
 
 /// throws   InputError if there is no such metric
 void require_metric(const std::string& name);
-
-/// Whether a sweep was drawn, and if not, why: what follows "no plot: ".
-struct SweepPlot {
-  std::string why_not;
-
-  explicit operator bool() const { return why_not.empty(); }
-};
 
 /// A plot of a metric against one input of the sweep. The input is the number with most values, a seed only if there is
 /// no other. The plot has one line per method. Where other inputs differ too, it has one panel per method with one line
@@ -82,8 +75,9 @@ struct SweepPlot {
 /// range of the values. Some inputs have one value for each value of the axis (a zip, random draws). They have no line
 /// of their own, the caption names them, and points are not joined.
 ///
-/// path     where it lands, whole or not at all; nothing is written where nothing can be drawn
-/// throws   InputError on an unknown metric; IoError if it cannot be written
-SweepPlot draw_sweep(const std::string& path, const SweepSummary& summary, const std::string& metric);
+/// path      where it lands, whole or not at all; nothing is written where nothing can be drawn
+/// returns   why nothing is drawn, what follows "no plot: "; empty if it is drawn
+/// throws    InputError on an unknown metric; IoError if it cannot be written
+std::string draw_sweep(const std::string& path, const SweepSummary& summary, const std::string& metric);
 
 }  // namespace touchfield

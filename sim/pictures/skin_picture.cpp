@@ -12,22 +12,11 @@
 
 namespace touchfield {
 
-Eigen::Vector2d SkinView::pixel(const Vector3& point) const {
-  const Vector3 offset = (point - centre) / scale;
-  return {panel.x + 0.5 * panel.width + offset.dot(right()), panel.y + 0.5 * panel.height + offset.dot(up)};
-}
-
-Vector3 facing(const TransducerArray& array, const Vector3& centre) {
-  constexpr double kCancelled = 1e-3;  // of the mean of unit vectors: no direction is left in it
-  const Vector3 axis = array.axes.rowwise().mean();
-  if (axis.norm() > kCancelled) {
-    return axis.normalized();
-  }
-  const Vector3 across = centre - array.positions.rowwise().mean();
-  return across.norm() > 0 ? across.normalized() : Vector3::UnitZ();
-}
-
 namespace {
+
+constexpr int kSamples = 4;       // a pixel, along each side
+constexpr double kAmbient = 0.7;  // the share of a face's colour that shading leaves alone
+constexpr double kCrease = 0.8;   // cosine of the angle between a face and its vertices from which on it is flat
 
 /// Columns: right, up, along the direction of sight.
 Eigen::Matrix3d view_axes(const Vector3& direction) {
@@ -38,30 +27,6 @@ Eigen::Matrix3d view_axes(const Vector3& direction) {
   axes << direction.cross(up), up, direction;
   return axes;
 }
-
-}  // namespace
-
-Eigen::Vector2d seen_size(const Vector3& direction, const Points& points) {
-  const Points seen = view_axes(direction).transpose() * points;
-  return (seen.rowwise().maxCoeff() - seen.rowwise().minCoeff()).head<2>();
-}
-
-SkinView fitted_view(const PixelBox& panel, const Vector3& direction, const Points& points, double share) {
-  const Eigen::Matrix3d axes = view_axes(direction);
-  const Points seen = axes.transpose() * points;
-  const Eigen::Vector2d size = seen_size(direction, points);
-  return {.panel = panel,
-          .direction = direction,
-          .up = axes.col(1),
-          .centre = axes * (0.5 * (seen.rowwise().minCoeff() + seen.rowwise().maxCoeff())),
-          .scale = std::max(size.x() / panel.width, size.y() / panel.height) / share};
-}
-
-namespace {
-
-constexpr int kSamples = 4;       // a pixel, along each side
-constexpr double kAmbient = 0.7;  // the share of a face's colour that shading leaves alone
-constexpr double kCrease = 0.8;   // cosine of the angle between a face and its vertices from which on it is flat
 
 Camera camera_of(const SkinView& view) {
   Camera camera;
@@ -93,7 +58,86 @@ bool seen_at(const Raster& raster, const SeenPoint& place) {
   return place[3] <= farthest + kSlack;
 }
 
+/// Adds the ends of the sides of faces of the target that one of them alone has: of those in masks, and of all if the
+/// target does not say its boxes.
+void add_sides(const TriangleMesh& mesh, const Target& target, std::vector<Vector3>& ends) {
+  std::map<std::pair<int, int>, int> uses;
+  for (std::size_t k = 0; k < target.faces.size(); ++k) {
+    const bool sided =
+        target.boxes.empty() || target.boxes[static_cast<std::size_t>(target.box[k])].shape == TargetShape::kMask;
+    for (int c = 0; c < 3 && sided; ++c) {
+      ++uses[std::minmax({mesh.triangles()(c, target.faces[k]), mesh.triangles()((c + 1) % 3, target.faces[k])})];
+    }
+  }
+  for (const auto& [edge, count] : uses) {
+    if (count == 1) {
+      ends.insert(ends.end(), {mesh.vertices().col(edge.first), mesh.vertices().col(edge.second)});
+    }
+  }
+}
+
+/// Whether a point of a box's sides is no border of the target: in a box before, whose faces are that one's, or in a
+/// box behind of the same pressure. Where the sides of two pieces of a line fall together, those of the first are.
+bool is_within(const std::vector<TargetBox>& boxes, std::size_t box, const Vector3& x) {
+  constexpr double kBefore = 1.001;  // of a box
+  constexpr double kBehind = 0.98;
+  for (std::size_t b = 0; b < boxes.size(); ++b) {
+    if (b != box && (b < box || boxes[b].level == boxes[box].level)) {
+      TargetBox inside = boxes[b];
+      inside.size *= b < box ? kBefore : kBehind;
+      if (holds(inside, x)) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+/// Adds the ends of the lines along which the sides of the target's boxes cut the skin.
+void add_borders(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, std::vector<Vector3>& ends) {
+  for (const FacePart& part : face_parts(mesh, boxes)) {
+    for (std::size_t i = 0; i < part.corners.size(); ++i) {
+      const Vector3& a = part.corners[i];
+      const Vector3& b = part.corners[(i + 1) % part.corners.size()];
+      if (part.borders[i] != 0 && !is_within(boxes, static_cast<std::size_t>(part.box), 0.5 * (a + b))) {
+        ends.insert(ends.end(), {a, b});
+      }
+    }
+  }
+}
+
 }  // namespace
+
+Eigen::Vector2d SkinView::pixel(const Vector3& point) const {
+  const Vector3 offset = (point - centre) / scale;
+  return {panel.x + 0.5 * panel.width + offset.dot(right()), panel.y + 0.5 * panel.height + offset.dot(up)};
+}
+
+Vector3 facing(const TransducerArray& array, const Vector3& centre) {
+  constexpr double kCancelled = 1e-3;  // of the mean of unit vectors: no direction is left in it
+  const Vector3 axis = array.axes.rowwise().mean();
+  if (axis.norm() > kCancelled) {
+    return axis.normalized();
+  }
+  const Vector3 across = centre - array.positions.rowwise().mean();
+  return across.norm() > 0 ? across.normalized() : Vector3::UnitZ();
+}
+
+Eigen::Vector2d seen_size(const Vector3& direction, const Points& points) {
+  const Points seen = view_axes(direction).transpose() * points;
+  return (seen.rowwise().maxCoeff() - seen.rowwise().minCoeff()).head<2>();
+}
+
+SkinView fitted_view(const PixelBox& panel, const Vector3& direction, const Points& points, double share) {
+  const Eigen::Matrix3d axes = view_axes(direction);
+  const Points seen = axes.transpose() * points;
+  const Eigen::Vector2d size = seen_size(direction, points);
+  return {.panel = panel,
+          .direction = direction,
+          .up = axes.col(1),
+          .centre = axes * (0.5 * (seen.rowwise().minCoeff() + seen.rowwise().maxCoeff())),
+          .scale = std::max(size.x() / panel.width, size.y() / panel.height) / share};
+}
 
 Eigen::MatrixXd vertex_means(const TriangleMesh& mesh, const Eigen::MatrixXd& of_faces) {
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(of_faces.rows(), mesh.vertex_count());
@@ -184,58 +228,6 @@ std::vector<Eigen::Vector2d> SkinLook::visible(const Points& ends) const {
   }
   return found;
 }
-
-namespace {
-
-/// Adds the ends of the sides of faces of the target that one of them alone has: of those in masks, and of all if the
-/// target does not say its boxes.
-void add_sides(const TriangleMesh& mesh, const Target& target, std::vector<Vector3>& ends) {
-  std::map<std::pair<int, int>, int> uses;
-  for (std::size_t k = 0; k < target.faces.size(); ++k) {
-    const bool sided =
-        target.boxes.empty() || target.boxes[static_cast<std::size_t>(target.box[k])].shape == TargetShape::kMask;
-    for (int c = 0; c < 3 && sided; ++c) {
-      ++uses[std::minmax({mesh.triangles()(c, target.faces[k]), mesh.triangles()((c + 1) % 3, target.faces[k])})];
-    }
-  }
-  for (const auto& [edge, count] : uses) {
-    if (count == 1) {
-      ends.insert(ends.end(), {mesh.vertices().col(edge.first), mesh.vertices().col(edge.second)});
-    }
-  }
-}
-
-/// Whether a point of a box's sides is no border of the target: in a box before, whose faces are that one's, or in a
-/// box behind of the same pressure. Where the sides of two pieces of a line fall together, those of the first are.
-bool is_within(const std::vector<TargetBox>& boxes, std::size_t box, const Vector3& x) {
-  constexpr double kBefore = 1.001;  // of a box
-  constexpr double kBehind = 0.98;
-  for (std::size_t b = 0; b < boxes.size(); ++b) {
-    if (b != box && (b < box || boxes[b].level == boxes[box].level)) {
-      TargetBox inside = boxes[b];
-      inside.size *= b < box ? kBefore : kBehind;
-      if (holds(inside, x)) {
-        return true;
-      }
-    }
-  }
-  return false;
-}
-
-/// Adds the ends of the lines along which the sides of the target's boxes cut the skin.
-void add_borders(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, std::vector<Vector3>& ends) {
-  for (const FacePart& part : face_parts(mesh, boxes)) {
-    for (std::size_t i = 0; i < part.corners.size(); ++i) {
-      const Vector3& a = part.corners[i];
-      const Vector3& b = part.corners[(i + 1) % part.corners.size()];
-      if (part.borders[i] != 0 && !is_within(boxes, static_cast<std::size_t>(part.box), 0.5 * (a + b))) {
-        ends.insert(ends.end(), {a, b});
-      }
-    }
-  }
-}
-
-}  // namespace
 
 Points target_corners(const TriangleMesh& mesh, const Target& target) {
   return mesh.vertices()(Eigen::all, mesh.triangles()(Eigen::all, target.faces).reshaped());
@@ -418,13 +410,15 @@ std::string overview_picture(const Run& run) {
   }
   bar.box.height = canvas.height() - 260;
   draw_colour_bar(canvas, bar);
+  std::string foot = "Seen from the array's side.";
+  foot += bar.bottom < 0 ? " Below 0: suction." : "";
+  if (run.target) {
+    foot += fmt::format(
+        " Green: the border of the target. Error of {} over the whole skin; width at half of the maximum.", quantity);
+  }
   draw_texts(canvas, {.title = picture_title(run.name, run.notes),
                       .subtitle = shows_radiation(run) ? "radiation pressure P on the skin" : "|p| on the skin",
-                      .foot = fmt::format("Seen from the array's side.{}{}", bar.bottom < 0 ? " Below 0: suction." : "",
-                                          run.target ? fmt::format(" Green: the border of the target. Error of {} over "
-                                                                   "the whole skin; width at half of the maximum.",
-                                                                   quantity)
-                                                     : "")});
+                      .foot = foot});
   return canvas.file();
 }
 

@@ -87,8 +87,8 @@ class SkinLook {
 /// most          the largest 99.5th percentile of the methods, so that a single hot face does not darken all others
 double skin_top(double most_wanted, double most);
 
-/// The colours of values on the skin, which call themselves `label`. Both ends are rounded outwards; below 0 they end at
-/// -top at the most.
+/// The colours of values on the skin, which call themselves `label`. Both ends are rounded outwards. Below 0 they end
+/// at -top at the most.
 ///
 /// methods   values on the faces, one entry per method
 ColourBar skin_bar(const std::string& label, double most_wanted, const std::vector<Eigen::VectorXd>& methods);
