@@ -13,6 +13,7 @@
 #include "sim/motion/frame_solver.h"
 #include "sim/run/motion_file.h"
 #include "sim/run/motion_summary.h"
+#include "sim/view/view_motion.h"
 
 namespace touchfield::python {
 
@@ -168,6 +169,8 @@ Examples
 --------
 >>> motion.save("motion.h5")  # doctest: +SKIP
 )")
+      .def("_page",
+           [](const SharedMotion& self) { return computed(0, [self](Progress&) { return motion_page(*self, ""); }); })
       .def("__repr__", [](const SharedMotion& self) { return motion_table(*self); });
 }
 

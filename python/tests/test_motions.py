@@ -1,7 +1,9 @@
 """Motions, cameras and what is sent, against the program."""
 
 import csv
+import html
 import sys
+import types
 
 import h5py
 import numpy as np
@@ -57,6 +59,12 @@ def test_frames_and_axes_of_a_motion(motion):
     assert np.allclose(error, 100 * motion.scores["surface"]["relative_error"], equal_nan=True)
     assert np.allclose(displacement, 1e3 * motion.scores["surface"]["displacement_m"], equal_nan=True)
     assert "<td>surface</td>" in motion._repr_html_()
+
+
+def test_jupyter_shows_the_page_of_a_motion(motion, monkeypatch):
+    monkeypatch.setitem(sys.modules, "IPython", types.SimpleNamespace(get_ipython=lambda: types.SimpleNamespace(kernel=object())))
+    shown = motion.view()._repr_html_()
+    assert shown.startswith("<iframe sandbox") and html.escape(motion._page()) in shown
 
 
 def test_tracked_joints_have_names(motion, tmp_path):

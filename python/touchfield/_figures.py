@@ -17,7 +17,6 @@ _WIDTHS = {"single": 85, "double": 175}  # [mm], of a column of a journal and of
 _STYLE = {"font.size": 8, "axes.titlesize": 7, "axes.labelsize": 8, "xtick.labelsize": 7, "ytick.labelsize": 7, "legend.fontsize": 7,
           "axes.linewidth": 0.6, "xtick.major.width": 0.6, "ytick.major.width": 0.6, "lines.linewidth": 1, "lines.markersize": 3.5,
           "savefig.dpi": 600, "pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "none"}
-_CMAP = "YlGnBu"  # its lightness falls from white to dark blue
 # The lines of methods differ by dashes and markers too.
 _COLOURS = ["#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00"]
 _DASHES = ["-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1, 1, 1)), (0, (3, 1, 1, 1, 1, 1)), (0, (8, 2)), (0, (2, 2))]
@@ -50,12 +49,6 @@ def _figure(width, height):
     return figure
 
 
-def _axes(ax):
-    import matplotlib.pyplot as plt
-
-    return plt.figure().add_subplot() if ax is None else ax
-
-
 def _quantity(name, values):
     """The label of a column of results, and its values in the unit that the label says."""
     unit = _core._metric_units.get(name) or {"s": "s", "m": "m"}.get(name.rpartition("_")[2], "1")
@@ -68,7 +61,9 @@ def _quantity(name, values):
 
 def lines(groups, ax, x, y):
     """A line of each group: its name and the columns x and y."""
-    ax = _axes(ax)
+    import matplotlib.pyplot as plt
+
+    ax = plt.figure().add_subplot() if ax is None else ax
     for number, (name, along, up) in enumerate(groups):
         style = number % len(_COLOURS)
         xlabel, along = _quantity(x, along)

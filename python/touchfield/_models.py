@@ -93,6 +93,15 @@ class Motion(_core.Motion):
     def __reduce__(self):
         return _motion_of_bytes, (file_content(self, "motion.h5"),)
 
+    def view(self):
+        """The moving skin in 3D with a slider of time, as `touchfield view`: Jupyter shows the page, elsewhere a browser opens it.
+
+        Examples
+        --------
+        >>> motion.view()  # doctest: +SKIP
+        """
+        return _display.viewed(self._page())
+
     def to_frame(self, of="scores"):
         """A `pandas.DataFrame` of all methods.
 
