@@ -55,7 +55,10 @@ struct PatternProblem {
     }
     wanted.amplitudes = share * spots.amplitudes.col(column)(rows);
     wanted.shares = spots.shares.col(column)(rows);
-    wanted.box.assign(wanted.faces.size(), 0);
+    if (share > 0) {
+      wanted.box = spots.box[static_cast<std::size_t>(column)];
+      wanted.boxes = spots.boxes[static_cast<std::size_t>(column)];
+    }
     return wanted;
   }
 

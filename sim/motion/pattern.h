@@ -80,6 +80,8 @@ struct PatternSpots {
   Eigen::MatrixXd amplitudes;        // p', U x F [Pa]; F is 1 where the target itself is meant
   Eigen::MatrixXd shares;            // s, U x F: of each face's area, 0: silent
   std::vector<Eigen::Index> middle;  // which of the faces is nearest to the spot's middle, F
+  std::vector<std::vector<TargetBox>> boxes{};  // that the spot's border is of, F
+  std::vector<std::vector<int>> box{};          // which of them each of the spot's faces belongs to, F
 };
 
 /// A place where the pressure over time is of interest: a watched landmark, or one of the pattern itself.

@@ -331,6 +331,8 @@ PatternSpots pattern_spots(const PatternSpec& spec, const PatternClock& clock, c
       result.shares(row, static_cast<Eigen::Index>(k)) = wanted[k].shares(static_cast<Eigen::Index>(i));
     }
     result.middle.push_back(row_of(middles[k]));
+    result.boxes.push_back(wanted[k].boxes);
+    result.box.push_back(wanted[k].box);
   }
   return result;
 }

@@ -31,7 +31,7 @@ PROGRAM = os.environ["TOUCHFIELD_PROGRAM"]
 SOURCE = pathlib.Path(os.environ["TOUCHFIELD_SOURCE_DIR"])
 PICTURES = os.environ.get("TOUCHFIELD_SCREENSHOTS")
 
-CASES = (("run", "quick"), ("run", "width_8mm"))
+CASES = (("run", "quick"), ("run", "width_8mm"), ("play", "moving"), ("pattern", "circle"))
 
 # Colours of the canvas, each counted once, and a sum that another picture would hardly have.
 PIXELS = """
@@ -89,7 +89,7 @@ class Pages(unittest.TestCase):
         self.browser.find_element(By.CSS_SELECTOR, f"#{select} option[value='{value}']").click()
 
     def test_pages_open_from_disk(self):
-        for _, scene in CASES:
+        for command, scene in CASES:
             for width, height in ((1400, 1000), (400, 850)):
                 with self.subTest(scene=scene, width=width):
                     self.open(scene, width, height)
@@ -97,7 +97,8 @@ class Pages(unittest.TestCase):
                     self.assertLessEqual(self.run_script("return document.documentElement.scrollWidth"), width)
                     self.assertEqual(self.run_script("return performance.getEntriesByType('resource').length"), 0)
                     self.assertEqual(self.browser.get_log("browser"), [])
-                    self.assertLess((self.folder / scene / "report.html").stat().st_size, 6e6)
+                    if command == "run":
+                        self.assertLess((self.folder / scene / "report.html").stat().st_size, 6e6)
                     print(scene, width, "ready after", self.run_script("return document.documentElement.dataset.ready"), "ms")
 
     def test_every_method_and_quantity_has_a_picture_of_its_own(self):

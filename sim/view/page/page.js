@@ -57,7 +57,9 @@ class Page {
     if (data.live) this.listen();
   }
   begin() {
-    this.show_skin(0);
+    const sounds = skin => skin.methods.some(method => method && method.p.high > 0);
+    this.show_skin(Math.max(0, this.data.skins.findIndex(sounds)));
+    this.slider.value = this.state.skin;
     this.view(this.skin.outline ? 'target' : 'skin');
   }
   // The skin of a number, made from the data when it is first shown.
@@ -263,13 +265,21 @@ class Page {
     this.play.textContent = this.timer ? 'stop' : 'play';
   }
   show_skin(number) {
+    const before = this.skin;
     this.state.skin = number;
     this.skin = this.decoded(number);
+    if (this.follows && before.outline && this.skin.outline) {
+      const sum = (points, i) => points.reduce((sum, x, k) => k % 3 === i ? sum + x : sum, 0);
+      const middle = points => [0, 1, 2].map(i => 3 * sum(points, i) / points.length);
+      const [from, to] = [before.outline, this.skin.outline].map(middle), {camera} = this.viewer;
+      camera.centre = camera.centre.map((x, i) => x + to[i] - from[i]);
+    }
     this.draw_diagrams();
   }
   // The direction of sight and what fills the cells.
   view(key) {
     const {facing} = this.data, {mesh, outline} = this.skin;
+    this.follows = key === 'target';  // which moves in a motion
     const away = Math.abs(facing[2]) < 0.9 ? [0, 0, 1] : [0, 1, 0], across = unit(cross(facing, away));
     const skewed = unit([0, 1, 2].map(i => 0.9 * away[i] - 0.35 * across[i] - 0.35 * facing[i]));
     const all = this.array ? Float32Array.from([...mesh.vertices, ...this.array.positions]) : mesh.vertices;
@@ -465,7 +475,7 @@ class Page {
           `<text x="50" y="${height - 5}">${short(first, 3)} s</text><text x="${width - 10}" y="${
                              height - 5}" text-anchor="end">${short(last, 3)} s</text></svg>`;
       figure.append(element(
-          'figcaption', {}, label + ': ',
+          'figcaption', {}, label + ' ',
           ...curves.map((curve, i) => element('span', {class: 'line' + i % 6}, curve.line + ' '))));
       return figure;
     }));
