@@ -89,7 +89,7 @@ std::vector<ViewCurve> curves_of(const std::vector<MotionMethod>& methods) {
 
 /// As many as make a page of about kBytes, at least a strip's.
 int most_skins(const Motion& motion) {
-  constexpr double kBytes = 5.5e6;
+  constexpr double kBytes = 5e6;
   constexpr double kFewest = 6;
   constexpr double kOfVertex = 8;  // in base64
   constexpr double kOfFace = 4;    // |p| and phase
@@ -112,8 +112,7 @@ ViewData motion_view(const Motion& motion) {
                 .curves = curves_of(motion.methods)};
   for (const MotionMethod& method : motion.methods) {
     const double error = statistics_of(summary(method), &Metrics::relative_error).median;
-    data.methods.push_back(
-        {method.name, std::isnan(error) ? "" : fmt::format("error {:.1f} %, the median", 1e2 * error)});
+    data.methods.push_back({method.name, std::isnan(error) ? "" : fmt::format("median error {:.1f} %", 1e2 * error)});
   }
   for (const MotionInstant& instant : some_instants(motion, most_skins(motion))) {
     ViewSkin& skin = data.skins.emplace_back(
