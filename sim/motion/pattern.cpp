@@ -92,7 +92,11 @@ struct PatternProblem {
 PatternSpots on_near_skin(const PatternSpots& spots, const NearSkin& near) {
   const auto faces = static_cast<Eigen::Index>(near.faces.size());
   const Eigen::Index columns = spots.amplitudes.cols();
-  PatternSpots wider{near.faces, Eigen::MatrixXd::Zero(faces, columns), Eigen::MatrixXd::Zero(faces, columns), {}};
+  PatternSpots wider = spots;
+  wider.faces = near.faces;
+  wider.amplitudes.setZero(faces, columns);
+  wider.shares.setZero(faces, columns);
+  wider.middle.clear();
   std::vector<Eigen::Index> place;
   for (const Eigen::Index face : spots.faces) {
     place.push_back(std::ranges::find(near.faces, face) - near.faces.begin());
