@@ -22,6 +22,7 @@
 #include "apps/commands/live_stream.h"
 #include "apps/commands/live_view.h"
 #include "apps/commands/standard_streams.h"
+#include "hardware/link_address.h"
 #include "hardware/player.h"
 #include "hardware/stop_signals.h"
 #include "sim/core/errors.h"
@@ -321,7 +322,9 @@ class Live {
       leave_if_interrupted();
     }
     if (view_) {
-      view_->begin(*loop_, *sensed_, method_, first);
+      const DeviceOptions& options = command_.options;
+      view_->begin(*loop_, *sensed_, method_, first,
+                   options.emit && parse_link_address(options.device.link).kind != LinkAddress::Kind::kDryRun);
       progress_.note("live: seen at " + view_->address());
     }
     progress_.note(fmt::format("live: playing {:g} s", motion_.seconds));

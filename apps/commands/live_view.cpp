@@ -42,9 +42,9 @@ double per_square(const Model& model) { return radiation_per_square(model.fixed-
 }  // namespace
 
 void LiveView::begin(const LiveLoop& loop, const SensedMotion& sensed, const MethodSpec& method,
-                     const LiveSolution& first) {
+                     const LiveSolution& first, bool emits) {
   const Model& model = first.skin->model;
-  ViewData data{.title = fmt::format("{}: live", sensed.scene.name),
+  ViewData data{.title = fmt::format("{}: live{}", sensed.scene.name, emits ? "" : ", a rehearsal without a device"),
                 .methods = {{method.name}},
                 .array = model.fixed->array,
                 .radiation_per_square = per_square(model),
@@ -73,10 +73,11 @@ std::optional<std::string> LiveView::next(const LiveLoop& loop, const SensedMoti
   if (sensed.truth && !frame.silent) {
     strips["target from its true place [mm]"] = target_off(*sensed.truth, frame) / kMillimetre;
   }
-  const char* state = frame.lost                 ? "silent, the sensor does not know where the hand is"
-                      : frame.silent             ? "silent, no skin in the target"
-                      : played && played->sounds ? "the link plays"
-                                                 : "silent, data are too old";
+  const bool sounds = played && played->sounds;
+  const char* state = frame.lost     ? "silent, the sensor does not know where the hand is"
+                      : frame.silent ? "silent, no skin in the target"
+                      : sounds       ? "playing"
+                                     : "silent, data are too old";
   said["strips"] = strips;
   said["state"] = fmt::format("frame {} at {:.1f} s: {}; {} frames sent, {} late, {} dropped, {} too old, {} silences",
                               newest->number, newest->solved, state, so_far.sent, newest->late, newest->dropped,

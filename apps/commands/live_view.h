@@ -25,7 +25,9 @@ class LiveView {
   ///
   /// loop, sensed   outlive this, or its end
   /// first          the frame before the clock starts
-  void begin(const LiveLoop& loop, const SensedMotion& sensed, const MethodSpec& method, const LiveSolution& first);
+  /// emits          whether there is a device
+  void begin(const LiveLoop& loop, const SensedMotion& sensed, const MethodSpec& method, const LiveSolution& first,
+             bool emits);
   /// What FrameStream::told is told.
   void played(const PlayReport& so_far, bool sounds, double age) {
     played_.put(std::make_shared<const Played>(Played{so_far, sounds, age}));

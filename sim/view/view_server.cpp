@@ -263,12 +263,25 @@ class ViewServer::Service {
       }
     }
     if (std::ranges::any_of(connections_, &Service::listens)) {
-      if (const std::optional<std::string> event = source_.next()) {
-        tell(std::make_shared<const std::string>("data: " + *event + "\n\n"));
+      if (const Text event = next_event()) {
+        tell(event);
       }
     }
     if (!connections_.empty()) {
       look();
+    }
+  }
+
+  /// Null: none. What `next` throws ends the page, not the program.
+  Text next_event() {
+    try {
+      const std::optional<std::string> event = source_.next();
+      return event ? std::make_shared<const std::string>("data: " + *event + "\n\n") : nullptr;
+    } catch (const std::exception& error) {
+      std::string why = error.what();
+      std::ranges::replace(why, '\n', ' ');
+      source_.next = [] { return std::nullopt; };
+      return std::make_shared<const std::string>("event: end\ndata: " + why + "\n\n");
     }
   }
 

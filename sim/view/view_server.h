@@ -11,7 +11,7 @@ namespace touchfield {
 struct ViewSource {
   std::string page;  // GET /: HTML with its script and style in it
   /// The newest state in one line; nothing if it was given before. Called by the server's thread, at most 15
-  /// times a second, and only while a viewer listens to GET /events.
+  /// times a second, and only while a viewer listens to GET /events. What it throws is the last that viewers hear.
   std::function<std::optional<std::string>()> next;
 };
 

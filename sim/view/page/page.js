@@ -288,7 +288,7 @@ class Page {
     else
       this.viewer.look(
           key === 'above' ? facing.map(x => -x) : facing, key === 'target' && outline ? outline : mesh.vertices,
-          key === 'target' && outline ? 0.45 : 0.8);
+          key === 'target' && outline ? (this.data.live ? 0.2 : 0.45) : 0.8);  // live, the target goes about
     this.update();
   }
   update() {
