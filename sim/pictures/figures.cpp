@@ -25,7 +25,6 @@ constexpr Colour kBody = {190, 190, 190};
 constexpr std::array<char, 3> kAxes = {'x', 'y', 'z'};
 
 std::size_t index(int axis) { return static_cast<std::size_t>(axis); }
-
 /// The extent of the cells around a grid's points along an axis [m].
 double extent(const FieldGrid& grid, int axis) { return grid.spacing[axis] * grid.count[index(axis)]; }
 
@@ -116,8 +115,10 @@ class PlanePicture {
       const Eigen::Vector2d away(below ? 0.0 : -1.0, below ? -1.0 : 0.0);
       canvas_.line(at, at + 5.0 * away, kInk, 1.0);
       const Eigen::Vector2d text = at + (below ? 16.0 : 9.0) * away;
-      canvas_.text(text.x(), text.y(), fmt::format("{:.6g}", std::round(tick * 1e9) / 1e6 + 0.0),
-                   {.size = 14, .align = below ? Align::kCentre : Align::kRight});
+      if (!below || along <= pixels - 12) {  // or the number would reach into the next panel
+        canvas_.text(text.x(), text.y(), fmt::format("{:.6g}", std::round(tick * 1e9) / 1e6 + 0.0),
+                     {.size = 14, .align = below ? Align::kCentre : Align::kRight});
+      }
     }
   }
 

@@ -274,16 +274,23 @@ void SkinLook::draw(Canvas& canvas, const Eigen::VectorXd& values, double top, c
 
 void SkinLook::draw_wanted(Canvas& canvas, const Target& target, const Eigen::VectorXd& wanted, double top,
                            const PixelBox& panel) const {
+  const bool smooth = !target.boxes.empty() && std::ranges::all_of(target.boxes, [&](const TargetBox& box) {
+    return box.shape != TargetShape::kMask && box.level == target.boxes.front().level;
+  });
+  Eigen::RowVectorXd on_target = Eigen::RowVectorXd::Constant(mesh_.face_count(), kNotComputed);
+  on_target(target.faces) = wanted;
+  const Eigen::MatrixXd corners = vertex_means(mesh_, on_target);
   paint(
       canvas,
       [&](int face, const Vector3& shares) {
-        const Vector3 x = mesh_.vertices()(Eigen::all, mesh_.triangles().col(face)) * shares;
+        const auto triangle = mesh_.triangles().col(face);
+        const Vector3 x = mesh_.vertices()(Eigen::all, triangle) * shares;
         const auto at = std::ranges::lower_bound(target.faces, face);
         const auto k = at - target.faces.begin();
         const bool within = at != target.faces.end() && *at == face &&
                             (target.shares(k) == 1.0 || target.boxes.empty() ||
                              std::ranges::any_of(target.boxes, [&](const TargetBox& box) { return holds(box, x); }));
-        return skin_colour(within ? wanted(k) / top : 0.0);
+        return skin_colour(!within ? 0.0 : (smooth ? corners(0, triangle).dot(shares) : wanted(k)) / top);
       },
       panel);
 }

@@ -54,7 +54,7 @@ class SkinLook {
   /// Values of the faces, smooth: their means at the vertices, linear between these.
   void draw(Canvas& canvas, const Eigen::VectorXd& values, double top, const PixelBox& panel) const;
 
-  /// What is wanted on the faces of a target, up to its border.
+  /// What is wanted on the faces of a target, up to its border; smooth within it where no level changes.
   void draw_wanted(Canvas& canvas, const Target& target, const Eigen::VectorXd& wanted, double top,
                    const PixelBox& panel) const;
 
