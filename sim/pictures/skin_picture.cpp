@@ -278,7 +278,7 @@ void SkinLook::draw_wanted(Canvas& canvas, const Target& target, const Eigen::Ve
     return box.shape != TargetShape::kMask && box.level == target.boxes.front().level;
   });
   Eigen::RowVectorXd on_target = Eigen::RowVectorXd::Constant(mesh_.face_count(), kNotComputed);
-  on_target(target.faces) = wanted;
+  on_target(target.faces) = wanted.transpose();
   const Eigen::MatrixXd corners = vertex_means(mesh_, on_target);
   paint(
       canvas,
