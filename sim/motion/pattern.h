@@ -76,10 +76,10 @@ double wanted_share(const PatternSpec& spec, double time);
 
 /// What each frame of a pattern wants of the skin at full strength.
 struct PatternSpots {
-  std::vector<Eigen::Index> faces;   // of all spots and watched places, U, ascending
-  Eigen::MatrixXd amplitudes;        // p', U x F [Pa]; F is 1 where the target itself is meant
-  Eigen::MatrixXd shares;            // s, U x F: of each face's area, 0: silent
-  std::vector<Eigen::Index> middle;  // which of the faces is nearest to the spot's middle, F
+  std::vector<Eigen::Index> faces;              // of all spots and watched places, U, ascending
+  Eigen::MatrixXd amplitudes;                   // p', U x F [Pa]; F is 1 where the target itself is meant
+  Eigen::MatrixXd shares;                       // s, U x F: of each face's area, 0: silent
+  std::vector<Eigen::Index> middle;             // which of the faces is nearest to the spot's middle, F
   std::vector<std::vector<TargetBox>> boxes{};  // that the spot's border is of, F
   std::vector<std::vector<int>> box{};          // which of them each of the spot's faces belongs to, F
 };

@@ -67,7 +67,9 @@ TEST(Page, WantedPressureEndsAtTheTargetsBorder) {
   const Points corners = unpacked(wanted["corners"]).reshaped(3, unpacked(wanted["corners"]).size() / 3);
   double area = 0.0;
   for (Eigen::Index i = 0; i < corners.cols(); i += 3) {
-    area += 0.5 * Vector3(corners.col(i + 1) - corners.col(i)).cross(Vector3(corners.col(i + 2) - corners.col(i))).norm();
+    const Vector3 first = corners.col(i + 1) - corners.col(i);
+    const Vector3 second = corners.col(i + 2) - corners.col(i);
+    area += 0.5 * first.cross(second).norm();
   }
   EXPECT_NEAR(area, 0.023 * 0.017, 1e-3 * area);
   EXPECT_EQ(unpacked(wanted["p"]), Eigen::VectorXd::Constant(corners.cols() / 3, 2000.0));
