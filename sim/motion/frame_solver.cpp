@@ -325,25 +325,11 @@ PhaseSolution FrameSolver::followed(const Model& model, const Target& target, co
   }
 }
 
-MotionFrame FrameSolver::silent_frame() const {
-  MotionFrame frame;
-  frame.silent = true;
-  frame.solution.phases = Eigen::VectorXd::Zero(moving_.first().fixed->array.size());
-  frame.solution.amplitudes = frame.solution.phases;
-  return frame;
-}
-
 Eigen::VectorXcd FrameSolver::pressure() {
   if (pressure_) {
     return pressure_->head(scattering_->system().faces()).cast<Complex>();
   }
   return works_on_body(later_) && methods_ ? methods_->pressure(drive(found_)) : Eigen::VectorXcd();
-}
-
-MotionFrame FrameSolver::lost() const {
-  MotionFrame frame = silent_frame();
-  frame.lost = true;
-  return frame;
 }
 
 MotionFrame FrameSolver::solve(const MotionState& state, std::optional<Model>* solved) {

@@ -82,7 +82,11 @@ class FrameSolver {
 
   /// Of a sample that does not say where the body is: no drive sounds. The next frame starts from the last that was
   /// solved.
-  MotionFrame lost() const;
+  MotionFrame lost() const {
+    MotionFrame frame = silent_frame();
+    frame.lost = true;
+    return frame;
+  }
 
   /// What the last frame that was solved makes of the skin of its model, M [Pa]. A frame that followed the one before
   /// has found it with its phases. Others take a product with the pressures of the drives, or one solve. Empty where
@@ -98,7 +102,13 @@ class FrameSolver {
   double worst_residual() const { return worst_residual_; }
 
  private:
-  MotionFrame silent_frame() const;
+  MotionFrame silent_frame() const {
+    MotionFrame frame;
+    frame.silent = true;
+    frame.solution.phases = Eigen::VectorXd::Zero(moving_.first().fixed->array.size());
+    frame.solution.amplitudes = frame.solution.phases;
+    return frame;
+  }
   /// Whether anything but the target has changed since the frame before.
   bool set_up(const Model& model, const std::optional<Target>& target, MotionFrame& frame);
   /// Products of the factored equations: the pressures of some faces, then those of all and of the skin beyond.
