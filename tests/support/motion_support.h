@@ -108,6 +108,7 @@ inline Motion long_motion(const std::vector<std::string>& names) {
   motion.name = "to and fro";
   motion.seconds = 2.0;
   motion.methods.clear();
+  motion.instants.clear();
   for (const std::string& name : names) {
     MotionMethod& method = motion.methods.emplace_back();
     method.name = name;
