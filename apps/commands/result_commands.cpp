@@ -14,7 +14,6 @@
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
-#include "apps/commands/job_console.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/core/errors.h"
 #include "sim/core/files.h"
@@ -184,6 +183,7 @@ int info_command(const std::string& path, const CommonFlags& flags) {
 struct ViewCommand {
   std::string run;
   std::string output;  // empty: a temporary file, which a browser opens
+  bool force = false;  // whether it replaces another
 };
 
 /// Lets the desktop open a file.
@@ -209,13 +209,15 @@ std::string page_of(const std::string& file) {
 
 int view_command(const ViewCommand& command) {
   const std::string file = result_file_at(command.run);
-  const auto folder = std::filesystem::temp_directory_path();
-  const std::string stem = std::filesystem::absolute(file).parent_path().filename().string();
-  const std::string page = command.output.empty()
-                               ? (folder / fmt::format("touchfield-{}-{}.html", ::getuid(), stem)).string()
-                               : command.output;
-  if (!command.output.empty()) {
-    require_apart(page, std::vector{file});
+  std::string page = command.output;
+  if (page.empty()) {
+    const std::filesystem::path whole = std::filesystem::absolute(file);
+    page = (std::filesystem::temp_directory_path() / fmt::format("touchfield-{}-{}-{}.html", ::getuid(),
+                                                                 whole.parent_path().filename().string(),
+                                                                 checksum(whole.string())))
+               .string();
+  } else {
+    require_free_output(page, command.force, {file});
   }
   write_text_file(page, page_of(file));
   put(fmt::format("page in {}\n", page));
@@ -271,6 +273,7 @@ void add_view_command(CLI::App& app, Invocation& invocation) {
       ->type_name(kH5File);
   command->add_option("-o,--output", view->output, "Write the page, one HTML file, instead of opening it")
       ->type_name(kAnyFile);
+  command->add_flag("--force", view->force, "Replace this file");
   finish_command(command, invocation, [view](const Invocation&) { return view_command(*view); });
 }
 

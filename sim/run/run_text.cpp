@@ -413,12 +413,10 @@ std::string provenance_markup(const Provenance& provenance) {
 
 std::string run_report(const Run& run) {
   const std::string levels = levels_text(run);
-  return fmt::format(
-      "<h2>Results</h2>\n{}{}{}<h2>For a methods section</h2>\n<p>{}</p>\n{}"
-      "<p>The scene is in <a href=\"scene.yaml\">scene.yaml</a>, all figures in <a "
-      "href=\"metrics.csv\">metrics.csv</a>.</p>\n",
-      figures_of(run), levels.empty() ? "" : "<h2>Sound levels</h2>\n<pre>" + markup_text(levels) + "</pre>\n",
-      remarks_markup(run.warnings, run.notes), markup_text(methods_paragraph(run)), provenance_markup(run.provenance));
+  return fmt::format("<h2>Results</h2>\n{}{}{}<h2>For a methods section</h2>\n<p>{}</p>\n{}", figures_of(run),
+                     levels.empty() ? "" : "<h2>Sound levels</h2>\n<pre>" + markup_text(levels) + "</pre>\n",
+                     remarks_markup(run.warnings, run.notes), markup_text(methods_paragraph(run)),
+                     provenance_markup(run.provenance));
 }
 
 }  // namespace touchfield

@@ -29,7 +29,7 @@ std::string base64_of(const std::vector<T>& values) {
 Json packed_points(const Points& points) { return packed(points.reshaped()); }
 
 Json packed_faces(const Triangles& faces) {
-  if (faces.size() == 0 || faces.maxCoeff() > 65535) {
+  if (faces.size() == 0 || faces.maxCoeff() >= kNone) {
     const std::vector<std::uint32_t> wide(faces.data(), faces.data() + faces.size());
     return {{"type", "u32"}, {"data", base64_of(wide)}};
   }

@@ -143,7 +143,7 @@ class Pages(unittest.TestCase):
             seen.add(self.run_script(PIXELS)[1])
         self.assertEqual(len(seen), 4)
         canvas.send_keys(Keys.ENTER)
-        self.assertRegex(self.browser.find_element(By.ID, "tip").text, r"^wanted: .* Pa at .* mm$")
+        self.assertRegex(self.browser.find_element(By.ID, "tip").text, r"^wanted: .* Pa; surface: .* Pa; .* at .* mm$")
 
     def test_a_tap_reads_a_value(self):
         self.open("quick", 400, 850)

@@ -2,8 +2,14 @@
 
 const QUANTITIES = [
   {key: 'radiation', name: 'radiation pressure', number: 0, unit: 'Pa', scale: 1, digits: 3},
-  {key: 'p', name: '|p|', number: 1, unit: 'kPa', scale: 1e-3, digits: 3},
-  {key: 'p', name: 'level', number: 2, unit: 'dB', of: p => 20 * Math.log10(p / Math.SQRT2 / 20e-6), digits: 4},
+  {key: 'p', name: 'amplitude |p|', number: 1, unit: 'kPa', scale: 1e-3, digits: 3}, {
+    key: 'p',
+    name: 'level',
+    number: 2,
+    unit: 'dB re 20 uPa rms',
+    of: p => 20 * Math.log10(p / Math.SQRT2 / 20e-6),
+    digits: 4
+  },
   {key: 'phase', name: 'phase', number: 3, unit: 'deg', scale: 180 / Math.PI, digits: 3}
 ];
 
@@ -35,7 +41,7 @@ class Page {
     this.data = data;
     this.maps = bytes_of(data.maps);
     this.state = {
-      quantity: data.tops.radiation === undefined ? 1 : 0,
+      quantity: this.starts_with_radiation() ? 0 : 1,
       cap: 1,
       method: 'all',
       shown: new Set(data.array ? ['array'] : []),
@@ -53,14 +59,29 @@ class Page {
         radius: data.array.radius
       };
     new ResizeObserver(() => this.resize()).observe(this.stage);
-    if (data.skins.length) this.begin();
+    if (data.skins.length)
+      this.begin();
+    else if (!data.live)
+      this.without_skin();
     if (data.live) this.listen();
+  }
+  // Where every method that has a pressure has a radiation pressure too.
+  starts_with_radiation() {
+    const {tops, skins} = this.data, known = skins.flatMap(skin => skin.methods.map(method => [skin, method]));
+    return tops.radiation !== undefined && known.every(([skin, method]) => !method || method.radiation || skin.squares);
   }
   begin() {
     const sounds = skin => skin.methods.some(method => method && method.p.high > 0);
     this.show_skin(Math.max(0, this.data.skins.findIndex(sounds)));
     this.slider.value = this.state.skin;
     this.view(this.skin.outline ? 'target' : 'skin');
+  }
+  // A file that keeps no skins has its diagrams.
+  without_skin() {
+    this.stage.replaceChildren('This file keeps no skins: compute the scene again to see the hand.');
+    for (const controls of document.querySelectorAll('.controls, .scale')) controls.hidden = true;
+    this.draw_diagrams();
+    document.documentElement.dataset.ready = Math.round(performance.now());
   }
   // The skin of a number, made from the data when it is first shown.
   decoded(number) {
@@ -159,7 +180,8 @@ class Page {
           checked: state.shown.has(key),
           onchange: e => {
             state.shown[e.target.checked ? 'add' : 'delete'](key);
-            if (key.startsWith('plane') && this.quantity.key === 'radiation') {  // defined on skin alone
+            if (e.target.checked && key.startsWith('plane') &&
+                this.quantity.key === 'radiation') {  // defined on skin alone
               state.quantity = document.getElementById('quantity').value = 1;
             }
             this.update();
@@ -168,8 +190,8 @@ class Page {
         text);
     const quantities =
         QUANTITIES.map((q, i) => option(i, `${q.name} [${q.unit}]`)).slice(data.tops.radiation === undefined ? 1 : 0);
-    const methods =
-        [option('all', 'side by side'), ...data.methods.map((m, i) => option(i, m.name)), option('wanted', 'wanted')];
+    const methods = [option('all', 'side by side'), ...data.methods.map((m, i) => option(i, m.name))];
+    if (data.live || data.skins.some(skin => skin.wanted)) methods.push(option('wanted', 'wanted'));
     if (window.innerWidth < 700 && data.methods.length > 2) state.method = String(0);
     this.canvas = element('canvas', {
       tabindex: 0,
@@ -195,6 +217,7 @@ class Page {
         this.update();
       }
     });
+    const targets = data.live || data.skins.some(skin => skin.outline);
     const planes = data.fields.map((field, i) => check('plane ' + field.name, 'plane' + i));
     const moving = data.skins.some(skin => skin.sensed) ? [check('hand as sensed', 'sensed')] : [];
     document.getElementById('view').append(
@@ -212,9 +235,8 @@ class Page {
                 }),
             element(
                 'span', {},
-                ...[['array', 'from the array'], ['above', 'from above'], ['side', 'with the array'],
-                    ['target', 'target'], ['skin', 'whole skin']]
-                    .filter(([key]) => data.array || key !== 'side')
+                ...[['target', 'target'], ['skin', 'whole skin'], ['behind', 'from behind'], ['side', 'with the array']]
+                    .filter(([key]) => (data.array || key !== 'side') && (targets || key !== 'target'))
                     .map(([key, text]) => button(text, () => this.view(key)))),
             ...(data.array ? [check('array', 'array')] : []), ...moving, ...planes),
         this.stage,
@@ -278,6 +300,7 @@ class Page {
   }
   // The direction of sight and what fills the cells.
   view(key) {
+    if (!this.skin) return;
     const {facing} = this.data, {mesh, outline} = this.skin;
     this.follows = key === 'target';  // which moves in a motion
     const away = Math.abs(facing[2]) < 0.9 ? [0, 0, 1] : [0, 1, 0], across = unit(cross(facing, away));
@@ -287,7 +310,7 @@ class Page {
       this.viewer.look(skewed, all, 0.85, facing.map(x => (dot(facing, [0, 0, 1]) < 0 ? -x : x)));
     else
       this.viewer.look(
-          key === 'above' ? facing.map(x => -x) : facing, key === 'target' && outline ? outline : mesh.vertices,
+          key === 'behind' ? facing.map(x => -x) : facing, key === 'target' && outline ? outline : mesh.vertices,
           key === 'target' && outline ? (this.data.live ? 0.2 : 0.45) : 0.8);  // live, the target goes about
     this.update();
   }
@@ -308,17 +331,19 @@ class Page {
   }
   draw() {
     const {state, viewer, data, skin, quantity} = this, wanted = {name: 'wanted', method: -1};
-    const all = [...(skin.wanted ? [wanted] : []), ...data.methods.map((m, method) => ({...m, method}))];
-    const cells = state.method === 'all' ? all :
-        state.method === 'wanted'        ? [wanted] :
-                                           [all.find(cell => cell.method === Number(state.method))];
-    viewer.cells = cells.map(cell => {
-      if (cell.method < 0) return {...cell, patch: this.wanted_patch(skin)};
+    const methods = data.methods.map((m, method) => ({...m, method}));
+    const all = [...(skin.wanted || !methods.length ? [wanted] : []), ...methods];
+    if (!skin.wanted && !methods.length) wanted.name = 'skin';
+    viewer.cells = state.method === 'all' ? all : state.method === 'wanted' ? [wanted] : [methods[state.method]];
+    for (const cell of viewer.cells) {
       const shown = quantity.key === 'radiation' ? [] : this.planes.filter((_, i) => state.shown.has('plane' + i));
-      const planes = shown.map(plane => ({...plane, texture: this.plane_texture(plane, cell.method)}))
-                         .filter(plane => plane.texture);
-      return {...cell, values: this.values(skin, cell.method, quantity), planes};
-    });
+      cell.planes = shown.map(plane => ({...plane, texture: this.plane_texture(plane, cell.method)}))
+                        .filter(plane => plane.texture);
+      cell.patch = cell.method < 0 ? this.wanted_patch(skin) : null;
+      cell.values = this.silent ? null : this.values(skin, cell.method, quantity);
+      cell.caption = this.caption(cell);
+      if (cell.method >= 0 ? !cell.values : quantity.key === 'phase') cell.paint = [0.7, 0.72, 0.74, 1];
+    }
     viewer.density = this.density;
     viewer.depth = 1.5;
     viewer.colours = {quantity: quantity.number, top: this.top()};
@@ -329,20 +354,30 @@ class Page {
       sensed: state.shown.has('sensed') ? skin.sensed : null
     });
     this.label();
+    if (!this.tip.hidden) this.read(...this.tip_at);
     const {dataset} = document.documentElement;
     dataset.ready = dataset.ready || Math.round(performance.now());
     dataset.frames = 1 + Number(dataset.frames || 0);
+  }
+  caption({name, method, values, caption}) {
+    const {quantity} = this, {wanted} = this.skin.source;
+    if (method >= 0) return values ? caption || '' : this.silent ? 'silent' : 'not computed';
+    if (!wanted) return name === 'skin' ? '' : 'no skin in the target';
+    return quantity.key === 'phase' ? 'has no phase' : this.shown(this.wanted_value(wanted.most), 3);
+  }
+  // A value with its unit.
+  shown(value, digits) {
+    const {of, scale, unit} = this.quantity;
+    return `${short(of ? of(value) : value * scale, digits)} ${unit}`;
   }
   label() {
     const {viewer, quantity, data, density} = this;
     const convert = value => short(quantity.of ? quantity.of(value) : value * quantity.scale, 3);
     this.labels.replaceChildren(...viewer.cells.map((cell, i) => {
       const [x, y, width] = viewer.cell_box(i).map(value => value / density);
-      const caption = cell.method < 0 ? `${convert(this.wanted_value(this.skin.source.wanted.most))} ${quantity.unit}` :
-                                        cell.caption || '';
       return element(
           'div', {style: `left:${x}px;top:${y}px;max-width:${width}px`}, element('b', {}, cell.name), element('br'),
-          quantity.key === 'phase' && cell.method < 0 ? 'has no phase' : caption);
+          cell.caption);
     }));
     // The bar's lower end as a share of its upper one; what is below 0 is suction.
     const top = this.top(), {methods, squares} = this.skin.source, radiation = quantity.key === 'radiation',
@@ -364,20 +399,24 @@ class Page {
       pixels.data.set([...this.maps.subarray(at, at + 3), 255], 4 * i);
     }
     this.bar.getContext('2d').putImageData(pixels, 0, 0);
+    this.cap.setAttribute('aria-valuetext', this.ends[1].textContent + ' ' + quantity.unit);
+    this.slider.setAttribute('aria-valuetext', `${short(this.skin.time, 4)} s`);
     this.clock.textContent = this.note || (data.skins.length > 1 ? `${short(this.skin.time, 4)} s` : '');
   }
-  // The value under a place of the stage [CSS pixels].
-  read(x, y) {
-    const hit = this.skin && this.viewer.pick(x * this.density, y * this.density);
+  // The value under a place of the stage [CSS pixels]; of a key, at that place in every cell.
+  read(x, y, everywhere = false) {
+    if (!this.skin) return;
+    const hit = this.viewer.pick(x * this.density, y * this.density), {cells} = this.viewer;
+    this.tip_at = [x, y, everywhere];
     this.tip.hidden = !hit;
     if (!hit) return;
-    const cell = this.viewer.cells[hit.cell], {quantity} = this;
-    const value = cell.method < 0 ? this.wanted_at(hit) : cell.values ? cell.values.faces[hit.face] : NaN;
-    const shown = quantity.of ? quantity.of(value) : value * quantity.scale;
-    Object.assign(this.tip.dataset, {face: hit.face, value, method: cell.name});
-    this.tip.textContent = `${cell.name}: ${short(shown, quantity.digits)} ${quantity.unit} at ${
-        hit.at.map(v => (1e3 * v).toFixed(1)).join(', ')} mm`;
-    this.tip.style.left = Math.min(x + 12, this.stage.clientWidth - this.tip.offsetWidth - 4) + 'px';
+    const value = ({method, values}) => method < 0 ? this.wanted_at(hit) : values ? values.faces[hit.face] : NaN;
+    const read = everywhere ? cells : [cells[hit.cell]];
+    Object.assign(this.tip.dataset, {face: hit.face, value: value(read[0]), method: read[0].name});
+    this.tip.textContent =
+        read.map(cell => `${cell.name}: ${this.shown(value(cell), this.quantity.digits)}`).join('; ') +
+        ` at ${hit.at.map(v => (1e3 * v).toFixed(1)).join(', ')} mm`;
+    this.tip.style.left = Math.max(2, Math.min(x + 12, this.stage.clientWidth - this.tip.offsetWidth - 4)) + 'px';
     this.tip.style.top = Math.max(y - 34, 2) + 'px';
   }
   // The wanted value at a place: that of the piece of the target which holds it.
@@ -391,7 +430,7 @@ class Page {
     const piece = this.viewer.pick(
         left + 0.5 * width + dot(camera.frame[0], d) / scale, top + 0.5 * height - dot(camera.frame[1], d) / scale);
     this.viewer.scene.skin = main;
-    return piece && Math.abs(piece.near - hit.near) < 1e-5 ? this.wanted_value(patch.p[piece.face]) : 0;
+    return piece && Math.abs(piece.near - hit.near) < 3e-4 ? this.wanted_value(patch.p[piece.face]) : 0;
   }
   listen_to_hands() {
     const {canvas} = this, held = new Map(), size = () => Math.min(...this.viewer.cell_size()) / this.density;
@@ -401,8 +440,8 @@ class Page {
       held.set(e.pointerId, e);
     });
     for (const end of ['pointerup', 'pointercancel']) canvas.addEventListener(end, e => held.delete(e.pointerId));
-    canvas.addEventListener('pointerleave', () => {
-      this.tip.hidden = true;
+    canvas.addEventListener('pointerleave', e => {
+      if (e.pointerType === 'mouse') this.tip.hidden = true;
     });
     canvas.addEventListener('pointermove', e => {
       const before = held.get(e.pointerId);
@@ -431,11 +470,11 @@ class Page {
       const arrow = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]}[e.key];
       if (arrow)
         this.viewer[e.shiftKey ? 'shift' : 'turn'](0.1 * arrow[0], 0.1 * arrow[1]);
-      else if (e.key === '+' || e.key === '-')
-        this.viewer.zoom(e.key === '+' ? 1.2 : 1 / 1.2);
+      else if (e.key === '+' || e.key === '=' || e.key === '-')
+        this.viewer.zoom(e.key === '-' ? 1 / 1.2 : 1.2);
       else if (e.key === 'Enter') {
         const [x, y, width, height] = this.viewer.cell_box(0).map(value => value / this.density);
-        this.read(x + width / 2, y + height / 2);
+        this.read(x + width / 2, y + height / 2, true);
       } else
         return;
       e.preventDefault();
@@ -468,8 +507,9 @@ class Page {
           `<path class="marker" d="M${x(this.skin.time)} 10V${height - 20}"/>` :
           '';
       const figure = element('figure', {});
-      figure.innerHTML = `<svg viewBox="0 0 ${width} ${height}" role="img"><path class="axis" d="M50 10V${
-                             height - 20}H${width - 10}"/>${lines}${marker}` +
+      figure.innerHTML = `<svg viewBox="0 0 ${width} ${height}" role="img" aria-label="${
+                             label.replace(/[<>&"]/g, '')} over time"><path class="axis" d="M50 10V${height - 20}H${
+                             width - 10}"/>${lines}${marker}` +
           `<text x="46" y="14" text-anchor="end">${short(high, 3)}</text><text x="46" y="${
                              height - 20}" text-anchor="end">${short(low, 3)}</text>` +
           `<text x="50" y="${height - 5}">${short(first, 3)} s</text><text x="${width - 10}" y="${
@@ -518,13 +558,19 @@ class Page {
   }
 }
 
+function show_instead(reason) {
+  const instead = document.getElementById('instead'), picture = instead.querySelector('img');
+  document.getElementById('view').hidden = true;
+  instead.hidden = false;
+  instead.querySelector('p').textContent =
+      `The 3D view cannot be shown: ${reason}. ${picture ? 'The picture shows the pressure on the skin.' : ''}`;
+  document.documentElement.dataset.ready = Math.round(performance.now());
+}
+
 try {
   window.page = new Page(JSON.parse(document.getElementById('data').textContent));
+  page.canvas.addEventListener(
+      'webglcontextlost', () => show_instead('the browser has lost its graphics context; load the page again'));
 } catch (error) {
-  document.getElementById('view').hidden = true;
-  const instead = document.getElementById('instead');
-  instead.hidden = false;
-  instead.querySelector('p').textContent = `The 3D view cannot be shown: ${error.message}. ${
-      instead.querySelector('img') ? 'The picture shows the pressure on the skin.' : ''}`;
-  document.documentElement.dataset.ready = Math.round(performance.now());
+  show_instead(error.message);
 }

@@ -269,7 +269,7 @@ class Viewer {
     const gl = this.gl;
     gl.disable(gl.BLEND);
     gl.enable(gl.CULL_FACE);
-    this.draw_skin('skin', scene.skin, cell.values, {});
+    this.draw_skin('skin', scene.skin, cell.values, cell.paint ? {paint: cell.paint} : {});
     if (cell.patch) {
       this.draw_skin('wanted', cell.patch, {name: 'patch', data: cell.patch.values}, {nearer: 2e-5});
     }
@@ -392,7 +392,8 @@ class Viewer {
       const whole = bx * cy - by * cx, px = u - seen[a], py = v - seen[a + 1];
       const s = (px * cy - py * cx) / whole, t = (bx * py - by * px) / whole;
       const near = seen[a + 2] + s * (seen[b + 2] - seen[a + 2]) + t * (seen[c + 2] - seen[a + 2]);
-      if (s >= 0 && t >= 0 && s + t <= 1 && (!found || near > found.near)) found = {face: f / 3, near, cell: i};
+      if (whole > 0 && s >= 0 && t >= 0 && s + t <= 1 && (!found || near > found.near))
+        found = {face: f / 3, near, cell: i};
     }
     if (found) found.at = [0, 1, 2].map(k => u * frame[0][k] + v * frame[1][k] + found.near * frame[2][k]);
     return found;
