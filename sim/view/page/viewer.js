@@ -1,6 +1,5 @@
 'use strict';
 // A skin in 3D, in cells of one canvas that share a camera. Lengths in metres; parallel projection.
-
 const SEEN = `#version 300 es
 precision highp float; precision highp int;
 uniform mat3 frame; uniform vec3 centre; uniform vec2 half_size; uniform float depth; uniform float nearer;
