@@ -4,6 +4,7 @@
 namespace touchfield {
 
 extern const char* const kViewerScript;
+extern const char* const kPartsScript;
 extern const char* const kPageScript;
 extern const char* const kPageStyle;
 

@@ -37,8 +37,9 @@ std::string view_page(const ViewData& data, const std::string& picture, const st
       "<title>{}</title>\n<style>{}</style></head>\n<body>\n<h1>{}</h1>\n"
       "<section id=\"view\"></section>\n<div id=\"instead\" hidden><p></p>{}</div>\n"
       "<script type=\"application/json\" id=\"data\">{}</script>\n"
-      "<script>{}{}</script>\n{}</body>\n</html>\n",
-      kPolicy, title, kPageStyle, title, image, script_text(page_json(data, live)), kViewerScript, kPageScript, below);
+      "<script>{}{}{}</script>\n{}</body>\n</html>\n",
+      kPolicy, title, kPageStyle, title, image, script_text(page_json(data, live)), kViewerScript, kPartsScript,
+      kPageScript, below);
 }
 
 }  // namespace touchfield

@@ -13,29 +13,6 @@ const QUANTITIES = [
   {key: 'phase', name: 'phase', number: 3, unit: 'deg', scale: 180 / Math.PI, digits: 3}
 ];
 
-const bytes_of = text => Uint8Array.from(atob(text), c => c.charCodeAt(0));
-function numbers(packed) {
-  const bytes = bytes_of(packed.data);
-  if (packed.type === 'u32') return new Uint32Array(bytes.buffer);
-  const steps = new Uint16Array(bytes.buffer);
-  if (packed.type === 'u16') return steps;
-  const step = (packed.high - packed.low) / 65534;
-  return Float32Array.from(steps, i => i === 65535 ? NaN : packed.low + step * i);
-}
-const phases = text => Float32Array.from(bytes_of(text), i => (i > 127 ? i - 256 : i) * Math.PI / 128);
-function element(tag, attributes = {}, ...children) {
-  const made = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) {
-    if (name.startsWith('on'))
-      made.addEventListener(name.slice(2), value);
-    else if (value !== false)
-      made.setAttribute(name, value === true ? '' : value);
-  }
-  made.append(...children);
-  return made;
-}
-const short = (value, digits) => Number.isFinite(value) ? String(Number(value.toPrecision(digits))) : '-';
-
 class Page {
   constructor(data) {
     this.data = data;
@@ -481,44 +458,11 @@ class Page {
       this.update();
     });
   }
-  // One diagram per label: lines over time, and a marker at the time that is shown.
   draw_diagrams() {
-    const labels = [...new Set(this.data.curves.map(curve => curve.label))], [width, height] = [480, 120];
-    this.diagrams.replaceChildren(...labels.map(label => {
-      const curves = this.data.curves.filter(curve => curve.label === label),
-            values = curves.flatMap(c => c.values.filter(Number.isFinite));
-      const times = curves.flatMap(c => c.times), [low, high] = [Math.min(0, ...values), Math.max(...values, 1e-12)],
-            [first, last] = [Math.min(...times), Math.max(...times)];
-      const x = t => 50 + (width - 60) * (t - first) / (last - first || 1),
-            y = v => height - 20 - (height - 30) * (v - low) / (high - low);
-      const lines = curves
-                        .map((curve, i) => {
-                          const path = curve.times
-                                           .map(
-                                               (t, k) => Number.isFinite(curve.values[k]) ?
-                                                   `${Number.isFinite(curve.values[k - 1]) ? 'L' : 'M'}${
-                                                       x(t).toFixed(1)} ${y(curve.values[k]).toFixed(1)}` :
-                                                   '')
-                                           .join('');
-                          return `<path class="line${i % 6}" d="${path}"/>`;
-                        })
-                        .join('');
-      const marker = this.skin && this.data.skins.length > 1 ?
-          `<path class="marker" d="M${x(this.skin.time)} 10V${height - 20}"/>` :
-          '';
-      const figure = element('figure', {});
-      figure.innerHTML = `<svg viewBox="0 0 ${width} ${height}" role="img" aria-label="${
-                             label.replace(/[<>&"]/g, '')} over time"><path class="axis" d="M50 10V${height - 20}H${
-                             width - 10}"/>${lines}${marker}` +
-          `<text x="46" y="14" text-anchor="end">${short(high, 3)}</text><text x="46" y="${
-                             height - 20}" text-anchor="end">${short(low, 3)}</text>` +
-          `<text x="50" y="${height - 5}">${short(first, 3)} s</text><text x="${width - 10}" y="${
-                             height - 5}" text-anchor="end">${short(last, 3)} s</text></svg>`;
-      figure.append(element(
-          'figcaption', {}, label + ' ',
-          ...curves.map((curve, i) => element('span', {class: 'line' + i % 6}, curve.line + ' '))));
-      return figure;
-    }));
+    const {curves, skins} = this.data, labels = [...new Set(curves.map(curve => curve.label))];
+    const now = this.skin && skins.length > 1 ? this.skin.time : NaN;
+    this.diagrams.replaceChildren(
+        ...labels.map(label => diagram(label, curves.filter(curve => curve.label === label), now)));
   }
   listen() {
     const events = new EventSource('events');
