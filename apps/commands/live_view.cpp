@@ -8,6 +8,7 @@
 #include "sim/core/json.h"
 #include "sim/core/units.h"
 #include "sim/field/metrics.h"
+#include "sim/field/surface_gradient.h"
 #include "sim/view/page_values.h"
 #include "sim/view/view_page.h"
 
@@ -15,40 +16,43 @@ namespace touchfield {
 
 namespace {
 
-ViewSkin view_skin(const SolvedSkin& solved, double time) {
+/// With the radiation pressure of a method that works on it; it takes longer than all else of a frame.
+ViewSkin view_skin(const SolvedSkin& solved, double time, bool radiation) {
   ViewSkin skin{.time = time, .mesh = solved.model.body.mesh, .pressure = {solved.pressure}};
   if (presses(solved.model)) {
     skin.target = build_target(solved.model);
     skin.target->amplitudes *= solved.scale;
   }
+  if (radiation && solved.pressure.size() != 0) {
+    const Wave& wave = solved.model.fixed->wave;
+    skin.radiation = {radiation_pressure(SurfaceGradient(skin.mesh, wave.k()), wave, solved.pressure)};
+  }
   return skin;
 }
 
-/// On the skin as the solver saw it [%]; NaN where it is not known.
-double error_percent(const ViewSkin& skin, const Model& model, const MethodSpec& method) {
+/// On the skin as the solver saw it [%], of the radiation pressure where it is there; NaN where it is not known.
+double error_percent(const ViewSkin& skin, const std::vector<TargetBox>& boxes) {
   if (!skin.target || skin.pressure.front().size() == 0) {
     return kNotComputed;
   }
-  const auto metrics = [&] {
-    return method.kind->radiation
-               ? metrics_of(skin.mesh, model.fixed->wave, model.boxes, *skin.target, skin.pressure.front())
-               : pattern_metrics(skin.mesh, model.boxes, *skin.target, skin.pressure.front());
-  }();
-  return 100 * (method.kind->radiation ? metrics.relative_error_radiation : metrics.relative_error);
+  const Eigen::VectorXcd& pressure = skin.pressure.front();
+  return 100 *
+         (skin.radiation.empty()
+              ? pattern_metrics(skin.mesh, boxes, *skin.target, pressure).relative_error
+              : metrics_of(skin.mesh, boxes, *skin.target, pressure, skin.radiation.front()).relative_error_radiation);
 }
-
-double per_square(const Model& model) { return radiation_per_square(model.fixed->wave.medium()); }
 
 }  // namespace
 
 void LiveView::begin(const LiveLoop& loop, const SensedMotion& sensed, const MethodSpec& method,
                      const LiveSolution& first, bool emits) {
   const Model& model = first.skin->model;
+  const bool radiation = method.kind->radiation;
   ViewData data{.title = fmt::format("{}: live{}", sensed.scene.name, emits ? "" : ", a rehearsal without a device"),
                 .methods = {{method.name}},
                 .array = model.fixed->array,
-                .radiation_per_square = per_square(model),
-                .skins = {view_skin(*first.skin, 0)}};
+                .radiation_per_square = radiation ? radiation_per_square(model.fixed->wave.medium()) : kNotComputed,
+                .skins = {view_skin(*first.skin, 0, radiation)}};
   server_.start({view_page(data, "", "", true), [this, &loop, &sensed, method] { return next(loop, sensed, method); }});
 }
 
@@ -66,9 +70,9 @@ std::optional<std::string> LiveView::next(const LiveLoop& loop, const SensedMoti
                  {"dropped frames", newest->dropped}};
   Json said = {{"time", newest->solved}};
   if (newest->skin) {
-    const ViewSkin skin = view_skin(*newest->skin, frame.pose_time);
-    said["skin"] = skin_json(skin, per_square(newest->skin->model));
-    strips["error on the skin as sensed [%]"] = error_percent(skin, newest->skin->model, method);
+    const ViewSkin skin = view_skin(*newest->skin, frame.pose_time, method.kind->radiation);
+    said["skin"] = skin_json(skin);
+    strips["error on the skin as sensed [%]"] = error_percent(skin, newest->skin->model.boxes);
   }
   if (sensed.truth && !frame.silent) {
     strips["target from its true place [mm]"] = target_off(*sensed.truth, frame) / kMillimetre;

@@ -20,6 +20,7 @@
 #include "sim/core/require.h"
 #include "sim/jobs/scene_changes.h"
 #include "sim/model/model.h"
+#include "sim/pictures/figures.h"
 #include "sim/pictures/plots.h"
 #include "sim/run/archive_file.h"
 #include "sim/run/motion_file.h"
@@ -203,8 +204,11 @@ bool open_by_desktop(std::string path) {
 }
 
 std::string page_of(const std::string& file) {
-  return archive_format(file) == kMotionArchive.name() ? motion_page(read_motion_file(file, say_warning), "")
-                                                       : run_page(read_run_file(file, say_warning));
+  if (archive_format(file) != kMotionArchive.name()) {
+    return run_page(read_run_file(file, say_warning));
+  }
+  const Motion motion = read_motion_file(file, say_warning);
+  return motion_page(motion, motion_strip(motion));
 }
 
 int view_command(const ViewCommand& command) {

@@ -11,6 +11,7 @@
 #include "sim/hand/tracked_joints.h"
 #include "sim/jobs/play_scene.h"
 #include "sim/motion/frame_solver.h"
+#include "sim/pictures/figures.h"
 #include "sim/run/motion_file.h"
 #include "sim/run/motion_summary.h"
 #include "sim/view/view_motion.h"
@@ -170,7 +171,9 @@ Examples
 >>> motion.save("motion.h5")  # doctest: +SKIP
 )")
       .def("_page",
-           [](const SharedMotion& self) { return computed(0, [self](Progress&) { return motion_page(*self, ""); }); })
+           [](const SharedMotion& self) {
+             return computed(0, [self](Progress&) { return motion_page(*self, motion_strip(*self)); });
+           })
       .def("__repr__", [](const SharedMotion& self) { return motion_table(*self); });
 }
 

@@ -89,6 +89,9 @@ Json radiation_value(const PatternSound& sound) {
 /// What a command says of a pattern; its warnings and notes people have been told while it ran.
 Json pattern_value(const Pattern& pattern, const std::string& directory) {
   const auto error = [](const Metrics& metrics, const PatternFrame&) { return metrics.relative_error; };
+  const auto of_radiation = [](const Metrics& metrics, const PatternFrame&) {
+    return metrics.relative_error_radiation;
+  };
   const auto turn = [](const Metrics&, const PatternFrame& frame) { return frame.turn; };
   const auto mean = [](const Metrics& metrics, const PatternFrame&) { return metrics.mean_inside_pa; };
   const auto ring = [](const Metrics&, const PatternFrame& frame) { return frame.ring_error; };
@@ -107,8 +110,8 @@ Json pattern_value(const Pattern& pattern, const std::string& directory) {
                 {"faces", pattern.faces},
                 {"skin_outside_rows", pattern.outside_rows},
                 {"relative_error", mean_and_worst(over_frames(pattern, error))}};
-  if (!pattern.radiation_errors.empty()) {
-    value["relative_error_radiation_at_instants"] = mean_and_worst(pattern.radiation_errors);
+  if (const auto errors = over_frames(pattern, of_radiation); statistics(errors).count > 0) {
+    value["relative_error_radiation_at_instants"] = mean_and_worst(errors);
   }
   if (pattern.frames.front().ring_error > 0) {
     value["relative_error_ring_up"] = mean_and_worst(over_frames(pattern, ring));

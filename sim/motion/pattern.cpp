@@ -301,7 +301,7 @@ void listen(const PatternProblem& problem, const std::vector<PatternPoint>& poin
 
 /// The whole skin at instants that are spread over the pass, and how far the scores by R are from those of all faces.
 void keep_instants(const Model& model, SkinScattering& scattering, const PatternProblem& problem, Pattern& pattern) {
-  const MotionMethod& method = pattern.motion.methods.front();
+  MotionMethod& method = pattern.motion.methods.front();
   const std::vector<int> kept = spread_numbers(pattern.clock.frames, most_instants(model.body.mesh.face_count(), 1));
   const auto count = static_cast<Eigen::Index>(kept.size());
   Eigen::MatrixXcd drives(model.fixed->array.size(), count);
@@ -312,11 +312,11 @@ void keep_instants(const Model& model, SkinScattering& scattering, const Pattern
   require_finite("pattern", pressure);
   for (Eigen::Index i = 0; i < count; ++i) {
     const int frame = kept[static_cast<std::size_t>(i)];
-    const MotionScore& score = method.scores[static_cast<std::size_t>(frame)];
+    MotionScore& score = method.scores[static_cast<std::size_t>(frame)];
     Target target = problem.target(problem.column(frame), wanted_share(*model.fixed->scene.pattern, score.time));
     if (target.size() > 0) {
       const Metrics all = metrics_of(model.body.mesh, model.fixed->wave, model.boxes, target, pressure.col(i));
-      pattern.radiation_errors.push_back(all.relative_error_radiation);
+      score.metrics.relative_error_radiation = all.relative_error_radiation;
       if (model.beyond.empty()) {  // else R has more than the faces of the mesh
         pattern.reduced_off =
             std::fmax(pattern.reduced_off, std::abs(all.relative_error - score.metrics.relative_error));

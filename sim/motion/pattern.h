@@ -148,13 +148,14 @@ struct PatternSound {
 /// One pass of a pattern.
 struct Pattern {
   PatternClock clock;
-  Motion motion;  // one method: a frame and a score for each of the pattern's; instants of some, on the whole skin
+  /// One method: a frame and a score for each of the pattern's; instants of some, on the whole skin. Scores of instants
+  /// that want sound have a relative_error_radiation.
+  Motion motion;
   std::vector<PatternFrame> frames{};
   std::vector<PatternSound> sounds{};
-  std::vector<double> radiation_errors{};  // relative_error_radiation at the motion's instants that want sound
-  Eigen::Index faces = 0;                  // that any frame uses
-  Eigen::Index outside_rows = 0;           // of R
-  double reduced_off = 0;  // largest difference of relative_error at the instants: all faces against those and R
+  Eigen::Index faces = 0;         // that any frame uses
+  Eigen::Index outside_rows = 0;  // of R
+  double reduced_off = 0;         // largest difference of relative_error at instants: all faces against those and R
 };
 
 struct PatternOptions {

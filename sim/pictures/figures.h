@@ -61,10 +61,8 @@ bool draw_motion(const std::string& path, const Motion& motion);
 /// relative error of the score at that time, if there is one. The view holds the targets of all instants. If no instant
 /// has a target, it holds all of the skin.
 ///
-/// path       where it lands, whole or not at all
-/// instants   at least one, with the same methods in the same order
-/// throws     InputError if parts of an instant do not fit each other or it has other methods than the first; IoError
-///            if it cannot be written
-void draw_motion_strip(const std::string& path, const Motion& motion, const std::vector<MotionInstant>& instants);
+/// returns   PNG of six of the motion's instants (some_instants); empty if it has none, or no method
+/// throws    InputError if parts of an instant do not fit each other or it has other methods than the first
+std::string motion_strip(const Motion& motion);
 
 }  // namespace touchfield

@@ -74,7 +74,6 @@ constexpr PixelBox kStrip = {64, 84, 996, 700};  // of the panels and the text a
 constexpr int kError = 26;                       // room of this text
 
 void check_instants(const std::vector<MotionInstant>& instants) {
-  require(!instants.empty() && !instants.front().pressure.empty(), "strip: there must be an instant with a method");
   for (const MotionInstant& instant : instants) {
     check_instant(instant);
     const auto same_name = [](const auto& a, const auto& b) { return a.first == b.first; };
@@ -118,7 +117,12 @@ std::string error_text(const Motion& motion, const std::string& name, double tim
 
 }  // namespace
 
-void draw_motion_strip(const std::string& path, const Motion& motion, const std::vector<MotionInstant>& instants) {
+std::string motion_strip(const Motion& motion) {
+  constexpr int kMost = 6;
+  const std::vector<MotionInstant> instants = some_instants(motion, kMost);
+  if (instants.empty() || instants.front().pressure.empty()) {
+    return "";
+  }
   check_instants(instants);
   const auto& methods = instants.front().pressure;
   const auto columns = static_cast<int>(instants.size());
@@ -160,7 +164,7 @@ void draw_motion_strip(const std::string& path, const Motion& motion, const std:
                       .subtitle = "|p| on the skin over time, one row per method",
                       .foot = "Seen from the array's side, from one place. Green: the border of the target. Error of "
                               "|p| over the whole skin."});
-  write_atomically(path, {canvas.file()});
+  return canvas.file();
 }
 
 }  // namespace touchfield

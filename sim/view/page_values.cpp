@@ -127,17 +127,6 @@ Json field_json(const FieldResult& field, const std::vector<ViewMethod>& methods
           {"methods", values}};
 }
 
-/// The radiation pressures of a skin; empty ones where they are not known.
-std::vector<Eigen::VectorXd> radiation_of(const ViewSkin& skin, double per_square) {
-  if (!skin.radiation.empty() || std::isnan(per_square)) {
-    return skin.radiation;
-  }
-  std::vector<Eigen::VectorXd> radiation;
-  std::ranges::transform(skin.pressure, std::back_inserter(radiation),
-                         [&](const Eigen::VectorXcd& p) -> Eigen::VectorXd { return per_square * p.cwiseAbs2(); });
-  return radiation;
-}
-
 /// The ends of the colours [Pa]: of |p| and of the radiation pressure.
 Json tops_json(const ViewData& data) {
   double wanted = 0.0;
@@ -149,7 +138,7 @@ Json tops_json(const ViewData& data) {
       const Eigen::VectorXd amplitudes = pressure.cwiseAbs();
       most = std::max(most, quantile({amplitudes.begin(), amplitudes.end()}, kTopShare));
     }
-    for (const Eigen::VectorXd& radiation : radiation_of(skin, data.radiation_per_square)) {
+    for (const Eigen::VectorXd& radiation : skin.radiation) {
       most_radiation = std::max(most_radiation, quantile({radiation.begin(), radiation.end()}, kTopShare));
     }
   }
@@ -216,10 +205,9 @@ Json packed(const Eigen::Ref<const Eigen::VectorXd>& values) {
   return {{"type", "packed"}, {"low", low}, {"high", high}, {"data", base64_of(steps)}};
 }
 
-Json skin_json(const ViewSkin& skin, double radiation_per_square) {
+Json skin_json(const ViewSkin& skin) {
   Json json = mesh_json(skin.mesh);
   json["time"] = skin.time;
-  json["squares"] = skin.radiation.empty() && !std::isnan(radiation_per_square);
   if (skin.sensed) {
     json["sensed"] = mesh_json(*skin.sensed);
   }
@@ -259,7 +247,7 @@ Json page_json(const ViewData& data, bool live) {
   const TriangleMesh* sensed = nullptr;
   for (std::size_t s = 0; s < data.skins.size(); ++s) {
     const ViewSkin& skin = data.skins[s];
-    Json values = skin_json(skin, data.radiation_per_square);
+    Json values = skin_json(skin);
     if (s > 0 && skin.mesh.triangles() == data.skins[s - 1].mesh.triangles()) {
       values["faces"] = nullptr;
     }

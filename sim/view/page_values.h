@@ -18,11 +18,8 @@ std::string base64(std::string_view bytes);
 /// accuracy   (high - low) / 131068, half a step
 Json packed(const Eigen::Ref<const Eigen::VectorXd>& values);
 
-/// One frame of a page. `faces`, also those of `sensed`, are null where they are those of the skin before. With
-/// `squares` the script makes the radiation pressure of |p|.
-///
-/// radiation_per_square   [1/Pa]; NaN: without the radiation pressure
-Json skin_json(const ViewSkin& skin, double radiation_per_square);
+/// One frame of a page. `faces`, also those of `sensed`, are null where they are those of the skin before.
+Json skin_json(const ViewSkin& skin);
 
 /// What the script reads: all but the text of the page. A live page has no skins; it gets them by events.
 Json page_json(const ViewData& data, bool live);

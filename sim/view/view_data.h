@@ -21,7 +21,7 @@ struct ViewSkin {
   std::optional<TriangleMesh> sensed{};      // as a sensor saw it
   std::optional<Target> target{};            // on `mesh`
   std::vector<Eigen::VectorXcd> pressure{};  // per method, on the faces [Pa]; empty: not known
-  std::vector<Eigen::VectorXd> radiation{};  // likewise [Pa]; none: |p|^2 radiation_per_square
+  std::vector<Eigen::VectorXd> radiation{};  // likewise [Pa]
 };
 
 /// A line over time in a diagram that all lines of its label share.

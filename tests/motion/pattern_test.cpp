@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/field/metrics.h"
+#include "sim/field/target_parts.h"
 #include "tests/support/solve_support.h"
 #include "tests/support/testing.h"
 
@@ -143,6 +144,25 @@ TEST(SolvedPattern, ScoresItsFramesAsAllFacesDo) {
     EXPECT_LT(score.relative_error, 0.9);
   }
   EXPECT_LT(pattern.reduced_off, 2e-3);
+}
+
+TEST(SolvedPattern, OfRadiationKeepsTheRoundBorderOfItsSpots) {
+  const Pattern pattern = solved(circling({"pattern.method=radiation"}));
+  const double disc = 4e-6 * std::numbers::pi;
+  for (const MotionInstant& instant : pattern.motion.instants) {
+    ASSERT_EQ(instant.target->boxes.size(), 1U);
+    const TargetBox& box = instant.target->boxes.front();
+    EXPECT_EQ(box.shape, TargetShape::kCylinder);
+    const Eigen::VectorXd flat = (box.rotation.col(2).transpose() * instant.mesh.normals()).cwiseAbs();
+    double area = 0.0;  // seen along the disc's axis
+    for (const FacePart& part : face_parts(instant.mesh, {box})) {
+      area += part.area * flat(part.face);
+    }
+    EXPECT_NEAR(area, disc, 0.01 * disc);
+    const Eigen::VectorXd areas = instant.mesh.areas().cwiseProduct(flat)(instant.target->faces);
+    EXPECT_NEAR(areas.dot(instant.target->shares), disc, 0.01 * disc);
+  }
+  EXPECT_LT(pattern.motion.methods.front().scores.front().metrics.relative_error_radiation, 1.0);
 }
 
 TEST(SolvedPattern, FramesAreNearlyAsGoodAsAlone) {

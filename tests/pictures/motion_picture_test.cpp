@@ -77,10 +77,9 @@ std::vector<MotionInstant> instants_of(const std::vector<std::pair<std::string, 
 
 TEST(MotionStrip, HasARowAMethodAndAColumnAnInstant) {
   const TemporaryDirectory directory;
-  const Motion motion = long_motion({"surface", "paper"});
-  const auto instants = instants_of({{"surface", 500.0}, {"paper", 1500.0}});
-  draw_motion_strip(directory.file("strip.png"), motion, instants);
-  EXPECT_EQ(directory.entries(), 1U);
+  Motion motion = long_motion({"surface", "paper"});
+  motion.instants = instants_of({{"surface", 500.0}, {"paper", 1500.0}});
+  write_text_file(directory.file("strip.png"), motion_strip(motion));
   const Picture picture(directory.file("strip.png"));
   EXPECT_EQ(picture.width(), 1200);
   EXPECT_EQ(picture.height(), 900);
@@ -113,29 +112,25 @@ TEST(MotionStrip, HasARowAMethodAndAColumnAnInstant) {
 }
 
 TEST(MotionStrip, InstantsThatDoNotFitAreRefused) {
-  const TemporaryDirectory directory;
-  const std::string path = directory.file("strip.png");
-  const Motion motion = long_motion({"surface"});
-  const auto refused = [&](const std::vector<MotionInstant>& instants) {
-    return message_of<InputError>([&] { draw_motion_strip(path, motion, instants); });
-  };
-  EXPECT_THAT(refused({}), HasSubstr("there must be an instant"));
-  auto instants = instants_of({{"surface", 1.0}});
-  instants[3].pressure[0].first = "other";
-  EXPECT_THAT(refused(instants), HasSubstr("methods of the first"));
-  instants = instants_of({{"surface", 1.0}});
-  instants[3].pressure[0].second.conservativeResize(5);
-  EXPECT_THAT(refused(instants), HasSubstr("pressure"));
-  EXPECT_EQ(directory.entries(), 0U);
+  Motion motion = long_motion({"surface"});
+  EXPECT_EQ(motion_strip(motion), "");
+  const auto refused = [&] { return message_of<InputError>([&] { motion_strip(motion); }); };
+  motion.instants = instants_of({{"surface", 1.0}});
+  motion.instants[3].pressure[0].first = "other";
+  EXPECT_THAT(refused(), HasSubstr("methods of the first"));
+  motion.instants = instants_of({{"surface", 1.0}});
+  motion.instants[3].pressure[0].second.conservativeResize(5);
+  EXPECT_THAT(refused(), HasSubstr("pressure"));
 }
 
 TEST(MotionStrip, WithoutATargetAllOfTheSkinIsSeen) {
   const TemporaryDirectory directory;
-  auto instants = instants_of({{"focus", 400.0}});
-  for (MotionInstant& instant : instants) {
+  Motion motion = long_motion({"focus"});
+  motion.instants = instants_of({{"focus", 400.0}});
+  for (MotionInstant& instant : motion.instants) {
     instant.target.reset();
   }
-  draw_motion_strip(directory.file("strip.png"), long_motion({"focus"}), instants);
+  write_text_file(directory.file("strip.png"), motion_strip(motion));
   EXPECT_GT(pixels_within(Picture(directory.file("strip.png")), {64, 84, 996, 700}, skin_colour(1.0)), 50'000);
 }
 

@@ -63,7 +63,7 @@ TEST(Page, WantedPressureEndsAtTheTargetsBorder) {
   ViewSkin skin{.mesh = sheet(7, 5, 0.01)};
   skin.target = make_target(skin.mesh, {{.centre = Vector3(0.003, 0.002, 0.2), .size = Vector3(0.023, 0.017, 0.01)}},
                             TargetProfile::kUniform, 2000.0);
-  const Json wanted = skin_json(skin, kNotComputed)["wanted"];
+  const Json wanted = skin_json(skin)["wanted"];
   const Points corners = unpacked(wanted["corners"]).reshaped(3, unpacked(wanted["corners"]).size() / 3);
   double area = 0.0;
   for (Eigen::Index i = 0; i < corners.cols(); i += 3) {
