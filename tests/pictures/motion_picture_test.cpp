@@ -1,6 +1,7 @@
 #include "sim/pictures/figures.h"
 #include "sim/pictures/plots.h"
 #include "sim/pictures/skin_picture.h"
+#include "sim/run/text_table.h"
 #include "tests/support/motion_support.h"
 #include "tests/support/output_support.h"
 #include "tests/support/picture_support.h"
