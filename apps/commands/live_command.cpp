@@ -189,6 +189,7 @@ class Live {
         motion_(motion_of(scene_, command.options.request.seconds)) {
     require_apart(command.output, command.scene, scene_);
     if (command.view) {
+      require(*command.view == 0 || *command.view >= 1024, "--view {} must be 0 or 1024 to 65535", *command.view);
       view_.emplace(*command.view);
     }
   }
@@ -207,7 +208,9 @@ class Live {
     plan.stream = [this](const Rounding& rounded) {
       FrameStream stream = stream_of(*loop_, motion_, rounded);
       if (view_) {
-        stream.told = [this](const auto&... what) { view_->played(what...); };
+        stream.told = [this](const PlayReport& so_far, bool sounds, double age) {
+          view_->played(so_far, sounds && loop_->sounds(), age);
+        };
       }
       return stream;
     };
@@ -306,7 +309,8 @@ class Live {
     const auto prepare = [&] {
       const int threads = apply_threads(flags_);
       LiveSolver solver = timed(progress_, "prepare the solver", [&] {
-        return live_solver(*sensed_->sensor, method_, first, &progress_, [this] { return view_ && view_->watched(); });
+        return live_solver(*sensed_->sensor, method_, first, &progress_,
+                           [this] { return view_ && view_->wants_skin(); });
       });
       leave_one_to_the_sensor(threads, motion_);
       return solver;
@@ -323,7 +327,7 @@ class Live {
     }
     if (view_) {
       const DeviceOptions& options = command_.options;
-      view_->begin(*loop_, *sensed_, method_, first,
+      view_->begin(*loop_, sensed_->scene.name, method_, first,
                    options.emit && parse_link_address(options.device.link).kind != LinkAddress::Kind::kDryRun);
       progress_.note("live: seen at " + view_->address());
     }
@@ -421,7 +425,7 @@ void add_live_command(CLI::App& app, Invocation& invocation) {
   add_number(command, "--seconds", live->options.request.seconds, schema::above(0),
              "Time of the loop [s]; default: the whole motion");
   add_whole(command, "--view", live->view, schema::between(0, 65535),
-            "Show the loop in a browser, at http://127.0.0.1:N; 0: a free port; default of N: 8040")
+            "Show the loop in a browser, at http://127.0.0.1:N, N >= 1024; 0: a free port; default of N: 8040")
       ->expected(0, 1)
       ->default_str("8040");
   command->add_option("-o,--output", live->output, "Directory for live.csv with one line per frame; default: no file")

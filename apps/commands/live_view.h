@@ -1,11 +1,18 @@
 #pragma once
 
+#include <chrono>
+#include <cstddef>
+#include <memory>
 #include <optional>
 #include <string>
 
+#include <nlohmann/json.hpp>
+
 #include "hardware/player.h"
+#include "sim/core/json.h"
 #include "sim/jobs/play_scene.h"
 #include "sim/motion/live.h"
+#include "sim/view/view_data.h"
 #include "sim/view/view_server.h"
 
 namespace touchfield {
@@ -16,19 +23,21 @@ class LiveView {
  public:
   /// port     as ViewServer takes it
   /// throws   InputError as ViewServer
-  explicit LiveView(int port) : server_(port) {}
+  explicit LiveView(int port);
 
   std::string address() const { return "http://127.0.0.1:" + std::to_string(server_.port()); }
-  bool watched() const { return server_.watched(); }
+  /// Whether somebody looks on and the skin before was wanted long enough ago. For the solver's thread.
+  bool wants_skin();
 
   /// From now on the page is served.
   ///
-  /// loop, sensed   outlive this, or its end
-  /// first          the frame before the clock starts
-  /// emits          whether there is a device
-  void begin(const LiveLoop& loop, const SensedMotion& sensed, const MethodSpec& method, const LiveSolution& first,
+  /// loop    outlives this, or its end
+  /// name    of the scene
+  /// first   the frame before the clock starts
+  /// emits   whether there is a device
+  void begin(const LiveLoop& loop, const std::string& name, const MethodSpec& method, const LiveSolution& first,
              bool emits);
-  /// What FrameStream::told is told.
+  /// What FrameStream::told is told; `sounds` also says whether the link's last frame does.
   void played(const PlayReport& so_far, bool sounds, double age) {
     played_.put(std::make_shared<const Played>(Played{so_far, sounds, age}));
   }
@@ -40,11 +49,24 @@ class LiveView {
     bool sounds;
     double age;
   };
-  std::optional<std::string> next(const LiveLoop& loop, const SensedMotion& sensed, const MethodSpec& method);
+  using Clock = std::chrono::steady_clock;
 
+  std::optional<std::string> next(const LiveLoop& loop);
+  /// The ends of the colours are of the first skin on which something is wanted.
+  void scale_colours(const ViewSkin& skin);
+
+  const std::string id_;  // tells this loop's page from one of an earlier loop
+  Clock::time_point wanted_{};
   LatestSlot<Played> played_;
-  std::optional<std::size_t> told_;  // number of a frame
-  ViewServer server_;                // the last: its thread uses what is above
+  double per_square_ = 0;  // of ViewData
+  Json tops_;
+  bool scaled_ = false;
+  // What was told last, and when:
+  std::optional<std::size_t> frame_;  // numbers
+  std::optional<std::size_t> skin_;
+  std::shared_ptr<const Played> played_told_;
+  Clock::time_point told_{};
+  ViewServer server_;  // the last: its thread uses what is above
 };
 
 }  // namespace touchfield

@@ -81,6 +81,12 @@ void LiveLoop::committed(std::size_t number, double at) {
   const double shown = at - *begun_;
   report_.frames[number].shown = shown;
   handover_.add(to_ticks(shown - report_.solved[number]));
+  sounds_ = !report_.frames[number].silent;
+}
+
+bool LiveLoop::sounds() const {
+  const std::lock_guard lock(mutex_);
+  return sounds_;
 }
 
 bool LiveLoop::over() const {
@@ -193,6 +199,9 @@ void LiveLoop::solve(const std::stop_token& stop, const std::function<LiveSolver
     frame->dropped = clock.dropped();
     keep(*frame, clock);
     newest_.put(frame);
+    if (frame->skin) {
+      newest_skin_.put(frame);
+    }
     solved_.put(std::move(frame));
   }
 }

@@ -85,7 +85,7 @@ struct SolvedSkin {
 struct LiveSolution {
   MotionFrame frame;                         // whose times are not its
   double residual = 0;                       // the largest that it was ever left with
-  std::shared_ptr<const SolvedSkin> skin{};  // null if nobody looks on or the sample is lost
+  std::shared_ptr<const SolvedSkin> skin{};  // null if it is not wanted or the sample is lost
 };
 
 /// Takes a sample of this number, rising but for those that are left out, at a time of the motion [s]. What that takes
@@ -152,8 +152,12 @@ class LiveLoop {
   std::shared_ptr<const LiveFrame> take() { return solved_.take(); }
   /// The same, taken or not; null before the first.
   std::shared_ptr<const LiveFrame> newest() const { return newest_.newest(); }
+  /// The newest that has a skin; null before the first.
+  std::shared_ptr<const LiveFrame> newest_skin() const { return newest_skin_.newest(); }
   /// The link has taken that frame, at this time of the clock.
   void committed(std::size_t number, double at);
+  /// Whether the last frame that the link has taken sounds; false before the first.
+  bool sounds() const;
 
   /// Whether sensor or solver failed, so that there will be no frame any more.
   bool over() const;
@@ -189,6 +193,7 @@ class LiveLoop {
   LatestSlot<LiveSample> sensed_;
   LatestSlot<LiveFrame> solved_;
   LatestSlot<LiveFrame> newest_;  // for those who look on
+  LatestSlot<LiveFrame> newest_skin_;
 
   mutable std::mutex mutex_;  // of what follows
   std::condition_variable_any changed_;
@@ -198,6 +203,7 @@ class LiveLoop {
   int running_ = 1;  // threads
   LiveReport report_;
   RunningMedian handover_;  // from a solution until the link has it
+  bool sounds_ = false;
 
   std::jthread sensor_thread_;  // the last of all: ends first
   std::jthread solver_thread_;
@@ -209,7 +215,7 @@ class LiveLoop {
 ///
 /// sensor   started; its model has to outlive the solver
 /// first    gets that frame and its skin
-/// watched  whether somebody looks on, asked at each frame
+/// watched  whether the frame's skin is wanted, asked at each frame that has one
 /// progress   hears how far it is; may be null
 /// throws   NumericalError as FrameSolver
 LiveSolver live_solver(

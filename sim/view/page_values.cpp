@@ -127,28 +127,6 @@ Json field_json(const FieldResult& field, const std::vector<ViewMethod>& methods
           {"methods", values}};
 }
 
-/// The ends of the colours [Pa]: of |p| and of the radiation pressure.
-Json tops_json(const ViewData& data) {
-  double wanted = 0.0;
-  double most = 0.0;
-  double most_radiation = 0.0;
-  for (const ViewSkin& skin : data.skins) {
-    wanted = std::max(wanted, skin.target && skin.target->size() > 0 ? skin.target->amplitudes.maxCoeff() : 0.0);
-    for (const Eigen::VectorXcd& pressure : skin.pressure) {
-      const Eigen::VectorXd amplitudes = pressure.cwiseAbs();
-      most = std::max(most, quantile({amplitudes.begin(), amplitudes.end()}, kTopShare));
-    }
-    for (const Eigen::VectorXd& radiation : skin.radiation) {
-      most_radiation = std::max(most_radiation, quantile({radiation.begin(), radiation.end()}, kTopShare));
-    }
-  }
-  Json tops = {{"pressure", skin_top(wanted, most)}};
-  if (!std::isnan(data.radiation_per_square)) {
-    tops["radiation"] = skin_top(data.radiation_per_square * wanted * wanted, most_radiation);
-  }
-  return tops;
-}
-
 /// Of values from -1 to 1, then of phases from -180 to 180 degrees: red, green, blue.
 std::string colour_maps() {
   std::vector<std::uint8_t> bytes;
@@ -226,12 +204,33 @@ Json skin_json(const ViewSkin& skin) {
   return json;
 }
 
-Json page_json(const ViewData& data, bool live) {
+Json tops_json(const std::vector<ViewSkin>& skins, double radiation_per_square) {
+  double wanted = 0.0;
+  double most = 0.0;
+  double most_radiation = 0.0;
+  for (const ViewSkin& skin : skins) {
+    wanted = std::max(wanted, skin.target && skin.target->size() > 0 ? skin.target->amplitudes.maxCoeff() : 0.0);
+    for (const Eigen::VectorXcd& pressure : skin.pressure) {
+      const Eigen::VectorXd amplitudes = pressure.cwiseAbs();
+      most = std::max(most, quantile({amplitudes.begin(), amplitudes.end()}, kTopShare));
+    }
+    for (const Eigen::VectorXd& radiation : skin.radiation) {
+      most_radiation = std::max(most_radiation, quantile({radiation.begin(), radiation.end()}, kTopShare));
+    }
+  }
+  Json tops = {{"pressure", skin_top(wanted, most)}};
+  if (!std::isnan(radiation_per_square)) {
+    tops["radiation"] = skin_top(radiation_per_square * wanted * wanted, most_radiation);
+  }
+  return tops;
+}
+
+Json page_json(const ViewData& data, const std::string& live) {
   const bool has_array = data.array.kind == TransducerArray::Kind::kTransducers && data.array.size() > 0;
   Json json = {{"title", data.title},
-               {"live", live},
+               {"live", live.empty() ? Json() : Json(live)},
                {"maps", colour_maps()},
-               {"tops", tops_json(data)},
+               {"tops", tops_json(data.skins, data.radiation_per_square)},
                {"array", has_array ? array_json(data.array) : Json()},
                {"methods", Json::array()},
                {"skins", Json::array()},

@@ -2,6 +2,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -21,7 +22,12 @@ Json packed(const Eigen::Ref<const Eigen::VectorXd>& values);
 /// One frame of a page. `faces`, also those of `sensed`, are null where they are those of the skin before.
 Json skin_json(const ViewSkin& skin);
 
-/// What the script reads: all but the text of the page. A live page has no skins; it gets them by events.
-Json page_json(const ViewData& data, bool live);
+/// The ends of the colours of these skins [Pa]: of |p| and, unless its factor is NaN, of the radiation pressure.
+Json tops_json(const std::vector<ViewSkin>& skins, double radiation_per_square);
+
+/// What the script reads: all but the text of the page.
+///
+/// live   as of view_page
+Json page_json(const ViewData& data, const std::string& live);
 
 }  // namespace touchfield

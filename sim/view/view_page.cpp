@@ -26,7 +26,8 @@ std::string script_text(const Json& json) {
 
 }  // namespace
 
-std::string view_page(const ViewData& data, const std::string& picture, const std::string& below, bool live) {
+std::string view_page(const ViewData& data, const std::string& picture, const std::string& below,
+                      const std::string& live) {
   const std::string title = markup_text(data.title);
   const std::string image =
       picture.empty() ? "" : fmt::format("<img src=\"data:image/png;base64,{}\" alt=\"{}\"/>", base64(picture), title);

@@ -12,8 +12,10 @@ namespace touchfield {
 ///
 /// picture   PNG, stands in where the browser has no WebGL 2; empty: none
 /// below     HTML, follows the view
-/// live      the skins come as server-sent events from `events` beside the page
-std::string view_page(const ViewData& data, const std::string& picture, const std::string& below, bool live = false);
+/// live      what tells its server from others: the skins come as server-sent events from `events` beside the page;
+///           empty: they are in it
+std::string view_page(const ViewData& data, const std::string& picture, const std::string& below,
+                      const std::string& live = "");
 
 /// What the page of a run shows: the skin that the metrics are of.
 ViewData run_view(const Run& run);

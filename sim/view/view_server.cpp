@@ -38,7 +38,6 @@ constexpr std::size_t kMostConnections = 32;
 constexpr std::size_t kLongestRequest = 32'768;  // [bytes]: browsers send the cookies of all servers of this machine
 constexpr int kSendBuffer = 65'536;              // [bytes]: what a viewer that falls behind has still to read
 constexpr int kNiceness = 10;
-constexpr std::chrono::microseconds kApart{66'667};  // events
 constexpr std::chrono::milliseconds kLastWords{300};
 
 /// A response after which the connection ends; without a body it goes on until then.

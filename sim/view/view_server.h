@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -10,7 +11,7 @@ namespace touchfield {
 /// What a page that follows something live is made of.
 struct ViewSource {
   std::string page;  // GET /: HTML with its script and style in it
-  /// The newest state in one line; nothing if it was given before. Called by the server's thread, at most 15
+  /// The newest state in one line; nothing if viewers know it. Called by the server's thread, at most 15
   /// times a second, and only while a viewer listens to GET /events. What it throws is the last that viewers hear.
   std::function<std::optional<std::string>()> next;
 };
@@ -26,6 +27,7 @@ struct ViewSource {
 class ViewServer {
  public:
   static constexpr int kMostViewers = 8;
+  static constexpr std::chrono::microseconds kApart{66'667};  // events
 
   /// Takes the port. Browsers that ask before `start` wait.
   ///

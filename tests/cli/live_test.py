@@ -101,6 +101,7 @@ class Dry(LiveTest):
 
     def test_bad_input(self):
         for change, says in [(["--view", "http"], "--view http must be a whole number, 0 to 65535"),
+                             (["--view", "80"], "--view 80 must be 0 or 1024 to 65535"),
                              (["--seconds", "3"], "--seconds = 3 must be <= motion.seconds = 2"),
                              (["--seconds", "nan"], "--seconds"), (["--level", "0.6"], "--max-level"),
                              (["--set", "motion=null"], "the scene has no motion: section"),
@@ -153,14 +154,29 @@ class Viewed(LiveTest):
             self.assertEqual(kind, "message")
             frame = json.loads(data)
             times.append(frame["time"])
-            self.assertIn("playing", frame["state"])
+            self.assertIn("playing" if frame["sounds"] else "nothing was played yet", frame["state"])
         self.assertEqual(times, sorted(set(times)))
-        self.assertLess(frame["strips"]["error on the skin as sensed [%]"], 100)
+        self.assertLess(frame["strips"]["error of |p| on the skin as sensed [%]"], 100)
         self.assertGreater(frame["skin"]["methods"][0]["p"]["high"], 50)
+        self.assertGreaterEqual(frame["tops"]["pressure"], 500)
         while kind == "message":
             kind, data = self.event(events)
         self.assertEqual((kind, data), ("end", "the loop has ended"))
         self.assertEqual(process.wait(20), 0)
+
+    def test_silence_between_frames(self):
+        _, port = self.start("--set", "motion.frames_hz=1", "--set", "motion.stale_ms=300")
+        page = self.ask(port, "/").read().decode()
+        events = self.ask(port, "/events")
+        played = False
+        while True:
+            frame = json.loads(self.event(events)[1])
+            self.assertIn(f'"live":"{frame["live"]}"', page)
+            if played and not frame["sounds"]:
+                break
+            played = frame["sounds"]
+        self.assertIn("silent, data are too old; 1 frames sent", frame["state"])
+        self.assertNotIn("skin", frame)
 
     def test_ends_with_the_loop(self):
         process, port = self.start("--set", "motion.seconds=60", "--max-seconds", "60")

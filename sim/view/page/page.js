@@ -473,13 +473,18 @@ class Page {
       this.update();
     });
     events.onerror = () => {
-      this.note = 'no connection; waiting for the loop';
+      this.note = events.readyState === EventSource.CLOSED ?
+          'refused: 8 viewers watch already; close one and load this page again' :
+          'no connection; waiting for the loop';
       this.update();
     };
   }
   live_frame(message) {
+    if (message.live !== this.data.live) return location.reload();  // another loop has taken the port
     const first = !this.skin;
     this.note = message.state;
+    this.silent = !message.sounds;
+    this.data.tops = message.tops;
     for (const [label, value] of Object.entries(message.strips)) {
       let curve = this.data.curves.find(own => own.label === label);
       if (!curve) this.data.curves.push(curve = {label, line: '', times: [], values: []});
@@ -497,7 +502,8 @@ class Page {
         this.begin();
       else
         this.show_skin(0);
-    }
+    } else
+      this.draw_diagrams();
     this.update();
   }
 }
