@@ -286,6 +286,23 @@ TEST_F(Live, SendsFramesInOrderAsSoonAsTheyAreThere) {
   EXPECT_FALSE(played.stopped);
 }
 
+TEST_F(Live, KeepsTheNewestSkinAndKnowsWhatSounds) {
+  const MovingModel moving(scene_from(kMovingCapsule));
+  std::vector<bool> sounded;
+  solving_ = [&](std::size_t k, LiveSolution& solution) {
+    sounded.push_back(loop_->sounds());
+    pass(0.02);
+    solution.frame.silent = k >= 3;
+    if (k < 2) solution.skin = std::make_shared<const SolvedSkin>(moving.first(), Eigen::VectorXcd());
+  };
+  play_it();
+  ASSERT_TRUE(ended(*loop_, time_));
+  EXPECT_EQ(loop_->newest_skin()->number, 1U);
+  EXPECT_GT(loop_->newest()->number, 4U);
+  sounded.resize(6);
+  EXPECT_THAT(sounded, ElementsAre(false, true, true, true, false, false));
+}
+
 // A link that is slower than the solver: the newest wins.
 TEST_F(Live, OvertakenFramesAreNotSent) {
   link_.busy = 0.12;
