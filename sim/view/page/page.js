@@ -44,8 +44,8 @@ class Page {
   }
   // Where every method that has a pressure has a radiation pressure too.
   starts_with_radiation() {
-    const {tops, skins} = this.data, known = skins.flatMap(skin => skin.methods.map(method => [skin, method]));
-    return tops.radiation !== undefined && known.every(([skin, method]) => !method || method.radiation || skin.squares);
+    const {tops, skins} = this.data, known = skins.flatMap(skin => skin.methods);
+    return tops.radiation !== undefined && known.every(method => !method || method.radiation);
   }
   begin() {
     const sounds = skin => skin.methods.some(method => method && method.p.high > 0);
@@ -84,9 +84,7 @@ class Page {
     const key = method + ' ' + quantity.key, source = skin.source.methods[method];
     if (!skin.values.has(key) && source) {
       const p = numbers(source.p), turn = phases(source.phase);
-      const own = quantity.key !== 'radiation' ? p :
-          source.radiation                     ? numbers(source.radiation) :
-                                                 skin.source.squares && p.map(value => this.wanted_value(value));
+      const own = quantity.key !== 'radiation' ? p : source.radiation && numbers(source.radiation);
       skin.values.set(
           key, own && {name: key, faces: quantity.key === 'phase' ? turn : own, data: skin.mesh.smooth(own, turn)});
     }
@@ -357,11 +355,9 @@ class Page {
           cell.caption);
     }));
     // The bar's lower end as a share of its upper one; what is below 0 is suction.
-    const top = this.top(), {methods, squares} = this.skin.source, radiation = quantity.key === 'radiation',
-          ranges = methods.map(
-              m => m && (radiation && squares ? {high: this.wanted_value(m.p.high)} : m[quantity.key]) || {}),
-          most = Math.max(...ranges.map(range => range.high || 0));
-    const lows = radiation ? ranges.map(range => range.low || 0) : [];
+    const top = this.top(), ranges = this.skin.source.methods.map(m => m && m[quantity.key] || {});
+    const most = Math.max(...ranges.map(range => range.high || 0));
+    const lows = quantity.key === 'radiation' ? ranges.map(range => range.low || 0) : [];
     const from = Math.max(-1, Math.min(0, ...lows) / top);
     document.getElementById('unit').textContent = `${quantity.name} [${quantity.unit}]`;
     this.ends[0].textContent = quantity.key === 'phase' ? '-180' :
