@@ -1,12 +1,14 @@
 #include "sim/jobs/run_model.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "sim/core/files.h"
 #include "sim/model/stages.h"
 #include "sim/pictures/figures.h"
 #include "sim/run/run_file.h"
@@ -47,12 +49,16 @@ void write_vtk(const WriteSpec& write, const Run& run, const RunDirectory& direc
   }
 }
 
+constexpr std::size_t kLongest = 100'000'000;  // of a picture [bytes]
+
 /// The pictures, and the page that shows them.
 void draw(const Run& run, const RunDirectory& directory, Progress& progress) {
   timed(progress, "draw pictures", [&] {
+    const std::string overview = directory.file("overview.png");
     draw_figures(directory.path(), run);
+    const bool drawn = std::filesystem::exists(overview);
     write_text_file(directory.file("scene.yaml"), kSceneHeader + run.scene);
-    write_text_file(directory.file("report.html"), run_page(run));
+    write_text_file(directory.file("report.html"), run_page(run, drawn ? read_whole_file(overview, kLongest) : ""));
   });
 }
 

@@ -21,6 +21,9 @@ std::string view_page(const ViewData& data, const std::string& picture, const st
 ViewData run_view(const Run& run);
 
 /// The page of a run: the view, its figures, what to cite, warnings and provenance.
+///
+/// overview   PNG, the picture of that name; without it, it is drawn
+std::string run_page(const Run& run, const std::string& overview);
 std::string run_page(const Run& run);
 
 }  // namespace touchfield

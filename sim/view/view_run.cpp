@@ -47,11 +47,15 @@ ViewData run_view(const Run& run) {
   return data;
 }
 
+std::string run_page(const Run& run, const std::string& overview) {
+  return view_page(run_view(run), overview, run_report(run));
+}
+
 std::string run_page(const Run& run) {
   const bool drawn = run.target || std::ranges::any_of(run.methods, [](const MethodResult& result) {
                        return result.pressure.size() != 0;
                      });
-  return view_page(run_view(run), drawn ? draw_figure("overview", run) : "", run_report(run));
+  return run_page(run, drawn ? draw_figure("overview", run) : "");
 }
 
 }  // namespace touchfield

@@ -90,6 +90,7 @@ class Joints(CommandTest):
         self.assertEqual(changed, 1)
         names = {"row": first}
         exec(example, names)
+        self.addCleanup(names["sender"].close)
         done = threading.Event()
 
         def track():
