@@ -1,7 +1,6 @@
 #include "sim/jobs/run_model.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <iterator>
 #include <utility>
 
@@ -56,9 +55,9 @@ void draw(const Run& run, const RunDirectory& directory, Progress& progress) {
   timed(progress, "draw pictures", [&] {
     const std::string overview = directory.file("overview.png");
     draw_figures(directory.path(), run);
-    const bool drawn = std::filesystem::exists(overview);
     write_text_file(directory.file("scene.yaml"), kSceneHeader + run.scene);
-    write_text_file(directory.file("report.html"), run_page(run, drawn ? read_whole_file(overview, kLongest) : ""));
+    write_text_file(directory.file("report.html"),
+                    run_page(run, has_overview(run) ? read_whole_file(overview, kLongest) : ""));
   });
 }
 

@@ -230,9 +230,6 @@ std::string field_picture(const Run& run, const FieldResult& field) {
   return canvas.file();
 }
 
-namespace {
-
-/// The run with the evaluation's skin and pressures for its own, where there are some: what its metrics are of.
 Run as_evaluated(Run run) {
   const bool apart = run.evaluation_model && std::ranges::all_of(run.methods, [](const MethodResult& result) {
                        return result.evaluation_pressure.size() != 0 && result.pressure.size() != 0;
@@ -251,12 +248,19 @@ Run as_evaluated(Run run) {
   return run;
 }
 
+bool has_overview(const Run& run) {
+  return run.target ||
+         std::ranges::any_of(run.methods, [](const MethodResult& result) { return result.pressure.size() != 0; });
+}
+
+namespace {
+
 /// Files' names without their ending, and what draws them.
 using NamedPictures = std::vector<std::pair<std::string, std::function<std::string()>>>;
 
 NamedPictures pictures_of(const Run& run) {
   NamedPictures pictures;
-  if (run.target || std::ranges::any_of(run.methods, [](const auto& result) { return result.pressure.size() != 0; })) {
+  if (has_overview(run)) {
     pictures.emplace_back("overview", [&run] { return overview_picture(run); });
   }
   for (const FieldResult& field : run.fields) {

@@ -30,6 +30,12 @@ PlaneView plane_view(const FieldGrid& grid, int methods);
 /// transducers in it.
 std::string field_picture(const Run& run, const FieldResult& field);
 
+/// The run with the evaluation's skin and pressures for its own, where there are some: what its metrics are of.
+Run as_evaluated(Run run);
+
+/// Whether a run has a skin to draw: a target, or the pressure of a method.
+bool has_overview(const Run& run);
+
 /// Draws the pictures of a run:
 ///
 /// overview.png     the skin, as wanted and by all methods (overview_picture)

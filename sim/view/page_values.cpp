@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <iterator>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -37,8 +39,10 @@ Json packed_faces(const Triangles& faces) {
   return {{"type", "u16"}, {"data", base64_of(narrow)}};
 }
 
-Json mesh_json(const TriangleMesh& mesh) {
-  return {{"vertices", packed_points(mesh.vertices())}, {"faces", packed_faces(mesh.triangles())}};
+/// before   the mesh before it; null: there is none
+Json mesh_json(const TriangleMesh& mesh, const TriangleMesh* before) {
+  const bool same = before != nullptr && mesh.triangles() == before->triangles();
+  return {{"vertices", packed_points(mesh.vertices())}, {"faces", same ? Json() : packed_faces(mesh.triangles())}};
 }
 
 /// The phase in steps of 360/256 degrees.
@@ -183,11 +187,11 @@ Json packed(const Eigen::Ref<const Eigen::VectorXd>& values) {
   return {{"type", "packed"}, {"low", low}, {"high", high}, {"data", base64_of(steps)}};
 }
 
-Json skin_json(const ViewSkin& skin) {
-  Json json = mesh_json(skin.mesh);
+Json skin_json(const ViewSkin& skin, const TriangleMesh* before, const TriangleMesh* sensed_before) {
+  Json json = mesh_json(skin.mesh, before);
   json["time"] = skin.time;
   if (skin.sensed) {
-    json["sensed"] = mesh_json(*skin.sensed);
+    json["sensed"] = mesh_json(*skin.sensed, sensed_before);
   }
   if (skin.target && skin.target->size() > 0) {
     json["outline"] = packed_points(target_outline(skin.mesh, *skin.target));
@@ -199,28 +203,23 @@ Json skin_json(const ViewSkin& skin) {
     if (!values.is_null() && m < skin.radiation.size() && skin.radiation[m].size() != 0) {
       values["radiation"] = packed(skin.radiation[m]);
     }
-    json["methods"].push_back(values);
+    json["methods"].push_back(std::move(values));
   }
   return json;
 }
 
 Json tops_json(const std::vector<ViewSkin>& skins, double radiation_per_square) {
   double wanted = 0.0;
-  double most = 0.0;
-  double most_radiation = 0.0;
+  std::vector<Eigen::VectorXd> amplitudes;
+  std::vector<Eigen::VectorXd> radiations;
   for (const ViewSkin& skin : skins) {
     wanted = std::max(wanted, skin.target && skin.target->size() > 0 ? skin.target->amplitudes.maxCoeff() : 0.0);
-    for (const Eigen::VectorXcd& pressure : skin.pressure) {
-      const Eigen::VectorXd amplitudes = pressure.cwiseAbs();
-      most = std::max(most, quantile({amplitudes.begin(), amplitudes.end()}, kTopShare));
-    }
-    for (const Eigen::VectorXd& radiation : skin.radiation) {
-      most_radiation = std::max(most_radiation, quantile({radiation.begin(), radiation.end()}, kTopShare));
-    }
+    std::ranges::transform(skin.pressure, std::back_inserter(amplitudes), [](const auto& p) { return p.cwiseAbs(); });
+    std::ranges::copy(skin.radiation, std::back_inserter(radiations));
   }
-  Json tops = {{"pressure", skin_top(wanted, most)}};
+  Json tops = {{"pressure", skin_bar("", wanted, amplitudes).top}};
   if (!std::isnan(radiation_per_square)) {
-    tops["radiation"] = skin_top(radiation_per_square * wanted * wanted, most_radiation);
+    tops["radiation"] = skin_bar("", radiation_per_square * wanted * wanted, radiations).top;
   }
   return tops;
 }
@@ -242,21 +241,15 @@ Json page_json(const ViewData& data, const std::string& live) {
   for (const ViewMethod& method : data.methods) {
     json["methods"].push_back(Json{{"name", method.name}, {"caption", method.caption}});
   }
-  Vector3 middle = Vector3::Zero();
+  const TriangleMesh* mesh = nullptr;
   const TriangleMesh* sensed = nullptr;
-  for (std::size_t s = 0; s < data.skins.size(); ++s) {
-    const ViewSkin& skin = data.skins[s];
-    Json values = skin_json(skin);
-    if (s > 0 && skin.mesh.triangles() == data.skins[s - 1].mesh.triangles()) {
-      values["faces"] = nullptr;
-    }
-    if (skin.sensed && sensed != nullptr && skin.sensed->triangles() == sensed->triangles()) {
-      values["sensed"]["faces"] = nullptr;
-    }
+  for (const ViewSkin& skin : data.skins) {
+    json["skins"].push_back(skin_json(skin, mesh, sensed));
+    mesh = &skin.mesh;
     sensed = skin.sensed ? &*skin.sensed : sensed;
-    json["skins"].push_back(values);
-    middle = s == 0 ? Vector3(skin.mesh.centroids().rowwise().mean()) : middle;
   }
+  const Vector3 middle =
+      data.skins.empty() ? Vector3::Zero() : Vector3(data.skins.front().mesh.centroids().rowwise().mean());
   json["facing"] = vector_json(facing(data.array, middle));
   for (const FieldResult& field : data.fields) {
     if (is_plane(field.grid)) {

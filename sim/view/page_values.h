@@ -19,8 +19,10 @@ std::string base64(std::string_view bytes);
 /// accuracy   (high - low) / 131068, half a step
 Json packed(const Eigen::Ref<const Eigen::VectorXd>& values);
 
-/// One frame of a page. `faces`, also those of `sensed`, are null where they are those of the skin before.
-Json skin_json(const ViewSkin& skin);
+/// One frame of a page. `faces`, also those of `sensed`, are null where they are those of the mesh before.
+///
+/// before, sensed_before   null: there is none
+Json skin_json(const ViewSkin& skin, const TriangleMesh* before = nullptr, const TriangleMesh* sensed_before = nullptr);
 
 /// The ends of the colours of these skins [Pa]: of |p| and, unless its factor is NaN, of the radiation pressure.
 Json tops_json(const std::vector<ViewSkin>& skins, double radiation_per_square);

@@ -19,7 +19,7 @@ constexpr const char* kPolicy =
 std::string script_text(const Json& json) {
   std::string text;
   for (const char c : json_text(json)) {
-    text += c == '<' ? "\\u003c" : std::string(1, c);
+    c == '<' ? text.append("\\u003c") : text.append(1, c);
   }
   return text;
 }

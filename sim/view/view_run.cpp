@@ -1,5 +1,5 @@
-#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -28,20 +28,18 @@ std::string caption_of(const Metrics& metrics) {
 }  // namespace
 
 ViewData run_view(const Run& run) {
-  const auto is_evaluated = [](const MethodResult& result) { return result.evaluation_pressure.size() != 0; };
-  const bool apart = run.evaluation_model && std::ranges::all_of(run.methods, is_evaluated);
-  ViewSkin skin{.mesh = apart ? run.evaluation_model->mesh : run.mesh,
-                .target = apart ? run.evaluation_model->target : run.target};
+  Run evaluated = as_evaluated(run);
+  ViewSkin skin{.mesh = std::move(evaluated.mesh), .target = std::move(evaluated.target)};
   ViewData data{.title = run.name,
                 .methods = {},
                 .array = run.array,
                 .radiation_per_square = run.radiation_per_square,
                 .skins = {},
-                .fields = run.fields};
-  for (const MethodResult& result : run.methods) {
+                .fields = std::move(evaluated.fields)};
+  for (MethodResult& result : evaluated.methods) {
     data.methods.push_back({result.name, caption_of(result.metrics)});
-    skin.pressure.push_back(apart ? result.evaluation_pressure : result.pressure);
-    skin.radiation.push_back(apart || !run.evaluation_model ? result.radiation : Eigen::VectorXd());
+    skin.pressure.push_back(std::move(result.pressure));
+    skin.radiation.push_back(std::move(result.radiation));
   }
   data.skins.push_back(std::move(skin));
   return data;
@@ -51,11 +49,6 @@ std::string run_page(const Run& run, const std::string& overview) {
   return view_page(run_view(run), overview, run_report(run));
 }
 
-std::string run_page(const Run& run) {
-  const bool drawn = run.target || std::ranges::any_of(run.methods, [](const MethodResult& result) {
-                       return result.pressure.size() != 0;
-                     });
-  return run_page(run, drawn ? draw_figure("overview", run) : "");
-}
+std::string run_page(const Run& run) { return run_page(run, has_overview(run) ? draw_figure("overview", run) : ""); }
 
 }  // namespace touchfield

@@ -28,7 +28,6 @@ class Page {
     this.planes = data.fields.map(field => this.plane(field));
     this.build();
     this.viewer = new Viewer(this.canvas, this.maps);
-    this.scene = {array: null, skin: null};
     if (data.array)
       this.array = {
         positions: numbers(data.array.positions),
@@ -93,8 +92,8 @@ class Page {
   get quantity() {
     return QUANTITIES[this.state.quantity];
   }
-  top(quantity = this.quantity) {
-    return this.data.tops[quantity.key === 'radiation' ? 'radiation' : 'pressure'] * this.state.cap;
+  top() {
+    return this.data.tops[this.quantity.key === 'radiation' ? 'radiation' : 'pressure'] * this.state.cap;
   }
   wanted_value(p) {
     return this.quantity.key === 'radiation' ? this.data.radiation_per_square * p * p : p;
@@ -147,7 +146,7 @@ class Page {
               }
             },
             ...options));
-    const button = (text, act, title) => element('button', {type: 'button', title: title || text, onclick: act}, text);
+    const button = (text, act) => element('button', {type: 'button', onclick: act}, text);
     const check = (text, key) => element(
         'label', {}, element('input', {
           type: 'checkbox',
@@ -178,7 +177,7 @@ class Page {
     this.tip = element('output', {id: 'tip', 'aria-live': 'polite', hidden: true});
     this.stage = element('div', {id: 'stage'}, this.canvas, this.labels, this.tip);
     this.bar = element('canvas', {id: 'bar', width: 256, height: 1});
-    this.ends = [0, 1, 2].map(() => element('span'));
+    this.ends = [element('span'), element('span')];
     this.cap = element('input', {
       type: 'range',
       id: 'cap',
@@ -338,16 +337,15 @@ class Page {
     const {quantity} = this, {wanted} = this.skin.source;
     if (method >= 0) return values ? caption || '' : this.silent ? 'silent' : 'not computed';
     if (!wanted) return name === 'skin' ? '' : 'no skin in the target';
-    return quantity.key === 'phase' ? 'has no phase' : this.shown(this.wanted_value(wanted.most), 3);
+    return quantity.key === 'phase' ? 'has no phase' :
+                                      `${this.converted(this.wanted_value(wanted.most))} ${quantity.unit}`;
   }
-  // A value with its unit.
-  shown(value, digits) {
-    const {of, scale, unit} = this.quantity;
-    return `${short(of ? of(value) : value * scale, digits)} ${unit}`;
+  converted(value, digits = 3) {
+    const {of, scale} = this.quantity;
+    return short(of ? of(value) : value * scale, digits);
   }
   label() {
     const {viewer, quantity, data, density} = this;
-    const convert = value => short(quantity.of ? quantity.of(value) : value * quantity.scale, 3);
     this.labels.replaceChildren(...viewer.cells.map((cell, i) => {
       const [x, y, width] = viewer.cell_box(i).map(value => value / density);
       return element(
@@ -362,9 +360,9 @@ class Page {
     document.getElementById('unit').textContent = `${quantity.name} [${quantity.unit}]`;
     this.ends[0].textContent = quantity.key === 'phase' ? '-180' :
         quantity.of                                     ? short(quantity.of(top) - LEVELS, 3) :
-                                                          convert(from * top);
+                                                          this.converted(from * top);
     this.ends[1].textContent =
-        quantity.key === 'phase' ? '180' : convert(top) + (most > top ? ` (up to ${convert(most)})` : '');
+        quantity.key === 'phase' ? '180' : this.converted(top) + (most > top ? ` (up to ${this.converted(most)})` : '');
     const pixels = new ImageData(256, 1);
     for (let i = 0; i < 256; ++i) {
       const share = from + (1 - from) * (i + 0.5) / 256,
@@ -379,7 +377,7 @@ class Page {
   // The value under a place of the stage [CSS pixels]; of a key, at that place in every cell.
   read(x, y, everywhere = false) {
     if (!this.skin) return;
-    const hit = this.viewer.pick(x * this.density, y * this.density), {cells} = this.viewer;
+    const hit = this.viewer.pick(x * this.density, y * this.density), {cells} = this.viewer, {quantity} = this;
     this.tip_at = [x, y, everywhere];
     this.tip.hidden = !hit;
     if (!hit) return;
@@ -387,7 +385,7 @@ class Page {
     const read = everywhere ? cells : [cells[hit.cell]];
     Object.assign(this.tip.dataset, {face: hit.face, value: value(read[0]), method: read[0].name});
     this.tip.textContent =
-        read.map(cell => `${cell.name}: ${this.shown(value(cell), this.quantity.digits)}`).join('; ') +
+        read.map(cell => `${cell.name}: ${this.converted(value(cell), quantity.digits)} ${quantity.unit}`).join('; ') +
         ` at ${hit.at.map(v => (1e3 * v).toFixed(1)).join(', ')} mm`;
     this.tip.style.left = Math.max(2, Math.min(x + 12, this.stage.clientWidth - this.tip.offsetWidth - 4)) + 'px';
     this.tip.style.top = Math.max(y - 34, 2) + 'px';
@@ -492,7 +490,7 @@ class Page {
       }
     }
     if (message.skin) {
-      Object.assign(this, {skins: [null]});
+      this.skins = [null];
       this.data.skins = [message.skin];
       if (first)
         this.begin();
