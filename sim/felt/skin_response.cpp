@@ -81,8 +81,7 @@ class LayerWaves {
       const Matrix2cd across = decay(thickness_);
       const Matrix2cd up_displacement = flipped(displacement_);
       const Matrix2cd up_traction = -flipped(traction_);
-      reflected_ =
-          (below * up_traction - up_displacement).inverse() * ((displacement_ - below * traction_) * across);
+      reflected_ = (below * up_traction - up_displacement).inverse() * ((displacement_ - below * traction_) * across);
       const Matrix2cd returned = across * reflected_;
       top_displacement += up_displacement * returned;
       top_traction += up_traction * returned;
@@ -123,11 +122,11 @@ class LayerWaves {
   Complex ks2_;
   Complex q_;
   Complex s_;
-  Complex difference_;        // q - s
-  Matrix2cd displacement_;    // of the waves down, at the top
+  Complex difference_;      // q - s
+  Matrix2cd displacement_;  // of the waves down, at the top
   Matrix2cd traction_;
-  Matrix2cd reflected_;       // amplitudes up, at the bottom, per amplitude down, at the top
-  Matrix2cd amplitudes_;      // down, per traction at the top
+  Matrix2cd reflected_;   // amplitudes up, at the bottom, per amplitude down, at the top
+  Matrix2cd amplitudes_;  // down, per traction at the top
   Matrix2cd compliance_;
 };
 

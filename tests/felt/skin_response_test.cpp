@@ -7,7 +7,9 @@
 
 namespace touchfield::skin_response_test {
 
-LayeredSkin half_space(double tan_delta) { return {.layers = {{.thickness = 0.0, .shear = 20e3}}, .tan_delta = tan_delta}; }
+LayeredSkin half_space(double tan_delta) {
+  return {.layers = {{.thickness = 0.0, .shear = 20e3}}, .tan_delta = tan_delta};
+}
 
 TEST(SkinWaves, OfSlowPressureAreThoseOfBoussinesq) {
   const LayeredSkin skin = half_space(0.0);
