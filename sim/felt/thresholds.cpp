@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kLeastPacinian = 40.0;  // [Hz]
 constexpr double kBestPacinian = 250.0;
-constexpr double kMostPacinian = 800.0;
+constexpr double kMostPacinian = 500.0;
 constexpr double kLeastRapidlyAdapting = 10.0;
 constexpr double kFall = 12.0;  // [dB per octave]
 constexpr double kRise = 9.0;

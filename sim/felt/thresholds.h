@@ -9,8 +9,8 @@ enum class TouchChannel { kPacinian, kRapidlyAdapting };
 
 /// Threshold of the skin's displacement, relative to that of the Pacinian channel at 250 Hz [dB].
 ///
-/// Pacinian           falls by 12 dB per octave from 40 to 250 Hz, rises by 9 dB per octave to 800 Hz
-/// rapidly adapting   from 10 to 40 Hz as the Pacinian channel at 40 Hz, where the two meet
+/// Pacinian           falls by 12 dB per octave from 40 to 250 Hz, then rises by 9 dB per octave to 500 Hz.
+/// rapidly adapting   flat from 10 to 40 Hz, where the channels meet.
 ///
 /// hz        > 0
 /// returns   nothing outside these ranges, where no source says what the channel does
