@@ -56,8 +56,8 @@ struct Motion {
   Vector2cd traction;
 };
 
-/// Waves of one wavenumber in one layer: the pressure wave P and (S - P) / ks^2, where S is the shear wave that approaches
-/// P at large k. No difference of P and S is ever computed, so nothing cancels there.
+/// Waves of one wavenumber in one layer: the pressure wave P and (S - P) / ks^2. S is the shear wave that approaches P
+/// at large k. No difference of P and S is ever computed, so nothing cancels there.
 class LayerWaves {
  public:
   /// below   displacement per traction that the next layer or the bone (0) offers; not read for a half-space
@@ -148,7 +148,7 @@ void check(const LayeredSkin& skin, double omega, const Eigen::ArrayXd& wavenumb
   require(omega > 0.0, "skin: the frequency must be positive, not {:g} rad/s", omega);
   require((wavenumbers >= 0.0).all(), "skin: wavenumbers must not be negative");
   for (const double depth : depths) {
-    require(depth >= 0.0 && (!skin.on_bone || depth <= bone),
+    require(depth >= 0.0 && (!skin.on_bone || depth <= bone * (1.0 + 1e-12)),
             "skin: the depth of {:g} mm must be from 0 to the bone at {:g} mm", 1e3 * depth, 1e3 * bone);
   }
 }

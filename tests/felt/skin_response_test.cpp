@@ -1,21 +1,367 @@
+// Layered skin under a pressure of one wavenumber: known limits, the equations of motion, and where the power goes.
 #include "sim/felt/skin_response.h"
 
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
+#include "sim/core/errors.h"
+#include "sim/core/types.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::skin_response_test {
 
-LayeredSkin half_space(double tan_delta) {
-  return {.layers = {{.thickness = 0.0, .shear = 20e3}}, .tan_delta = tan_delta};
+constexpr double kPi = std::numbers::pi;
+constexpr Complex kI(0.0, 1.0);
+constexpr double kOmega = 2.0 * kPi * 200.0;
+
+LayeredSkin half_space(double tan_delta) { return {.layers = {{.shear = 20e3}}, .tan_delta = tan_delta}; }
+
+/// Without loss, shear waves at 4.4 m/s and pressure waves at sqrt(3) times that: Poisson's ratio is 1/4.
+LayeredSkin poisson_solid() {
+  LayeredSkin skin = half_space(0.0);
+  skin.speed = std::sqrt(3.0 * 20e3 / skin.density);
+  return skin;
+}
+
+double shear_wavenumber(const LayeredSkin& skin) {
+  return kOmega * std::sqrt(skin.density / skin.layers.front().shear);
+}
+
+Eigen::ArrayXd list(std::initializer_list<double> values) {
+  return Eigen::Map<const Eigen::ArrayXd>(values.begin(), static_cast<Eigen::Index>(values.size()));
+}
+
+/// Midpoints of equal steps, and the step.
+std::pair<Eigen::ArrayXd, double> midpoints(double from, double to, Eigen::Index count) {
+  const double step = (to - from) / static_cast<double>(count);
+  return {Eigen::ArrayXd::LinSpaced(count, from + 0.5 * step, to - 0.5 * step), step};
+}
+
+/// Largest difference of two answers, relative to the largest of each component over depths.
+double difference(const std::vector<SkinWaves>& found, const std::vector<SkinWaves>& wanted) {
+  double largest = 0.0;
+  for (const auto component :
+       {&SkinWaves::along, &SkinWaves::inwards, &SkinWaves::e_xx, &SkinWaves::e_zz, &SkinWaves::e_xz}) {
+    Eigen::ArrayXd error = Eigen::ArrayXd::Zero((found[0].*component).size());
+    Eigen::ArrayXd scale = error;
+    for (std::size_t n = 0; n < found.size(); ++n) {
+      error = error.max((found[n].*component - wanted[n].*component).abs());
+      scale = scale.max((wanted[n].*component).abs());
+    }
+    largest = std::max(largest, (error / scale).maxCoeff());
+  }
+  return largest;
+}
+
+/// By Hooke's law.
+struct Stress {
+  Stress(const LayeredSkin& skin, const SkinWaves& at) {
+    mu = std::polar(at.modulus, -std::atan(skin.tan_delta));
+    const Eigen::ArrayXcd mean = (skin.density * skin.speed * skin.speed - 2.0 * mu) * (at.e_xx + at.e_zz);
+    xx = mean + 2.0 * mu * at.e_xx;
+    zz = mean + 2.0 * mu * at.e_zz;
+    xz = 2.0 * mu * at.e_xz;
+  }
+  Complex mu;
+  Eigen::ArrayXcd xx, zz, xz;
+};
+
+/// Mean power through a unit area of the plane at this depth [W/m2 at 1 Pa].
+Eigen::ArrayXd power_inwards(const LayeredSkin& skin, const SkinWaves& at) {
+  const Stress t(skin, at);
+  return 0.5 * kOmega * (t.xz * at.along.conjugate() + t.zz * at.inwards.conjugate()).imag();
 }
 
 TEST(SkinWaves, OfSlowPressureAreThoseOfBoussinesq) {
+  const Eigen::ArrayXd k = list({50.0, 500.0, 5000.0});
+  const std::vector<SkinWaves> waves = skin_waves(half_space(0.0), kPi, k, {0.0, 0.002});
+  const double top = (2.0 * waves[0].modulus * k * waves[0].inwards - 1.0).abs().maxCoeff();
+  const Eigen::ArrayXd kz = 0.002 * k;
+  const double deep = (waves[1].inwards / waves[0].inwards - (1.0 + kz) * (-kz).exp()).abs().maxCoeff();
+  std::printf("2 mu k u / P - 1: %.1e; at 2 mm: %.1e\n", top, deep);
+  EXPECT_LT(top, 2e-4);
+  EXPECT_LT(deep, 2e-4);
+}
+
+TEST(SkinWaves, OfASlowPressureOnALayerOnBoneAreThoseOfAnIncompressibleLayer) {
+  // u = P / (2 mu k) (sinh K cosh K - K) / (cosh^2 K + K^2), K = k h; P k^2 h^3 / (3 mu) where K is small.
+  const double h = 0.004;
+  LayeredSkin skin = {.layers = {{.thickness = h, .shear = 20e3}}, .on_bone = true, .tan_delta = 0.0};
+  const Eigen::ArrayXd kh = list({0.08, 0.3, 1.0, 3.0, 10.0});
+  const Eigen::ArrayXd k = kh / h;
+  const SkinWaves compressible = skin_waves(skin, kPi, k, {0.0}).front();
+  const double thin = std::abs(compressible.inwards(0)) * 3.0 * compressible.modulus / (k(0) * k(0) * h * h * h);
+  skin.speed = 1e5;
+  const Eigen::ArrayXcd found = 2.0 * compressible.modulus * k * skin_waves(skin, kPi, k, {0.0}).front().inwards;
+  const Eigen::ArrayXd wanted = (kh.sinh() * kh.cosh() - kh) / (kh.cosh().square() + kh.square());
+  const double error = (found / wanted - 1.0).abs().maxCoeff();
+  std::printf("bonded layer: %.1e off; thin, at k h = 0.08: %.4f of P k^2 h^3 / (3 mu)\n", error, thin);
+  EXPECT_LT(error, 1e-5);
+  EXPECT_NEAR(thin, 0.992, 0.001);  // 0.4 % of it by the sound in the layer
+}
+
+TEST(SkinWaves, OfASlowUniformDiscAddUpToItsKnownDent) {
+  // u(0) = P a / (2 mu), u(a) = 2 / pi of it.
+  const double radius = 0.004;
+  const LayeredSkin skin = half_space(0.4);
+  const auto [k, step] = midpoints(0.0, 4e4, 80000);
+  const SkinWaves waves = skin_waves(skin, kPi, k, {0.0}).front();
+  Complex centre = 0.0;
+  Complex edge = 0.0;
+  for (Eigen::Index n = 0; n < k.size(); ++n) {
+    const Complex part = radius * step * std::cyl_bessel_j(1.0, k(n) * radius) * waves.inwards(n);
+    centre += part;
+    edge += part * std::cyl_bessel_j(0.0, k(n) * radius);
+  }
+  const Complex unit = radius / (2.0 * Stress(skin, waves).mu);
+  std::printf("disc: centre %.4f of P a / (2 mu), edge %.4f of 2 / pi of it\n", std::abs(centre / unit),
+              std::abs(edge / unit) * 0.5 * kPi);
+  EXPECT_NEAR(std::abs(centre / unit), 1.0, 0.01);
+  EXPECT_NEAR(std::abs(edge / unit), 2.0 / kPi, 0.01);
+}
+
+TEST(SkinWaves, OfAUniformPressureAreSoundAlone) {
+  // exp(i kp z) i / (density speed w), and standing waves above bone; at 100 kHz a layer of 4 mm is 0.26 wavelengths.
+  const double omega = 2.0 * kPi * 1e5;
+  const Eigen::ArrayXd k = list({0.0, 1e-6});
+  LayeredSkin skin = {.layers = {{.thickness = 0.001, .shear = 60e3}, {.thickness = 0.003, .shear = 20e3}}};
+  const double kp = omega / skin.speed;
+  const double unit = 1.0 / (skin.density * skin.speed * omega);
+  for (const bool on_bone : {false, true}) {
+    skin.on_bone = on_bone;
+    const std::vector<double> depths = {0.0, 0.0005, 0.002};
+    const std::vector<SkinWaves> waves = skin_waves(skin, omega, k, depths);
+    for (std::size_t n = 0; n < depths.size(); ++n) {
+      const Complex wanted = on_bone ? Complex(std::sin(kp * (0.004 - depths[n])) / std::cos(kp * 0.004))
+                                     : kI * std::exp(kI * kp * depths[n]);
+      EXPECT_LT((waves[n].inwards / (unit * wanted) - 1.0).abs().maxCoeff(), 1e-9) << on_bone << n;
+      EXPECT_LT(waves[n].along.abs().maxCoeff(), 1e-6 * unit);
+    }
+  }
+}
+
+TEST(SkinWaves, AreTheSameWhereverALayerIsCutInTwo) {
+  const Eigen::ArrayXd k = list({0.0, 0.1, 50.0, 500.0, 2000.0, 5000.0});
+  const std::vector<double> depths = {0.0, 0.0005, 0.003};
+  const auto with = [](std::vector<SkinLayer> layers, bool on_bone) {
+    return LayeredSkin{.layers = std::move(layers), .on_bone = on_bone};
+  };
+  for (const auto& [whole, cut] : {
+           std::pair{with({{0, 2e4}}, false), with({{0.001, 2e4}, {0, 2e4}}, false)},
+           {with({{0.012, 2e4}}, true), with({{0.001, 2e4}, {0.011, 2e4}}, true)},
+           {with({{0.002, 6e4}, {0.01, 1e4}}, true), with({{0.001, 6e4}, {0.001, 6e4}, {0.01, 1e4}}, true)},
+       }) {
+    const double error = difference(skin_waves(cut, kOmega, k, depths), skin_waves(whole, kOmega, k, depths));
+    std::printf("cut into %zu: %.1e\n", cut.layers.size(), error);
+    EXPECT_LT(error, 1e-11);
+  }
+  // Bone at 1 m, where e^(k h) overflows, is not felt.
+  const Eigen::ArrayXd large = k.tail(3);
+  EXPECT_LT(difference(skin_waves(with({{1.0, 2e4}}, true), kOmega, large, depths),
+                       skin_waves(with({{0, 2e4}}, false), kOmega, large, depths)),
+            1e-11);
+}
+
+TEST(SkinWaves, ObeyTheEquationsOfMotionAndMeetWhereLayersMeet) {
+  LayeredSkin skin = {.layers = {{0.001, 60e3}, {0.003, 10e3}}, .on_bone = true, .speed = 20.0};
+  const Eigen::ArrayXd k = list({0.0, 20.0, 300.0, 1000.0, 3000.0});
+  const double step = 2e-6;
+  for (const bool on_bone : {true, false}) {
+    skin.on_bone = on_bone;
+    const double inertia = skin.density * kOmega * kOmega;
+    for (const double z : {0.0004, 0.0021}) {
+      const std::vector<SkinWaves> at =
+          skin_waves(skin, kOmega, k, {z - 2.0 * step, z - step, z, z + step, z + 2.0 * step});
+      const auto slope = [&](const auto& value) -> Eigen::ArrayXcd {
+        return (value(at[0]) - 8.0 * value(at[1]) + 8.0 * value(at[3]) - value(at[4])) / (12.0 * step);
+      };
+      const auto stress = [&](Eigen::ArrayXcd Stress::*part) {
+        return [&skin, part](const SkinWaves& w) -> Eigen::ArrayXcd { return Stress(skin, w).*part; };
+      };
+      const SkinWaves& w = at[2];
+      const Stress t(skin, w);
+      const auto same = [&](const Eigen::ArrayXcd& one, const Eigen::ArrayXcd& other, const Eigen::ArrayXcd& scale) {
+        EXPECT_LT(((one - other).abs() / scale.abs()).maxCoeff(), 1e-7) << on_bone << z;
+      };
+      const Eigen::ArrayXcd strain = w.e_xx.abs() + w.e_zz.abs();
+      same(kI * k * w.along, w.e_xx, strain);
+      same(slope([](const SkinWaves& v) { return v.inwards; }), w.e_zz, strain);
+      same(slope([](const SkinWaves& v) { return v.along; }) + kI * k * w.inwards, 2.0 * w.e_xz, strain);
+      const Eigen::ArrayXcd force = inertia * w.inwards.abs() + k * (t.xx.abs() + t.zz.abs());
+      same(slope(stress(&Stress::xz)) + kI * k * t.xx, -inertia * w.along, force);
+      same(slope(stress(&Stress::zz)) + kI * k * t.xz, -inertia * w.inwards, force);
+    }
+    const std::vector<SkinWaves> at = skin_waves(skin, kOmega, k, {0.0, 0.001, 0.001 + 1e-15, 0.004});
+    const Stress surface(skin, at[0]), above(skin, at[1]), below(skin, at[2]);
+    EXPECT_LT(surface.xz.abs().maxCoeff(), 1e-9);
+    EXPECT_LT((surface.zz + 1.0).abs().maxCoeff(), 1e-9);
+    EXPECT_NEAR(at[1].modulus / at[2].modulus, 6.0, 1e-12);
+    EXPECT_LT((above.xz - below.xz).abs().maxCoeff(), 1e-9);
+    EXPECT_LT((above.zz - below.zz).abs().maxCoeff(), 1e-9);
+    EXPECT_LT(((at[1].inwards - at[2].inwards) / at[1].inwards).abs().maxCoeff(), 1e-9);
+    EXPECT_LT((at[1].along - at[2].along).abs().maxCoeff(), 1e-9 * at[1].inwards.abs().maxCoeff());
+    if (on_bone) {
+      EXPECT_LT(((at[3].inwards.abs() + at[3].along.abs()) / at[0].inwards.abs()).maxCoeff(), 1e-9);
+    }
+  }
+}
+
+TEST(SkinWaves, OnBoneTurnIntoHeatWhatThePressurePutsIn) {
+  const LayeredSkin skin = {.layers = {{0.001, 60e3}, {0.003, 10e3}}, .on_bone = true};
+  const Eigen::ArrayXd k = list({1.0, 20.0, 300.0, 1000.0, 3000.0});
+  const auto [depths, step] = midpoints(0.0, 0.004, 4000);
+  Eigen::ArrayXd heat = Eigen::ArrayXd::Zero(k.size());
+  for (const SkinWaves& w : skin_waves(skin, kOmega, k, {depths.begin(), depths.end()})) {
+    const double loss = -Stress(skin, w).mu.imag();  // the pressure modulus has none
+    heat += kOmega * loss * step * (w.e_xx.abs2() + w.e_zz.abs2() + 2.0 * w.e_xz.abs2() - (w.e_xx + w.e_zz).abs2());
+  }
+  const Eigen::ArrayXd put_in = power_inwards(skin, skin_waves(skin, kOmega, k, {0.0}).front());
+  const double error = (heat / put_in - 1.0).abs().maxCoeff();
+  std::printf("heat over power: %.1e off\n", error);
+  EXPECT_LT(error, 1e-5);
+}
+
+/// The Rayleigh wave of a half-space without loss: where 1 / u_z changes its sign.
+double rayleigh_wavenumber(const LayeredSkin& skin) {
+  double low = 1.0001 * shear_wavenumber(skin);
+  double high = 2.0 * low;
+  for (int n = 0; n < 60; ++n) {
+    const double middle = 0.5 * (low + high);
+    (skin_waves(skin, kOmega, list({middle}), {0.0})[0].inwards(0).real() < 0.0 ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+/// Residue of each component there.
+std::vector<SkinWaves> rayleigh_residue(const LayeredSkin& skin, const std::vector<double>& depths) {
+  const double k = rayleigh_wavenumber(skin);
+  const double off = 1e-5 * k;
+  std::vector<SkinWaves> result = skin_waves(skin, kOmega, list({k - off, k + off}), depths);
+  for (SkinWaves& at : result) {
+    for (Eigen::ArrayXcd* part : {&at.along, &at.inwards, &at.e_xx, &at.e_zz, &at.e_xz}) {
+      *part = Eigen::ArrayXcd::Constant(1, 0.5 * off * ((*part)(1) - (*part)(0)));
+    }
+  }
+  return result;
+}
+
+TEST(SkinWaves, HaveTheRayleighWavesSpeed) {
+  // Roots of Rayleigh's equation, incompressible and at Poisson's ratio 1/4: sqrt(2 - 2 / sqrt(3)).
+  for (const auto& [skin, wanted, tolerance] :
+       {std::tuple{half_space(0.0), 0.955313, 1e-5}, {poisson_solid(), std::sqrt(2.0 - 2.0 / std::sqrt(3.0)), 1e-9}}) {
+    const double found = shear_wavenumber(skin) / rayleigh_wavenumber(skin);
+    std::printf("Rayleigh speed %.6f of the shear speed\n", found);
+    EXPECT_NEAR(found, wanted, tolerance);
+  }
+}
+
+/// Mean power of a pressure whose transform over the plane is P(k), by its ways [W], on a half-space without loss.
+struct PowerShares {
+  template <class Transform>
+  PowerShares(const LayeredSkin& skin, const Transform& pressure) {
+    // Parseval: 1 / (2 pi) of the integral of k |P|^2 times the power at 1 Pa.
+    const auto part = [&](double from, double to, const auto& power) {
+      const auto [k, step] = midpoints(from, to, 100000);
+      const Eigen::ArrayXd weight = k.unaryExpr([&](double x) { return std::norm(pressure(x)); }) * k * step;
+      return (weight * power(k)).sum() / (2.0 * kPi);
+    };
+    const double kp = kOmega / skin.speed;
+    bulk = part(0.0, shear_wavenumber(skin),
+                [&](const Eigen::ArrayXd& k) { return power_inwards(skin, skin_waves(skin, kOmega, k, {0.0})[0]); });
+    // Only pressure waves change volume: e_xx + e_zz = -kp^2 A, and their power is w / 2 density w^2 |q| |A|^2.
+    compression = part(0.0, kp, [&](const Eigen::ArrayXd& k) -> Eigen::ArrayXd {
+      const SkinWaves at = skin_waves(skin, kOmega, k, {0.0})[0];
+      return 0.5 * skin.density * std::pow(kOmega, 3) * (kp * kp - k.square()).sqrt() *
+             ((at.e_xx + at.e_zz) / (kp * kp)).abs2();
+    });
+    const double k = rayleigh_wavenumber(skin);
+    // Just above the real axis, Im 1 / (k - kR) is pi at kR.
+    rayleigh = 0.25 * kOmega * k * std::norm(pressure(k)) * rayleigh_residue(skin, {0.0})[0].inwards(0).real();
+    // Far away, with the residue's fields at every depth, times sqrt(k / (2 pi r)): through a cylinder about the load.
+    const auto [depths, step] = midpoints(0.0, 30.0 / k, 6000);
+    for (const SkinWaves& at : rayleigh_residue(skin, {depths.begin(), depths.end()})) {
+      const Stress t(skin, at);
+      const Eigen::ArrayXcd work = t.xx * at.along.conjugate() + t.xz * at.inwards.conjugate();
+      rayleigh_flux += 0.5 * kOmega * k * std::norm(pressure(k)) * step * work(0).imag();
+    }
+  }
+  double bulk = 0.0;
+  double compression = 0.0;
+  double rayleigh = 0.0;
+  double rayleigh_flux = 0.0;
+};
+
+TEST(SkinWaves, CarryAwayThePowerOfADiscInBulkAndRayleighWaves) {
+  const double radius = 0.004;
+  const auto disc = [&](double k) { return 2.0 * kPi * radius * std::cyl_bessel_j(1.0, k * radius) / k; };
+  for (const LayeredSkin& skin : {half_space(0.0), poisson_solid()}) {
+    const PowerShares shares(skin, disc);
+    // What the disc puts in, at a loss that goes to zero: 2 T(d) - T(2 d), the pole's peak 100 steps wide.
+    const auto put_in = [&](double tan_delta) {
+      LayeredSkin lossy = skin;
+      lossy.tan_delta = tan_delta;
+      double sum = 0.0;
+      for (const auto& [from, to] : {std::pair{0.0, 2.0}, {2.0, 20.0}}) {
+        const auto [k, step] = midpoints(from * shear_wavenumber(skin), to * shear_wavenumber(skin), 200000);
+        const SkinWaves at = skin_waves(lossy, kOmega, k, {0.0})[0];
+        sum += (k * k.unaryExpr(disc).square() * power_inwards(lossy, at)).sum() * step / (2.0 * kPi);
+      }
+      return sum;
+    };
+    const double input = 2.0 * put_in(1e-3) - put_in(2e-3);
+    std::printf("disc of 4 mm: %.3e W at 1 Pa; bulk %.2f %%, Rayleigh %.2f %% by its residue, %.2f %% by its flux\n",
+                input, 100.0 * shares.bulk / input, 100.0 * shares.rayleigh / input,
+                100.0 * shares.rayleigh_flux / input);
+    EXPECT_NEAR((shares.bulk + shares.rayleigh) / input, 1.0, 1e-3);
+    EXPECT_NEAR(shares.rayleigh_flux / shares.rayleigh, 1.0, 1e-4);
+  }
+}
+
+TEST(SkinWaves, ShareThePowerOfASmallDiscAsMillerAndPurseyFound) {
+  // The partition of energy between elastic waves in a semi-infinite solid, Proc. R. Soc. A 233 (1955) 55.
+  const PowerShares shares(poisson_solid(), [](double) { return 1.0; });
+  const double sum = shares.bulk + shares.rayleigh;
+  std::printf("point: Rayleigh %.1f %%, shear %.1f %%, compression %.1f %%\n", 100.0 * shares.rayleigh / sum,
+              100.0 * (shares.bulk - shares.compression) / sum, 100.0 * shares.compression / sum);
+  EXPECT_NEAR(shares.rayleigh / sum, 0.674, 0.001);
+  EXPECT_NEAR((shares.bulk - shares.compression) / sum, 0.258, 0.001);
+  EXPECT_NEAR(shares.compression / sum, 0.069, 0.001);
+}
+
+TEST(SkinWaves, WithoutLossPassEveryDepthUnchangedAndStandAboveBone) {
   const LayeredSkin skin = half_space(0.0);
-  const Eigen::ArrayXd k = Eigen::ArrayXd::LinSpaced(3, 50.0, 5000.0);
-  const std::vector<SkinWaves> waves = skin_waves(skin, std::numbers::pi, k, {0.0, 0.002});
-  EXPECT_LT((2.0 * waves[0].modulus * k * waves[0].inwards - 1.0).abs().maxCoeff(), 2e-4);
+  const double ks = shear_wavenumber(skin);
+  const std::vector<SkinWaves> at = skin_waves(skin, kOmega, ks * list({0.0, 0.3, 0.9, 1.3, 4.0}), {0.0, 0.003});
+  const Eigen::ArrayXd top = power_inwards(skin, at[0]);
+  EXPECT_LT((power_inwards(skin, at[1]) - top).abs().maxCoeff(), 1e-9 * top.maxCoeff());
+  EXPECT_LT(top.tail(2).abs().maxCoeff(), 1e-12 * top.maxCoeff());
+  LayeredSkin bone = skin;
+  bone.on_bone = true;
+  bone.layers.front().thickness = 0.004;
+  const SkinWaves still = skin_waves(bone, kOmega, ks * list({0.0, 0.3, 0.9, 1.3, 4.0}), {0.0}).front();
+  EXPECT_LT(power_inwards(bone, still).abs().maxCoeff(), 1e-9 * top.maxCoeff());
+}
+
+TEST(SkinWaves, RefuseWhatIsNotASkin) {
+  const LayeredSkin good = {.layers = {{0.001, 60e3}, {0.003, 10e3}}, .on_bone = true};
+  const auto refuses = [&](const auto& spoil, double omega = kOmega, double k = 1.0, double depth = 0.0) {
+    LayeredSkin skin = good;
+    spoil(skin);
+    EXPECT_THROW(skin_waves(skin, omega, list({k}), {depth}), InputError);
+  };
+  refuses([](LayeredSkin& s) { s.layers.clear(); });
+  refuses([](LayeredSkin& s) { s.layers[1].thickness = 0.0; });
+  refuses([](LayeredSkin& s) { s.layers[0].shear = -1.0; });
+  refuses([](LayeredSkin& s) { s.tan_delta = -0.1; });
+  refuses([](LayeredSkin& s) { s.density = 0.0; });
+  refuses([](LayeredSkin& s) { s.speed = std::nan(""); });
+  const auto nothing = [](LayeredSkin&) {};
+  refuses(nothing, 0.0);
+  refuses(nothing, kOmega, -1.0);
+  refuses(nothing, kOmega, 1.0, -1e-6);
+  refuses(nothing, kOmega, 1.0, 0.00401);
+  EXPECT_NO_THROW(skin_waves(good, kOmega, list({1.0}), {0.001 + 0.003}));
 }
 
 }  // namespace touchfield::skin_response_test
