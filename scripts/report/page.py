@@ -14,6 +14,7 @@ import claims
 import course
 import curves
 import delays
+import equal
 import panels
 import sequences
 import whole_hand
@@ -124,6 +125,7 @@ def add_panels(page, work, report):
     page.table("metrics.csv", *panels.short_table(rows), origin)
     page.add("The optimality gap is the relative distance of the cost of `surface` from the optimality bound; for `radiation` it is that of "
              "its own cost. No phases can lower the cost of either by more than that, for the computed matrix. docs/metrics.md defines the metrics.")
+    add_equal(page, rows, names, origin)
     if (work / "autd3").exists():
         rows, origin = panels.metric_rows(work, names, "autd3"), made(work, "autd3")
         write_table(report / "tables/metrics_autd3.csv", rows, origin)
@@ -132,6 +134,15 @@ def add_panels(page, work, report):
                  "`touchfield send` can send their phases to the device.")
         page.add(lines_of(panels.sentences(rows, names)))
         page.table("metrics_autd3.csv", *panels.short_table(rows), origin)
+
+
+def add_equal(page, rows, names, origin):
+    page.add("### Methods at equal force and equal peak\n\nA common level of all channels scales P by its square. Errors, widths and "
+             "shares stay as they are. Methods press with different forces as run, so here all are brought to one force on the target, "
+             f"{1e3 * equal.FORCE_N:g} mN, and to one peak of P on the skin, {equal.PEAK_PA} Pa. The level is relative to that of the "
+             "runs.")
+    page.add(lines_of(equal.sentences(rows, names)))
+    page.table("metrics.csv", *equal.summary(rows), origin)
 
 
 def add_claims(page, work, shares, quick):

@@ -108,12 +108,14 @@ def figure(folders, path, quantity=PRESSURE, columns=None):
 
 
 def metric_rows(work, names, folder):
-    """All metrics, one row per scene and method."""
+    """All metrics and the largest P, one row per scene and method."""
     rows = []
     for name in names:
+        radiation = skin(work / folder / name).radiation
         for method, known in attributes(work / folder / name).items():
             rows.append({"scene": name, "method": method, "scheme": known["scheme"]}
-                        | {metric: f"{float(known[metric]):.9g}" for metric in METRICS} | {"status": known["status"]})
+                        | {metric: f"{float(known[metric]):.9g}" for metric in METRICS}
+                        | {"peak_radiation_pa": f"{radiation[method].max():.9g}", "status": known["status"]})
     return rows
 
 

@@ -21,7 +21,7 @@ PAGE = """Before.
 | split | 720 | - |
 <!-- /table -->
 The worst is <!-- value: max errors error:.1% -->3.4 %<!-- /value -->, `chief` <!-- value: errors error:.2% scheme=chief
--->0.51 %<!-- /value -->.
+-->0.51 %<!-- /value -->, its formula <!-- value: max errors (faces/error)**0.5:.1f -->2003.9<!-- /value -->.
 """
 
 
@@ -105,7 +105,8 @@ class Figures(unittest.TestCase):
         for old, new, said in (("table: errors", "table: mistakes", "no table results/tables/mistakes.csv"),
                                ("scheme=chief", "scheme=cheif", "0 rows"), ("max errors error:.1%", "errors error:.1%", "3 rows"),
                                ("error:.1%", "err:.1%", "no such column"), ("error:.1%", "error:.1q", "no format"),
-                               ("error:.1%", "scheme:.1%", "no number"), ("<!-- /table -->", "", "not closed"),
+                               ("error:.1%", "scheme:.1%", "no number"), ("faces/error", "faces/err", "no such column"),
+                               ("faces/error", "faces/0", "division by zero"), ("faces/error", "faces/", "invalid syntax"), ("<!-- /table -->", "", "not closed"),
                                ("scheme=chief", "scheme", "not COLUMN=VALUE"),
                                ("The worst is <!--", "The worst is\n<!--", "may not begin with a value's mark")):
             with self.subTest(new=new):

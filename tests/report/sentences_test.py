@@ -9,6 +9,7 @@ import numpy
 
 import claims
 import curves
+import equal
 import panels
 import runs
 import sequences
@@ -74,6 +75,22 @@ class Sentences(unittest.TestCase):
         self.assertIn("Scattering in the solver does not lower the error on: grasped box.", said)
         self.assertIn("The leakage of `paper` is lower than that of `unscattered` on 4 of 5 scenes.", said)
         self.assertIn("grasped box +16.0", said)
+
+    def test_methods_are_brought_to_one_force_and_one_peak(self):
+        rows = [{"scene": name, "method": method, "force_target_n": force, "abs_force_elsewhere_n": outside, "peak_radiation_pa": peak,
+                 "loudest_elsewhere": loudest, "width_radiation_mm": "5"} for name in NAMES for method, force, outside, peak, loudest in (
+                     ("surface", "1e-3", "0.2e-3", "40", "0.5"), ("radiation", "2e-3", "1e-3", "60", "0.1"),
+                     ("paper", "0.45e-3", "0.1e-3", "20", "0.5"), ("unscattered", "-1e-3", "1e-3", "20", "nan"),
+                     ("focus", "8e-3", "8e-3", "400", "0.2"))]
+        known = equal.scaled(rows)["width_8mm", "surface"]
+        self.assertAlmostEqual(known["level"] ** 2 * 1e-3, equal.FORCE_N)
+        self.assertEqual(equal.summary(rows)[1][0], ["width_5mm", "`surface`", "1", "71 %", "0.1", "20", "0.5", "5", "0.5"])
+        said = equal.sentences(rows, NAMES)
+        self.assertIn("outside at one force is in the order of the table: 0.2, 0.2, 0.2, 0.2, 0.2 with `surface`; 0.5, ", said[0])
+        self.assertIn("the force at one peak of P is in the order of the table: 1.2, 1.2, 1.2, 1.2, 1.2 with `surface`; 1.7, ", said[1])
+        self.assertIn("with `surface` than with `focus` on 5 of 5 scenes: 5 mm box, ", said[3])
+        self.assertTrue(said[4].endswith("than with `focus` on 0 of 5 scenes."))
+        self.assertIn("these reach 0.5 mN: `paper` (5 mm box), `unscattered` (5 mm box), ", said[5])
 
     def test_without_an_optimality_bound_nothing_is_proved(self):
         rows = metric_rows()
