@@ -42,6 +42,8 @@ constexpr Command kCommands[] = {
     {add_fit_command, kMotions, "touchfield fit images -o hand"},
     {add_info_command, kResults, "touchfield info mine/run.h5"},
     {add_view_command, kResults, "touchfield view mine\n  touchfield view mine -o mine.html"},
+    {add_felt_command, kResults,
+     "touchfield felt mine --set felt.modulation_hz=100\n  touchfield felt circle --against mine"},
     {add_compare_command, kResults, "touchfield compare mine wide\n  touchfield compare mine --points measured.csv"},
     {add_hand_command, kMeshes, "touchfield hand -o hand.stl --pose flat --edge-mm 3"},
     {add_mesh_command, kMeshes,

@@ -33,6 +33,7 @@ void add_fit_command(CLI::App& app, Invocation& invocation);
 void add_send_command(CLI::App& app, Invocation& invocation);
 void add_study_command(CLI::App& app, Invocation& invocation);
 void add_sweep_command(CLI::App& app, Invocation& invocation);
+void add_felt_command(CLI::App& app, Invocation& invocation);
 void add_view_command(CLI::App& app, Invocation& invocation);
 
 }  // namespace touchfield

@@ -8,11 +8,13 @@
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
 #include "sim/core/text.h"
+#include "sim/jobs/felt_result.h"
 #include "sim/jobs/pattern_scene.h"
 #include "sim/jobs/play_scene.h"
 #include "sim/jobs/run_model.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/run/check.h"
+#include "sim/run/motion_file.h"
 #include "sim/run/run_file.h"
 #include "sim/run/run_text.h"
 #include "sim/scene/scene_reader.h"
@@ -126,6 +128,26 @@ int pattern_command(const SceneJob& command, const Invocation& invoked) {
   });
 }
 
+struct FeltCommand {
+  std::string result;   // run.h5 or pattern.h5, or the directory that holds one
+  std::string against;  // likewise; empty: none
+  std::vector<std::string> overrides;
+  JobOutput output;
+};
+
+int felt_command(const FeltCommand& command, const Invocation& invoked) {
+  JobConsole console(invoked, "nothing is written; {} says so");
+  std::vector<std::string> read = {result_file_at(command.result)};
+  Felt felt = felt_of_file(read.front(), command.overrides, say_warning);
+  std::optional<Felt> against;
+  if (!command.against.empty()) {
+    read.push_back(result_file_at(command.against));
+    against = felt_of_file(read.back(), command.overrides, say_warning);
+  }
+  require_apart(command.output.directory, read);
+  return console.finish(command.output, felt_job(std::move(felt), std::move(against), WriteSpec{}));
+}
+
 /// The options that the three have in common.
 void add_job_options(CLI::App* command, SceneJob& job) {
   add_overrides(command, job.overrides);
@@ -164,6 +186,19 @@ void add_pattern_command(CLI::App& app, Invocation& invocation) {
             "Also solve every n-th frame by itself, and compare the errors");
   finish_command(command, invocation,
                  [pattern](const Invocation& invoked) { return pattern_command(*pattern, invoked); });
+}
+
+void add_felt_command(CLI::App& app, Invocation& invocation) {
+  const auto felt = std::make_shared<FeltCommand>();
+  CLI::App* command = app.add_subcommand("felt", "Compute what the skin does under the radiation pressure of a result");
+  command->add_option("RESULT", felt->result, "run.h5 or pattern.h5, or the directory that holds it")
+      ->required()
+      ->type_name(kH5File);
+  command->add_option("--against", felt->against, "Another result, whose first method the others are compared with")
+      ->type_name(kH5File);
+  add_overrides(command, felt->overrides);
+  add_output(command, felt->output);
+  finish_command(command, invocation, [felt](const Invocation& invoked) { return felt_command(*felt, invoked); });
 }
 
 }  // namespace touchfield

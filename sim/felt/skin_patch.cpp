@@ -66,7 +66,10 @@ std::vector<std::vector<Index>> neighbours(const TriangleMesh& mesh) {
 }  // namespace
 
 SkinPatch skin_patch(const TriangleMesh& mesh, Index face) {
-  SkinPatch patch{.middle = mesh.centroids().col(face), .axes = axes_about(normal_about(mesh, face)), .faces = {face}};
+  SkinPatch patch{.face = face,
+                  .middle = mesh.centroids().col(face),
+                  .axes = axes_about(normal_about(mesh, face)),
+                  .faces = {face}};
   const auto next = neighbours(mesh);
   std::vector<Index> number(next.size(), -1);  // among the patch's faces; -2: seen, not of it
   number[static_cast<std::size_t>(face)] = 0;

@@ -17,7 +17,8 @@ struct SkinPatch {
   static constexpr double kReach = 12e-3;  // the largest r [m]
   static constexpr double kRim = 2e-3;     // pressure fades out over the last of it [m]
 
-  Vector3 middle = Vector3::Zero();      // the centroid of the face that it is about [m]
+  Eigen::Index face = 0;                 // that it is about
+  Vector3 middle = Vector3::Zero();      // its centroid [m]
   Eigen::Matrix3d axes;                  // columns: the flat x and y axes, n_0
   std::vector<Eigen::Index> faces;       // K, of the mesh, ascending
   Eigen::Matrix2Xd places{};             // of their centroids, 2 x K [m]

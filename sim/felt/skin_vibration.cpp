@@ -125,14 +125,14 @@ class FlatPlane {
   Eigen::MatrixXd cut_;
 };
 
-SkinVibration silent(const SkinModel& skin, Index lines, Index points) {
+SkinVibration silent(const TissueModel& skin, Index lines, Index points) {
   SkinVibration sum;
   sum.skin = skin.name;
   sum.has_mechanics = skin.layers.has_value();
   const Eigen::MatrixXd zero = Eigen::MatrixXd::Zero(SkinVibration::kSide, SkinVibration::kSide);
   sum.displacement = zero;
   sum.velocity = zero;
-  sum.drive.fill(zero);
+  sum.weighted.fill(zero);
   if (sum.has_mechanics) {
     sum.energy.fill(zero);
   }
@@ -143,7 +143,7 @@ SkinVibration silent(const SkinModel& skin, Index lines, Index points) {
 /// Adds the squares of a line; at_points is of this line alone.
 class LineAdder {
  public:
-  LineAdder(const FlatPlane& plane, const SkinModel& skin, const std::vector<Eigen::MatrixXcd>& points)
+  LineAdder(const FlatPlane& plane, const TissueModel& skin, const std::vector<Eigen::MatrixXcd>& points)
       : plane_(plane), skin_(skin), points_(points) {}
 
   void add(double hz, const Eigen::MatrixXcd& spectrum, Index line, SkinVibration& sum) const {
@@ -164,8 +164,8 @@ class LineAdder {
     sum.displacement += 0.5 * squares;
     sum.velocity += 0.5 * omega * omega * squares;
     for (std::size_t c = 0; c < kTouchChannels.size(); ++c) {
-      if (const double threshold = detection_threshold(kTouchChannels[c], hz); threshold > 0.0) {
-        sum.drive[c] += squares / (threshold * threshold);
+      if (const std::optional<double> threshold = relative_threshold(kTouchChannels[c], hz)) {
+        sum.weighted[c] += 0.5 * std::pow(10.0, -*threshold / 10.0) * squares;
       }
     }
     for (std::size_t p = 0; p < points_.size(); ++p) {
@@ -198,7 +198,7 @@ class LineAdder {
   }
 
   const FlatPlane& plane_;
-  const SkinModel& skin_;
+  const TissueModel& skin_;
   const std::vector<Eigen::MatrixXcd>& points_;
 };
 
@@ -206,8 +206,8 @@ void merge(const SkinVibration& part, SkinVibration& sum) {
   sum.displacement += part.displacement;
   sum.velocity += part.velocity;
   sum.at_points += part.at_points;
-  for (std::size_t c = 0; c < sum.drive.size(); ++c) {
-    sum.drive[c] += part.drive[c];
+  for (std::size_t c = 0; c < sum.weighted.size(); ++c) {
+    sum.weighted[c] += part.weighted[c];
   }
   for (std::size_t d = 0; sum.has_mechanics && d < sum.energy.size(); ++d) {
     sum.energy[d] += part.energy[d];
@@ -216,8 +216,6 @@ void merge(const SkinVibration& part, SkinVibration& sum) {
 
 /// Roots of the squares, and nothing off the patch.
 void finish(SkinVibration& sum) {
-  sum.displacement = sum.displacement.cwiseSqrt();
-  sum.velocity = sum.velocity.cwiseSqrt();
   const double middle = 0.5 * (SkinVibration::kSide - 1);
   const auto leave_out = [middle](Eigen::MatrixXd& map) {
     for (Index i = 0; i < map.rows(); ++i) {
@@ -228,10 +226,15 @@ void finish(SkinVibration& sum) {
       }
     }
   };
-  leave_out(sum.displacement);
-  leave_out(sum.velocity);
   std::ranges::for_each(sum.energy, leave_out);
-  std::ranges::for_each(sum.drive, leave_out);
+  std::vector<Eigen::MatrixXd*> squares = {&sum.displacement, &sum.velocity};
+  for (Eigen::MatrixXd& weighted : sum.weighted) {
+    squares.push_back(&weighted);
+  }
+  for (Eigen::MatrixXd* map : squares) {
+    *map = map->cwiseSqrt();
+    leave_out(*map);
+  }
 }
 
 }  // namespace
@@ -270,7 +273,7 @@ PressureLines frame_lines(const Eigen::MatrixXd& radiation, double rate, double 
 }
 
 std::vector<SkinVibration> skin_vibrations(const SkinPatch& patch, const PressureLines& lines,
-                                           const std::vector<SkinModel>& skins, double finest,
+                                           const std::vector<TissueModel>& skins, double finest,
                                            const std::vector<Eigen::Vector2d>& points) {
   const FlatPlane plane(patch, finest);
   const auto count = static_cast<Index>(lines.hz.size());
@@ -287,7 +290,7 @@ std::vector<SkinVibration> skin_vibrations(const SkinPatch& patch, const Pressur
   std::vector<SkinVibration> parts(skins.size() * kParts);
 #pragma omp parallel for schedule(dynamic)
   for (Index part = 0; part < static_cast<Index>(parts.size()); ++part) {
-    const SkinModel& skin = skins[static_cast<std::size_t>(part / kParts)];
+    const TissueModel& skin = skins[static_cast<std::size_t>(part / kParts)];
     SkinVibration& sum = parts[static_cast<std::size_t>(part)];
     sum = silent(skin, count, static_cast<Index>(points.size()));
     const LineAdder adder(plane, skin, at_points);

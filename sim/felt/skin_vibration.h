@@ -38,13 +38,15 @@ PressureLines frame_lines(const Eigen::MatrixXd& radiation, double rate, double 
 /// source   Saal et al., PNAS 114 (2017) E5693, doi 10.1073/pnas.1704856114
 inline constexpr std::array<double, 3> kReceptorDepths = {0.3e-3, 1.6e-3, 2.0e-3};
 
+inline constexpr std::array<TouchChannel, 2> kTouchChannels = {TouchChannel::kPacinian, TouchChannel::kRapidlyAdapting};
+
 /// A skin by its name; without layers the pressure stands for what the skin does ("none").
-struct SkinModel {
+struct TissueModel {
   std::string name;
   std::optional<LayeredSkin> layers;
 };
 
-/// What lines of pressure do to a skin. Maps are squares on a grid of the flat patch: rows along its x axis, columns
+/// What lines of pressure do to a skin. Maps are on a square grid of the flat patch: rows along its x axis, columns
 /// along y, from -kReach to kReach; NaN farther from the middle than kReach.
 struct SkinVibration {
   static constexpr int kSide = 49;                                            // of the maps
@@ -55,7 +57,7 @@ struct SkinVibration {
   Eigen::MatrixXd displacement;                                       // inwards at the surface, rms [m]; else of P [Pa]
   Eigen::MatrixXd velocity;                                           // likewise, rms [m/s]; else [Pa/s]
   std::array<Eigen::MatrixXd, kReceptorDepths.size()> energy{};       // mean strain energy density [J/m3]; or empty
-  std::array<Eigen::MatrixXd, kTouchChannels.size()> drive{};         // sum over lines of (amplitude / threshold)^2
+  std::array<Eigen::MatrixXd, kTouchChannels.size()> weighted{};      // displacement, lines weighted by thresholds, rms
   Eigen::MatrixXcd at_points;                                         // peak amplitude of each line, L x points [m]
 };
 
@@ -71,7 +73,7 @@ struct SkinVibration {
 /// accuracy   1e-3 of the largest for pressures without finer parts
 /// source     the cut kernel: Vico, Greengard, Ferrando, J. Comput. Phys. 323 (2016) 191
 std::vector<SkinVibration> skin_vibrations(const SkinPatch& patch, const PressureLines& lines,
-                                           const std::vector<SkinModel>& skins, double finest,
+                                           const std::vector<TissueModel>& skins, double finest,
                                            const std::vector<Eigen::Vector2d>& points = {});
 
 /// The largest of a map, and where: row and column.

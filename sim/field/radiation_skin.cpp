@@ -30,8 +30,12 @@ std::vector<Index> faces_near(const TriangleMesh& mesh, const Target& target, do
 }  // namespace
 
 NearSkin near_skin(const TriangleMesh& mesh, const Target& target, const Wave& wave) {
+  return near_skin(mesh, faces_near(mesh, target, NearSkin::kReach * wave.wavelength()), wave);
+}
+
+NearSkin near_skin(const TriangleMesh& mesh, std::vector<Index> faces, const Wave& wave) {
   NearSkin near;
-  near.faces = faces_near(mesh, target, NearSkin::kReach * wave.wavelength());
+  near.faces = std::move(faces);
   near.count = static_cast<Index>(near.faces.size());
   const SkinSlopes slopes = surface_slopes(mesh, wave.k(), near.faces);
   std::vector<Index> place(static_cast<std::size_t>(mesh.face_count()), -1);  // of each face among near.faces

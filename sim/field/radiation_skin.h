@@ -22,6 +22,8 @@ struct NearSkin {
 };
 
 NearSkin near_skin(const TriangleMesh& mesh, const Target& target, const Wave& wave);
+/// The same of faces that are given, ascending, and their neighbours.
+NearSkin near_skin(const TriangleMesh& mesh, std::vector<Eigen::Index> faces, const Wave& wave);
 
 /// Sound-hard skin without faces: a and b of P alone.
 RadiationSkin bare_skin(const Wave& wave);

@@ -13,6 +13,7 @@
 #include "sim/core/version.h"
 #include "sim/field/metrics.h"
 #include "sim/field/radiation_skin.h"
+#include "sim/mesh/query/face_tree.h"
 #include "sim/model/stages.h"
 #include "sim/model/warnings.h"
 #include "sim/motion/motion_instants.h"
@@ -37,6 +38,8 @@ struct PatternProblem {
   PatternSpots spots;
   PhaseSequence sequence;
   NearSkin near{};        // of method radiation: its faces are the spots'
+  NearSkin patch{};       // about the middle of the pattern, for what the skin does
+  Eigen::MatrixXcd patch_rows{};  // of H, of its faces
   Eigen::VectorXd areas;  // A, U [m2]
   double outside_weight = 0;
 
@@ -109,8 +112,10 @@ PatternSpots on_near_skin(const PatternSpots& spots, const NearSkin& near) {
   return wider;
 }
 
-PatternProblem problem_on(const Model& model, SkinScattering& scattering, PatternSpots spots, Progress& progress) {
+PatternProblem problem_on(const Model& model, SkinScattering& scattering, PatternSpots spots, const SkinPatch& patch,
+                          Progress& progress) {
   PatternProblem problem;
+  problem.patch = near_skin(model.body.mesh, patch.faces, model.fixed->wave);
   problem.outside_weight = model.fixed->scene.solve.outside_weight;
   const bool radiation = model.fixed->scene.pattern->method->radiation;
   if (radiation) {
@@ -122,7 +127,9 @@ PatternProblem problem_on(const Model& model, SkinScattering& scattering, Patter
   const auto used = static_cast<Eigen::Index>(spots.faces.size());
   const Target target{spots.faces, spots.amplitudes.rowwise().maxCoeff(), std::vector<int>(spots.faces.size(), 0),
                       Eigen::VectorXd::Ones(used)};
-  Transfer transfer = make_transfer(scattering, target, outside_skin(model), problem.outside_weight);
+  Transfer transfer =
+      make_transfer(scattering, target, outside_skin(model), problem.outside_weight, problem.patch.faces);
+  problem.patch_rows = std::move(transfer.rows);
   progress.detail(describe_transfer(transfer, model.fixed->array.size()));
   problem.areas = transfer.reduction.problem.weights;
   PhaseSequence& sequence = problem.sequence;
@@ -299,6 +306,43 @@ void listen(const PatternProblem& problem, const std::vector<PatternPoint>& poin
   }
 }
 
+/// The face that felt.at_mm is nearest to, or else the one nearest to the mean of what the spots are about.
+Eigen::Index middle_face(const Model& model, const PatternSpots& spots) {
+  const TriangleMesh& mesh = model.body.mesh;
+  if (const std::optional<FeltSpec>& felt = model.fixed->scene.felt; felt && felt->at) {
+    return FaceTree(mesh).nearest(*felt->at).face;
+  }
+  Vector3 mean = Vector3::Zero();
+  std::vector<Eigen::Index> middles;
+  for (const Eigen::Index row : spots.middle) {
+    middles.push_back(spots.faces[static_cast<std::size_t>(row)]);
+    mean += mesh.centroids().col(middles.back()) / static_cast<double>(spots.middle.size());
+  }
+  const auto off = [&](Eigen::Index face) { return (mesh.centroids().col(face) - mean).squaredNorm(); };
+  return *std::ranges::min_element(middles, {}, off);
+}
+
+/// The radiation pressure on the patch in each frame.
+void press(const Model& model, const PatternProblem& problem, const std::vector<PatternPoint>& points, SkinPatch patch,
+           Pattern& pattern) {
+  const std::vector<MotionFrame>& frames = pattern.motion.methods.front().frames;
+  RadiationSkin skin = bare_skin(model.fixed->wave);
+  skin.slopes = problem.patch.slopes;
+  skin.wanted.setZero(problem.patch.count);
+  MotionPatch& kept = pattern.motion.patch.emplace();
+  kept.radiation.resize(problem.patch.count, pattern.clock.frames);
+#pragma omp parallel for schedule(static)
+  for (Eigen::Index k = 0; k < pattern.clock.frames; ++k) {
+    kept.radiation.col(k) =
+        radiation_of(skin, problem.patch_rows * drive(frames[static_cast<std::size_t>(k)].solution)).cast<float>().cast<double>();
+  }
+  kept.skin = std::move(patch);
+  kept.rate = pattern.clock.rate;
+  for (const PatternPoint& point : points) {
+    kept.points.emplace_back(point.name, point.at);
+  }
+}
+
 /// The whole skin at instants that are spread over the pass, and how far the scores by R are from those of all faces.
 void keep_instants(const Model& model, SkinScattering& scattering, const PatternProblem& problem, Pattern& pattern) {
   MotionMethod& method = pattern.motion.methods.front();
@@ -429,6 +473,7 @@ Pattern solve_pattern(const Model& model, const PatternOptions& options, Progres
   const PatternClock clock = pattern_clock(spec);
   const std::vector<PatternPoint> points = pattern_points(spec, model);
   PatternSpots spots = pattern_spots(spec, clock, points, model);
+  SkinPatch patch = skin_patch(model.body.mesh, middle_face(model, spots));
   Pattern pattern{.clock = clock, .motion = begun(model, clock, options, progress)};
   Motion& motion = pattern.motion;
   std::vector<SolveRecord> records;
@@ -440,7 +485,7 @@ Pattern solve_pattern(const Model& model, const PatternOptions& options, Progres
   });
   progress.detail(describe_decision(*scattering));
   const PatternProblem problem = timed(progress, motion.timings, "transfer", "transfer matrix of the pattern",
-                                       [&] { return problem_on(model, *scattering, std::move(spots), progress); });
+                                       [&] { return problem_on(model, *scattering, std::move(spots), patch, progress); });
   pattern.faces = problem.sequence.rows.rows();
   pattern.outside_rows = problem.sequence.outside.rows();
   std::vector<PhaseSolution> solutions =
@@ -466,6 +511,7 @@ Pattern solve_pattern(const Model& model, const PatternOptions& options, Progres
     score_frames(spec, problem, pattern);
     warn(weak_array_warning(problem, pattern));
     listen(problem, points, pattern);
+    press(model, problem, points, std::move(patch), pattern);
   });
   timed(progress, motion.timings, "instants", "pressure of the whole skin at instants",
         [&] { keep_instants(model, *scattering, problem, pattern); });

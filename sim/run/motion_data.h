@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "sim/felt/skin_patch.h"
 #include "sim/field/metrics.h"
 #include "sim/run/run_data.h"
 
@@ -56,6 +57,14 @@ struct MotionInstant {
   std::vector<std::pair<std::string, Eigen::VectorXcd>> pressure{};  // method's name -> on its faces [Pa]
 };
 
+/// The radiation pressure about a place of a still hand, in every frame of a pattern.
+struct MotionPatch {
+  SkinPatch skin;                                       // of the evaluated mesh
+  Eigen::MatrixXd radiation;                            // P, K x F [Pa]
+  double rate = 0;                                      // frames per second
+  std::vector<std::pair<std::string, Vector3>> points;  // the pattern's own, on the skin [m]
+};
+
 /// One method over a motion.
 struct MotionMethod {
   std::string name;    // unique in a motion
@@ -84,6 +93,7 @@ struct Motion {
   Provenance provenance{};
   bool complete = false;
   std::vector<MotionInstant> instants{};  // some, each with a score: of all methods, in their order
+  std::optional<MotionPatch> patch{};     // of a pattern
 };
 
 /// The skin that the scores of a motion are of, at its beginning. The instants have its triangles.

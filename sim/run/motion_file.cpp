@@ -10,6 +10,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
 #include "sim/hand/tracked_joints.h"
+#include "sim/mesh/topology.h"
 #include "sim/run/motion_summary.h"
 #include "sim/run/run_file.h"
 #include "sim/run/target_archive.h"
@@ -294,6 +295,47 @@ void instants_parts(const GroupReader& io, Motion& motion) {
   });
 }
 
+void patch_parts(const GroupWriter& io, const Motion& motion) {
+  const MotionPatch& patch = *motion.patch;
+  std::vector<std::string> names;
+  std::vector<Vector3> places;
+  for (const auto& [name, place] : patch.points) {
+    names.push_back(name);
+    places.push_back(place);
+  }
+  io.attribute("frames_per_second", patch.rate);
+  io.attribute("middle", static_cast<int>(patch.skin.face));
+  io.attribute("points", names);
+  io.columns("points", as_columns(places), "m");
+  io.list("faces", patch.skin.faces, "1");
+  io.write_compact("radiation", patch.radiation.data(),
+                   {static_cast<std::uint64_t>(patch.radiation.cols()), static_cast<std::uint64_t>(patch.skin.size())},
+                   "Pa");
+}
+
+/// The patch is made again of the mesh.
+void patch_parts(const GroupReader& io, Motion& motion) {
+  MotionPatch patch;
+  int face = 0;
+  std::vector<std::string> names;
+  Points places;
+  io.attribute("frames_per_second", patch.rate);
+  io.attribute("middle", face);
+  io.attribute("points", names);
+  io.columns("points", places, "m");
+  if (places.cols() != std::ssize(names) || face < 0 || face >= evaluated_mesh(motion).face_count()) {
+    io.fail("middle must be a face, and points as many as their names");
+  }
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    patch.points.emplace_back(names[i], places.col(static_cast<Eigen::Index>(i)));
+  }
+  patch.skin = skin_patch(evaluated_mesh(motion), face);
+  const std::uint64_t frames = motion.methods.front().frames.size();
+  patch.radiation.resize(patch.skin.size(), static_cast<Eigen::Index>(frames));
+  io.read("radiation", {frames, static_cast<std::uint64_t>(patch.skin.size())}, patch.radiation.data());
+  motion.patch = std::move(patch);
+}
+
 /// All but what is said of the motion in the root itself, and its meshes.
 template <class Io, class TheMotion>
 void motion_parts(const Io& io, TheMotion& motion) {
@@ -320,6 +362,7 @@ void motion_parts(const Io& io, TheMotion& motion) {
         });
   });
   io.part("instants", !motion.instants.empty(), [&](const Io& part) { instants_parts(part, motion); });
+  io.part("patch", motion.patch.has_value(), [&](const Io& part) { patch_parts(part, motion); });
   io.part("seconds", !motion.timings.empty(), [&](const Io& part) { part.stages("", motion.timings); });
   io.optional_texts("warnings", motion.warnings);
   io.optional_texts("notes", motion.notes);

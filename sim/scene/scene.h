@@ -207,6 +207,22 @@ struct PatternSpec {
   std::optional<double> ring_up;    // time constant of the transducers [s]
 };
 
+/// The skin's mechanics, for what it does under the pressure of a result (sim/run/felt.h).
+struct FeltSpec {
+  enum class Layers { kOnBone, kHalfSpace, kDermisOnFat };
+
+  Layers layers = Layers::kOnBone;
+  double bone = 4e-3;                // its depth [m], of kOnBone
+  double shear = 30e3;               // |mu| at 200 Hz of the middle skin [Pa]
+  double tan_delta = 0.4;            // loss
+  double modulation_hz = 200;        // of a still's sound
+  std::optional<double> frames_hz;   // of a pattern, instead of its own [1/s]
+  double highest_hz = 600;           // of the lines of a pattern
+  std::optional<Vector3> at;         // what the patch is about [m]; absent: the target's or path's middle
+  std::vector<Vector3> points;       // where spectra are wanted [m]
+  std::string reference;             // method that others are compared with; empty: the first
+};
+
 struct MediumSpec {
   double temperature = kRoomTemperature;  // [K]
   double humidity = 0.5;                  // 0..1
@@ -254,6 +270,7 @@ struct Scene : Posture {
   WriteSpec write;
   std::optional<MotionSpec> motion;    // the rest of the scene is the still that it starts from
   std::optional<PatternSpec> pattern;  // likewise of the still
+  std::optional<FeltSpec> felt;        // what the skin does is computed too
 };
 
 }  // namespace touchfield

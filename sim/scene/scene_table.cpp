@@ -377,6 +377,9 @@ Codec<Scene> make_scene_codec() {
              "still; a run computes only the still.")
       .maybe("pattern", &Scene::pattern, pattern_codec(), "",
              "A pattern that repeats on the still hand, for `touchfield pattern`.")
+      .maybe("felt", &Scene::felt, felt_codec(), "",
+             "What the skin does under the radiation pressure: `run` and `pattern` then also write what `touchfield "
+             "felt` does.")
       .check([](const Input& in, Scene& scene, bool good) {
         fill_hand_edges(scene);
         const bool good_targets = check_targets(in, scene);

@@ -26,6 +26,7 @@ Codec<SolveSpec> solve_codec();
 Codec<EvaluationSpec> evaluation_codec();
 Codec<MotionSpec> motion_codec();
 Codec<PatternSpec> pattern_codec();
+Codec<FeltSpec> felt_codec();
 Codec<MotionSpec::Sensor> sensor_codec();
 Codec<HandShape> hand_codec();
 /// Noise on a skin as a sensor sees it.

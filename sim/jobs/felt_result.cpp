@@ -1,0 +1,176 @@
+#include "sim/jobs/felt_result.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "sim/core/require.h"
+#include "sim/run/felt_file.h"
+#include "sim/run/motion_file.h"
+#include "sim/run/run_file.h"
+#include "sim/run/text_table.h"
+#include "sim/scene/scene_reader.h"
+
+namespace touchfield {
+
+namespace {
+
+const FeltMethod& reference_of(const Felt& felt) {
+  const auto named = std::ranges::find(felt.methods, felt.spec.reference, &FeltMethod::name);
+  return named == felt.methods.end() ? felt.methods.front() : *named;
+}
+
+double decibels(double value, double reference) { return 20.0 * std::log10(value / reference); }
+
+/// A method on a skin, and the reference on the same.
+Json skin_value(const Felt& felt, const FeltMethod& method, std::size_t s, const Felt& other) {
+  const FeltFigures figures = felt_figures(felt, method.skins[s]);
+  const FeltFigures reference = felt_figures(other, reference_of(other).skins[s]);
+  Json value = {{"method", method.name},
+                {"skin", method.skins[s].skin},
+                {"displacement_rms_um", figures.displacement_um},
+                {"velocity_rms_mm_s", figures.velocity_mm_s},
+                {"pressure_rms_pa", figures.pressure_pa},
+                {"spread_mm2", figures.spread_mm2}};
+  for (std::size_t d = 0; d < figures.energy_j_m3.size(); ++d) {
+    value[fmt::format("energy_{}_j_m3", kReceptorNames[d])] = figures.energy_j_m3[d];
+  }
+  for (std::size_t c = 0; c < figures.weighted.size(); ++c) {
+    value[channel_name(kTouchChannels[c]) + "_db"] = decibels(figures.weighted[c], reference.weighted[c]);
+  }
+  value["dip_db"] = figures.dip_db;
+  return value;
+}
+
+Json skin_values(const Felt& felt, const std::optional<Felt>& against) {
+  Json rows = Json::array();
+  for (const FeltMethod& method : felt.methods) {
+    for (std::size_t s = 0; s < method.skins.size(); ++s) {
+      rows.push_back(skin_value(felt, method, s, against ? *against : felt));
+    }
+  }
+  return rows;
+}
+
+Json spectrum_values(const Felt& felt) {
+  Json rows = Json::array();
+  for (const FeltMethod& method : felt.methods) {
+    for (const SkinVibration& skin : method.skins) {
+      for (std::size_t p = 0; p < felt.points.size(); ++p) {
+        for (std::size_t l = 0; l < method.lines.hz.size(); ++l) {
+          const std::complex<double> peak = skin.at_points(static_cast<Eigen::Index>(l), static_cast<Eigen::Index>(p));
+          const double nothing = kNotComputed;
+          rows.push_back(Json{{"method", method.name},
+                              {"skin", skin.skin},
+                              {"point", felt.points[p].name},
+                              {"hz", method.lines.hz[l]},
+                              {"displacement_um", skin.has_mechanics ? 1e6 * std::abs(peak) : nothing},
+                              {"pressure_pa", skin.has_mechanics ? nothing : std::abs(peak)},
+                              {"phase_rad", std::arg(peak)}});
+        }
+      }
+    }
+  }
+  return rows;
+}
+
+/// Of a channel: how many dB every method is above the reference, over the skins that have the channel's lines, and
+/// whether the sign is the same on all.
+Json orders(const Json& rows, const std::string& reference) {
+  Json orders = Json::array();
+  for (std::size_t first = 0; first < rows.size();) {
+    std::size_t last = first;
+    Json order = {{"method", rows[first]["method"]}, {"against", reference}};
+    while (last < rows.size() && rows[last]["method"] == rows[first]["method"]) {
+      ++last;
+    }
+    for (const TouchChannel channel : kTouchChannels) {
+      const std::string name = channel_name(channel) + "_db";
+      double least = std::numeric_limits<double>::infinity();
+      double most = -least;
+      for (std::size_t i = first; i < last; ++i) {
+        least = std::fmin(least, rows[i][name].get<double>());
+        most = std::fmax(most, rows[i][name].get<double>());
+      }
+      order[name] = !std::isfinite(least) ? "-"
+                    : least > 0.0         ? fmt::format("+{:.1f} to +{:.1f} on all", least, most)
+                    : most < 0.0          ? fmt::format("{:.1f} to {:.1f} on all", least, most)
+                    : least == most       ? "0"
+                                          : fmt::format("{:.1f} to {:.1f}: depends on the skin", least, most);
+    }
+    orders.push_back(order);
+    first = last;
+  }
+  return orders;
+}
+
+std::string reference_name(const Felt& felt, const std::optional<Felt>& against) {
+  return against ? against->name + ", " + reference_of(*against).name : reference_of(felt).name;
+}
+
+}  // namespace
+
+Felt felt_of_file(const std::string& file, const std::vector<std::string>& overrides, const Warn& warn) {
+  for (const std::string& change : overrides) {
+    require(change.starts_with("felt."), "--set {}: of a result only keys of felt can be set; run the scene again", change);
+  }
+  const auto felt = [&](const auto& result) {
+    const Scene scene = read_scene_text(result.scene, file, "", overrides);
+    return felt_of(result, scene, scene.felt.value_or(FeltSpec{}));
+  };
+  return archive_format(file) == kMotionArchive.name() ? felt(read_motion_file(file, warn))
+                                                       : felt(read_run_file(file, warn));
+}
+
+std::vector<std::string> felt_files(const WriteSpec& write) {
+  std::vector<std::string> files = {"felt.csv", "felt_spectrum.csv"};
+  if (write.h5) {
+    files.emplace_back("felt.h5");
+  }
+  return files;
+}
+
+void write_felt(const Felt& felt, const std::optional<Felt>& against, const WriteSpec& write,
+                const RunDirectory& directory) {
+  const Json rows = skin_values(felt, against);
+  write_text_file(directory.file("felt.csv"), csv_text(rows.front(), rows));
+  const Json lines = spectrum_values(felt);
+  write_text_file(directory.file("felt_spectrum.csv"), csv_text(lines.front(), lines));
+  if (write.h5) {
+    write_felt_file(directory.file("felt.h5"), felt);
+  }
+}
+
+Json felt_value(const Felt& felt, const std::optional<Felt>& against, const std::string& directory) {
+  const Json rows = skin_values(felt, against);
+  return {{"name", felt.name},
+          {"directory", directory},
+          {"skins", rows},
+          {"relative", orders(rows, reference_name(felt, against))},
+          {"warnings", felt.warnings}};
+}
+
+std::string felt_text(const Felt& felt, const std::optional<Felt>& against) {
+  const Json rows = skin_values(felt, against);
+  return table_text(rows) + "\n" + table_text(orders(rows, reference_name(felt, against)));
+}
+
+Job<Felt> felt_job(Felt felt, std::optional<Felt> against, const WriteSpec& write) {
+  const std::string name = felt.name;
+  std::vector<std::string> files = {"felt.log", "failed.json"};
+  std::ranges::copy(felt_files(write), std::back_inserter(files));
+  const auto compute = [felt = std::move(felt), against, write](RunDirectory& directory, Progress& progress) {
+    std::ranges::for_each(felt.warnings, [&](const std::string& warning) { progress.warn(warning); });
+    write_felt(felt, against, write, directory);
+    return felt;
+  };
+  return {name + "-felt", files, compute,
+          [against](const Felt& felt, const std::string& directory) { return felt_value(felt, against, directory); },
+          [against](const Felt& felt, const Json&, bool) { return felt_text(felt, against); }};
+}
+
+}  // namespace touchfield
