@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/run/archive_file.h"
 #include "sim/run/felt.h"
 #include "sim/run/job.h"
 #include "sim/scene/scene.h"
