@@ -154,7 +154,7 @@ class Reproduce(unittest.TestCase):
         self.assertEqual(page.fetched, [])
         named = re.findall(r"!\[[^]]*\]\((figures/[^)]+)\)", text)
         self.assertEqual(page.pictures, len(named))
-        self.assertEqual(len(named), 8)
+        self.assertEqual(len(named), 9)
         for figure in named:
             data = (self.folder / "report" / figure).read_bytes()
             self.assertEqual(data[:8], b"\x89PNG\r\n\x1a\n", figure)
