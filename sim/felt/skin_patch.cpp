@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <Eigen/Geometry>
+
 #include "sim/mesh/topology.h"
 
 namespace touchfield {

@@ -28,7 +28,8 @@ struct SkinPatch {
   Eigen::VectorXd stretch{};             // of each pair: flat distance of centroids over that along the skin, minus 1
 
   Eigen::Index size() const { return areas.size(); }
-  /// Where the face nearest to a point of the world lies; nothing if that is none of the patch's or farther than 2 mm.
+  /// Where the face nearest to a point of the world lies; nothing if that is none of the patch's or too far away: an edge
+  /// length, or 2 mm.
   std::optional<Eigen::Vector2d> place_of(const TriangleMesh& mesh, const Vector3& at) const;
 };
 

@@ -125,6 +125,13 @@ class FlatPlane {
   Eigen::MatrixXd cut_;
 };
 
+/// The surface, then the receptors' depths.
+std::vector<double> receptor_depths() {
+  std::vector<double> depths = {0.0};
+  depths.insert(depths.end(), kReceptorDepths.begin(), kReceptorDepths.end());
+  return depths;
+}
+
 SkinVibration silent(const TissueModel& skin, Index lines, Index points) {
   SkinVibration sum;
   sum.skin = skin.name;
@@ -150,9 +157,7 @@ class LineAdder {
     const double omega = kTurn * hz;
     Eigen::MatrixXcd moved = spectrum;
     if (skin_.layers) {
-      std::vector<double> depths = {0.0};
-      depths.insert(depths.end(), kReceptorDepths.begin(), kReceptorDepths.end());
-      const std::vector<SkinWaves> waves = skin_waves(*skin_.layers, omega, plane_.nodes(), depths);
+      const std::vector<SkinWaves> waves = skin_waves(*skin_.layers, omega, plane_.nodes(), receptor_depths());
       const Eigen::MatrixXcd tables = plane_.cut(at_nodes(waves));
       moved = plane_.times(spectrum, tables.col(0));
       for (std::size_t d = 0; d < kReceptorDepths.size(); ++d) {
@@ -255,7 +260,7 @@ PressureLines frame_lines(const Eigen::MatrixXd& radiation, double rate, double 
     const double turn = std::numbers::pi * static_cast<double>(m) / count;
     for (Index f = 0; f < frames; ++f) {
       series(f, m - 1) =
-          2.0 / count * std::sin(turn) / turn * std::polar(1.0, turn * static_cast<double>(1 + 2 * ((f * m) % frames)));
+          2.0 / count * std::sin(turn) / turn * std::polar(1.0, turn + kTurn * static_cast<double>((f * m) % frames) / count);
     }
   }
   const Eigen::MatrixXcd all = radiation * series;
@@ -275,6 +280,11 @@ PressureLines frame_lines(const Eigen::MatrixXd& radiation, double rate, double 
 std::vector<SkinVibration> skin_vibrations(const SkinPatch& patch, const PressureLines& lines,
                                            const std::vector<TissueModel>& skins, double finest,
                                            const std::vector<Eigen::Vector2d>& points) {
+  for (const TissueModel& skin : skins) {  // throws here, not in the loops
+    if (skin.layers) {
+      skin_waves(*skin.layers, 1.0, Eigen::ArrayXd::Ones(1), receptor_depths());
+    }
+  }
   const FlatPlane plane(patch, finest);
   const auto count = static_cast<Index>(lines.hz.size());
   std::vector<Eigen::MatrixXcd> spectra(lines.hz.size());
@@ -349,13 +359,12 @@ double map_at(const Eigen::MatrixXd& map, const Eigen::Vector2d& place) {
 
 double dip_between(const Eigen::MatrixXd& map, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
   constexpr int kSteps = 100;
-  const double ends = std::min(map_at(map, from), map_at(map, to));
-  double least = ends;
+  Eigen::VectorXd line(kSteps + 1);
   for (int i = 0; i <= kSteps; ++i) {
     const double share = static_cast<double>(i) / kSteps;
-    least = std::min(least, map_at(map, (1.0 - share) * from + share * to));
+    line(i) = map_at(map, (1.0 - share) * from + share * to);
   }
-  return least / ends;
+  return line.minCoeff<Eigen::PropagateNaN>() / std::min(line(0), line(kSteps));
 }
 
 }  // namespace touchfield

@@ -70,7 +70,9 @@ struct SkinVibration {
 ///
 /// finest     the largest wavenumber that P has [rad/m]: twice that of the sound, and more
 /// points     places on the flat patch
-/// accuracy   1e-3 of the largest for pressures without finer parts
+/// accuracy   1e-3 of the largest for pressures without finer parts on a fine mesh. P is sampled at centroids: with
+///            edges of 1.4 mm u is 3 % off, W 8 % (a spot of 5.9 mm), with 0.7 mm 0.4 % and 0.5 %
+/// throws     InputError as skin_waves
 /// source     the cut kernel: Vico, Greengard, Ferrando, J. Comput. Phys. 323 (2016) 191
 std::vector<SkinVibration> skin_vibrations(const SkinPatch& patch, const PressureLines& lines,
                                            const std::vector<TissueModel>& skins, double finest,

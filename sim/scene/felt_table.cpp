@@ -15,7 +15,7 @@ Codec<FeltSpec> felt_codec() {
       .key("bone_mm", &FeltSpec::bone, number(kMillimetres, between(2, 100)), "Depth of the bone [mm], with on_bone.")
       .key("shear_kpa", &FeltSpec::shear, number(Unit::power_of_ten(3), between(0.1, 10'000)),
            "Shear modulus of the middle skin at 200 Hz [kPa]. The soft skin has a third, the stiff one 10/3 of it.")
-      .key("tan_delta", &FeltSpec::tan_delta, number(kPlain, between(0.05, 2)), "Loss tangent of the tissue.")
+      .key("tan_delta", &FeltSpec::tan_delta, number(kPlain, between(0.1, 2)), "Loss tangent of the tissue.")
       .key("modulation_hz", &FeltSpec::modulation_hz, number(kPlain, between(1, 1000)),
            "Frequency at which the sound of a still is modulated, by a sine from 0 to its whole amplitude [Hz].")
       .maybe("frames_per_second", &FeltSpec::frames_hz, number(kPlain, kRate), "2000",
