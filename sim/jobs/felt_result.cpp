@@ -8,7 +8,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "sim/core/errors.h"
 #include "sim/core/require.h"
+#include "sim/model/stages.h"
 #include "sim/run/felt_file.h"
 #include "sim/run/motion_file.h"
 #include "sim/run/run_file.h"
@@ -145,6 +147,27 @@ void write_felt(const Felt& felt, const std::optional<Felt>& against, const Writ
   }
 }
 
+template <class Result>
+void add_felt(Result& result, const Scene& scene, const RunDirectory& directory, Progress& progress) {
+  if (!scene.felt) {
+    return;
+  }
+  std::vector<std::string> warnings;
+  try {
+    const Felt felt = timed(progress, "what the skin does", [&] { return felt_of(result, scene, *scene.felt); });
+    write_felt(felt, std::nullopt, scene.write, directory);
+    warnings = felt.warnings;
+  } catch (const InputError& error) {
+    warnings.push_back(fmt::format("not_felt: {}", error.what()));
+  }
+  for (const std::string& warning : warnings) {
+    progress.warn(warning);
+    result.warnings.push_back(warning);
+  }
+}
+template void add_felt(Run&, const Scene&, const RunDirectory&, Progress&);
+template void add_felt(Motion&, const Scene&, const RunDirectory&, Progress&);
+
 Json felt_value(const Felt& felt, const std::optional<Felt>& against, const std::string& directory) {
   const Json rows = skin_values(felt, against);
   return {{"name", felt.name},
@@ -155,8 +178,25 @@ Json felt_value(const Felt& felt, const std::optional<Felt>& against, const std:
 }
 
 std::string felt_text(const Felt& felt, const std::optional<Felt>& against) {
+  std::vector<std::vector<std::string>> table = {
+      {"method", "skin", "moves [um]", "[mm/s]", "P [Pa]", "spread [mm2]", "energy sa1 [mJ/m3]", "ra", "pc", "p [dB]",
+       "ra [dB]", "dip [dB]"}};
   const Json rows = skin_values(felt, against);
-  return table_text(rows) + "\n" + table_text(orders(rows, reference_name(felt, against)));
+  const auto number = [](const Json& value, const char* format, double unit = 1.0) {
+    return table_number(unit * value.get<double>(), format);
+  };
+  for (const Json& row : rows) {
+    table.push_back({row["method"], row["skin"], number(row["displacement_rms_um"], "{:.3g}"),
+                     number(row["velocity_rms_mm_s"], "{:.3g}"), number(row["pressure_rms_pa"], "{:.3g}"),
+                     number(row["spread_mm2"], "{:.0f}"), number(row["energy_sa1_j_m3"], "{:.3g}", 1e3),
+                     number(row["energy_ra_j_m3"], "{:.3g}", 1e3), number(row["energy_pc_j_m3"], "{:.3g}", 1e3),
+                     number(row["p_db"], "{:.1f}"), number(row["ra_db"], "{:.1f}"), number(row["dip_db"], "{:.1f}")});
+  }
+  return aligned_table(table, {1}) +
+         "largest rms on the skin; energy at the depths of receptors; p, ra: displacement weighted by the thresholds of "
+         "two channels,\nrelative to " +
+         reference_name(felt, against) + "; skin none: the pressure itself\n\n" +
+         table_text(orders(rows, reference_name(felt, against)));
 }
 
 Job<Felt> felt_job(Felt felt, std::optional<Felt> against, const WriteSpec& write) {

@@ -28,6 +28,13 @@ std::vector<std::string> felt_files(const WriteSpec& write);
 void write_felt(const Felt& felt, const std::optional<Felt>& against, const WriteSpec& write,
                 const RunDirectory& directory);
 
+/// What a scene with `felt` asks for besides: write_felt of a result that is finished, whose warnings grow by its own.
+/// If it cannot be computed a warning says why; the result stands.
+///
+/// result   Run or Motion
+template <class Result>
+void add_felt(Result& result, const Scene& scene, const RunDirectory& directory, Progress& progress);
+
 /// Every method on every skin, with dB relative to the reference.
 Json felt_value(const Felt& felt, const std::optional<Felt>& against, const std::string& directory);
 /// The same as tables for people.

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/core/units.h"
+#include "sim/jobs/felt_result.h"
 #include "sim/jobs/motion_pictures.h"
 #include "sim/jobs/run_model.h"
 #include "sim/model/stages.h"
@@ -156,11 +157,15 @@ Job<Pattern> pattern_job(const Model& model, const PatternOptions& options) {
   if (scene.write.png) {
     files.insert(files.end(), {"report.html", "strip.png"});
   }
+  if (scene.felt) {
+    std::ranges::copy(felt_files(scene.write), std::back_inserter(files));
+  }
   const auto compute = [&model, &scene, options](RunDirectory& directory, Progress& progress) {
     const std::string method(scene.pattern->method->name);
     directory.plan({method});
     Pattern pattern = solve_pattern(model, options, progress);
     write_pattern_tables(pattern, directory);
+    add_felt(pattern.motion, scene, directory, progress);
     if (scene.write.h5) {
       timed(progress, pattern.motion.timings, "write", "write pattern.h5",
             [&] { write_motion_file(directory.file("pattern.h5"), pattern.motion); });

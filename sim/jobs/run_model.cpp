@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/core/files.h"
+#include "sim/jobs/felt_result.h"
 #include "sim/model/stages.h"
 #include "sim/pictures/figures.h"
 #include "sim/run/run_file.h"
@@ -101,6 +102,9 @@ std::vector<std::string> run_files(const Scene& scene) {
       files.push_back(fmt::format("field_{}.png", field.name));
     }
   }
+  if (scene.felt) {
+    std::ranges::copy(felt_files(scene.write), std::back_inserter(files));
+  }
   return files;
 }
 
@@ -130,6 +134,7 @@ Job<Run> run_job(const Model& model, const SolveOptions& options) {
       directory.finished(so_far.methods.back().name);
     };
     Run run = solve_model(model, options, keep, progress);
+    add_felt(run, scene, directory, progress);
     write_results(run, scene.write, directory, progress);
     return run;
   };

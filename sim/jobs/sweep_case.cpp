@@ -113,6 +113,7 @@ std::string sharing_key(const Scene& scene) {
   shared.array = {};
   shared.fields.clear();
   shared.write = {};
+  shared.felt.reset();
   if (shared.bodies.size() == 1) {
     shared.bodies.front().place.at.setZero();
     shared.bodies.front().place.angles.setZero();

@@ -384,6 +384,9 @@ Codec<Scene> make_scene_codec() {
         fill_hand_edges(scene);
         const bool good_targets = check_targets(in, scene);
         const bool good_motion = !good || (check_motion(in, scene) && check_pattern(in, scene));
+        if (good && scene.felt && !scene.felt->at && !scene.target) {
+          good = in.key("felt").problem("needs a target or at_mm, the place on the skin that is computed");
+        }
         const bool good_landmarks = !good || check_box_landmarks(in, scene.bodies);
         const bool good_tolerances = check_tolerances(in, scene);
         return check_evaluation(in, scene) && good_tolerances && good_targets && good_motion && good_landmarks;

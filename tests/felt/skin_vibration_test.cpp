@@ -119,7 +119,8 @@ TEST(SkinVibrations, AUniformDiscSinksAsBoussinesqSays) {
     lines.pressure(i, 0) = patch.places.col(i).norm() < kRadius ? 1.0 : 0.0;
   }
   const auto skin =
-      skin_vibrations(patch, lines, {{"half-space", half_space(20e3, 0.1)}}, kFinest, {Eigen::Vector2d::Zero()}).front();
+      skin_vibrations(patch, lines, {{"half-space", half_space(20e3, 0.1)}}, 4 * kFinest, {Eigen::Vector2d::Zero()})
+          .front();
   EXPECT_NEAR(std::abs(skin.at_points(0, 0)) * 2.0 * modulus / kRadius, 1.0, 0.01);
 }
 
