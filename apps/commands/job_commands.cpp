@@ -194,7 +194,7 @@ void add_felt_command(CLI::App& app, Invocation& invocation) {
   command->add_option("RESULT", felt->result, "run.h5 or pattern.h5, or the directory that holds it")
       ->required()
       ->type_name(kH5File);
-  command->add_option("--against", felt->against, "Another result, whose first method the others are compared with")
+  command->add_option("--against", felt->against, "Another result; its first method is the reference")
       ->type_name(kH5File);
   add_overrides(command, felt->overrides);
   add_output(command, felt->output);

@@ -17,19 +17,18 @@ struct SkinPatch {
   static constexpr double kReach = 12e-3;  // the largest r [m]
   static constexpr double kRim = 2e-3;     // pressure fades out over the last of it [m]
 
-  Eigen::Index face = 0;                 // that it is about
-  Vector3 middle = Vector3::Zero();      // its centroid [m]
-  Eigen::Matrix3d axes;                  // columns: the flat x and y axes, n_0
-  std::vector<Eigen::Index> faces;       // K, of the mesh, ascending
-  Eigen::Matrix2Xd places{};             // of their centroids, 2 x K [m]
-  Eigen::VectorXd areas{};               // of the faces on the skin, K [m2]
-  Eigen::VectorXd fade{};                // 1, and down to 0 at the rim, K
-  std::vector<Eigen::Index> next{};      // pairs of neighbours, numbers among the faces: 2 j and 2 j + 1
-  Eigen::VectorXd stretch{};             // of each pair: flat distance of centroids over that along the skin, minus 1
+  Eigen::Index face = 0;             // that it is about
+  Vector3 middle = Vector3::Zero();  // its centroid [m]
+  Eigen::Matrix3d axes;              // columns: the flat x and y axes, n_0
+  std::vector<Eigen::Index> faces;   // K, of the mesh, ascending
+  Eigen::Matrix2Xd places{};         // of their centroids, 2 x K [m]
+  Eigen::VectorXd areas{};           // of the faces on the skin, K [m2]
+  Eigen::VectorXd fade{};            // 1, and down to 0 at the rim, K
+  std::vector<Eigen::Index> next{};  // pairs of neighbours, numbers among the faces: 2 j and 2 j + 1
+  Eigen::VectorXd stretch{};         // of each pair: flat distance of centroids over that along the skin, minus 1
 
   Eigen::Index size() const { return areas.size(); }
-  /// Where the face nearest to a point of the world lies; nothing if that is none of the patch's or too far away: an edge
-  /// length, or 2 mm.
+  /// Where a point of the skin lies; nothing if no centroid of the patch is within an edge length, or 2 mm, of it.
   std::optional<Eigen::Vector2d> place_of(const TriangleMesh& mesh, const Vector3& at) const;
 };
 

@@ -54,8 +54,7 @@ class FlatPlane {
     weights_ = patch.areas.cwiseProduct(patch.fade);
     faces_x_ = waves_at(patch.places.row(0).transpose(), k_);
     faces_y_ = waves_at(patch.places.row(1).transpose(), k_).conjugate();
-    const Eigen::VectorXd map =
-        Eigen::VectorXd::LinSpaced(SkinVibration::kSide, -SkinPatch::kReach, SkinPatch::kReach);
+    const Eigen::VectorXd map = Eigen::VectorXd::LinSpaced(SkinVibration::kSide, -SkinPatch::kReach, SkinPatch::kReach);
     for (std::size_t power = 0; power < map_.size(); ++power) {
       map_[power] = waves_at(map, k_) * k_.array().pow(static_cast<double>(power)).matrix().asDiagonal();
     }
@@ -106,10 +105,9 @@ class FlatPlane {
       const double a = step * std::sqrt(static_cast<double>(squares[static_cast<std::size_t>(row)]));
       for (Index column = 0; column < cut_.cols(); ++column) {
         const double b = nodes_(column);
-        const double lommel = kCut *
-                              (a * bessel(1, a * kCut) * bessel(0, b * kCut) -
-                               b * bessel(0, a * kCut) * bessel(1, b * kCut)) /
-                              (a * a - b * b);
+        const double lommel =
+            kCut * (a * bessel(1, a * kCut) * bessel(0, b * kCut) - b * bessel(0, a * kCut) * bessel(1, b * kCut)) /
+            (a * a - b * b);
         cut_(row, column) = lommel * b * weights(column);
       }
     }
@@ -259,8 +257,8 @@ PressureLines frame_lines(const Eigen::MatrixXd& radiation, double rate, double 
   for (Index m = 1; m <= lines; ++m) {
     const double turn = std::numbers::pi * static_cast<double>(m) / count;
     for (Index f = 0; f < frames; ++f) {
-      series(f, m - 1) =
-          2.0 / count * std::sin(turn) / turn * std::polar(1.0, turn + kTurn * static_cast<double>((f * m) % frames) / count);
+      series(f, m - 1) = 2.0 / count * std::sin(turn) / turn *
+                         std::polar(1.0, turn + kTurn * static_cast<double>((f * m) % frames) / count);
     }
   }
   const Eigen::MatrixXcd all = radiation * series;

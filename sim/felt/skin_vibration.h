@@ -46,19 +46,22 @@ struct TissueModel {
   std::optional<LayeredSkin> layers;
 };
 
-/// What lines of pressure do to a skin. Maps are on a square grid of the flat patch: rows along its x axis, columns
-/// along y, from -kReach to kReach; NaN farther from the middle than kReach.
+/// What lines of pressure do to a skin. Maps are on a square grid of the flat patch, from -kReach to kReach. Rows are
+/// along its x axis, columns along y. They are NaN farther from the middle than kReach.
 struct SkinVibration {
-  static constexpr int kSide = 49;                                            // of the maps
-  static constexpr double kStep = 2.0 * SkinPatch::kReach / (kSide - 1);      // [m]
+  static constexpr int kSide = 49;                                        // of the maps
+  static constexpr double kStep = 2.0 * SkinPatch::kReach / (kSide - 1);  // [m]
 
   std::string skin;
   bool has_mechanics = true;
-  Eigen::MatrixXd displacement;                                       // inwards at the surface, rms [m]; else of P [Pa]
-  Eigen::MatrixXd velocity;                                           // likewise, rms [m/s]; else [Pa/s]
-  std::array<Eigen::MatrixXd, kReceptorDepths.size()> energy{};       // mean strain energy density [J/m3]; or empty
-  std::array<Eigen::MatrixXd, kTouchChannels.size()> weighted{};      // displacement, lines weighted by thresholds, rms
-  Eigen::MatrixXcd at_points;                                         // peak amplitude of each line, L x points [m]
+  Eigen::MatrixXd displacement;  // inwards at the surface, rms [m]; without mechanics of P [Pa]
+  Eigen::MatrixXd velocity;      // likewise, rms [m/s]; of P [Pa/s]
+  std::array<Eigen::MatrixXd, kReceptorDepths.size()> energy{};   // mean strain energy density [J/m3]; or empty
+  std::array<Eigen::MatrixXd, kTouchChannels.size()> weighted{};  // displacement, lines weighted by thresholds, rms
+  Eigen::MatrixXcd at_points;  // peak displacement of each line, L x points [m]; of P [Pa]
+};                             // mean strain energy density [J/m3]; or empty
+std::array<Eigen::MatrixXd, kTouchChannels.size()> weighted{};  // displacement, lines weighted by thresholds, rms
+Eigen::MatrixXcd at_points;                                     // peak amplitude of each line, L x points [m]
 };
 
 /// Flat skins under lines of pressure:

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <numbers>
+#include <iterator>
+#include <limits>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -80,9 +81,40 @@ Json spectrum_values(const Felt& felt) {
   return rows;
 }
 
-/// Of a channel: how many dB every method is above the reference, over the skins that have the channel's lines, and
-/// whether the sign is the same on all.
-Json orders(const Json& rows, const std::string& reference) {
+std::string reference_name(const Felt& felt, const std::optional<Felt>& against) {
+  return against ? against->name + ", " + reference_of(*against).name : reference_of(felt).name;
+}
+
+/// How many dB a method is above the reference, from the least to the most over the skins, and whether the sign is the
+/// same on all.
+class SkinRange {
+ public:
+  void add(double value) {
+    least_ = std::fmin(least_, value);
+    most_ = std::fmax(most_, value);
+  }
+  std::string text() const {
+    if (!(least_ <= most_)) {
+      return "-";
+    }
+    if (std::max(-least_, most_) < kSame) {
+      return "0";
+    }
+    return fmt::format("{:+.1f} to {:+.1f}{}", least_, most_,
+                       least_ > -kSame || most_ < kSame ? "" : ": depends on the skin");
+  }
+
+ private:
+  static constexpr double kSame = 0.05;  // [dB]
+  double least_ = std::numeric_limits<double>::infinity();
+  double most_ = -std::numeric_limits<double>::infinity();
+};
+
+/// Every method relative to the reference, as it was solved and scaled to the reference's largest rms of P.
+Json orders(const Json& rows, const Felt& felt, const std::optional<Felt>& against) {
+  const std::string reference = reference_name(felt, against);
+  const Felt& other = against ? *against : felt;
+  const double reference_pressure = felt_figures(other, reference_of(other).skins.back()).pressure_pa;
   Json orders = Json::array();
   for (std::size_t first = 0; first < rows.size();) {
     std::size_t last = first;
@@ -90,19 +122,17 @@ Json orders(const Json& rows, const std::string& reference) {
     while (last < rows.size() && rows[last]["method"] == rows[first]["method"]) {
       ++last;
     }
+    const double louder = decibels(rows[last - 1]["pressure_rms_pa"].get<double>(), reference_pressure);
     for (const TouchChannel channel : kTouchChannels) {
       const std::string name = channel_name(channel) + "_db";
-      double least = std::numeric_limits<double>::infinity();
-      double most = -least;
+      SkinRange as_solved;
+      SkinRange equal_peak;
       for (std::size_t i = first; i < last; ++i) {
-        least = std::fmin(least, rows[i][name].get<double>());
-        most = std::fmax(most, rows[i][name].get<double>());
+        as_solved.add(rows[i][name].get<double>());
+        equal_peak.add(rows[i][name].get<double>() - louder);
       }
-      order[name] = !std::isfinite(least) ? "-"
-                    : least > 0.0         ? fmt::format("+{:.1f} to +{:.1f} on all", least, most)
-                    : most < 0.0          ? fmt::format("{:.1f} to {:.1f} on all", least, most)
-                    : least == most       ? "0"
-                                          : fmt::format("{:.1f} to {:.1f}: depends on the skin", least, most);
+      order[name] = as_solved.text();
+      order[channel_name(channel) + "_at_equal_peak_db"] = equal_peak.text();
     }
     orders.push_back(order);
     first = last;
@@ -110,15 +140,12 @@ Json orders(const Json& rows, const std::string& reference) {
   return orders;
 }
 
-std::string reference_name(const Felt& felt, const std::optional<Felt>& against) {
-  return against ? against->name + ", " + reference_of(*against).name : reference_of(felt).name;
-}
-
 }  // namespace
 
 Felt felt_of_file(const std::string& file, const std::vector<std::string>& overrides, const Warn& warn) {
   for (const std::string& change : overrides) {
-    require(change.starts_with("felt."), "--set {}: of a result only keys of felt can be set; run the scene again", change);
+    require(change.starts_with("felt."), "--set {}: of a result only keys of felt can be set; run the scene again",
+            change);
   }
   const auto felt = [&](const auto& result) {
     const Scene scene = read_scene_text(result.scene, file, "", overrides);
@@ -173,14 +200,13 @@ Json felt_value(const Felt& felt, const std::optional<Felt>& against, const std:
   return {{"name", felt.name},
           {"directory", directory},
           {"skins", rows},
-          {"relative", orders(rows, reference_name(felt, against))},
+          {"relative", orders(rows, felt, against)},
           {"warnings", felt.warnings}};
 }
 
 std::string felt_text(const Felt& felt, const std::optional<Felt>& against) {
-  std::vector<std::vector<std::string>> table = {
-      {"method", "skin", "moves [um]", "[mm/s]", "P [Pa]", "spread [mm2]", "energy sa1 [mJ/m3]", "ra", "pc", "p [dB]",
-       "ra [dB]", "dip [dB]"}};
+  std::vector<std::vector<std::string>> table = {{"method", "skin", "moves [um]", "[mm/s]", "P [Pa]", "spread [mm2]",
+                                                  "energy sa1 [mJ/m3]", "ra", "pc", "p [dB]", "ra [dB]", "dip [dB]"}};
   const Json rows = skin_values(felt, against);
   const auto number = [](const Json& value, const char* format, double unit = 1.0) {
     return table_number(unit * value.get<double>(), format);
@@ -193,10 +219,11 @@ std::string felt_text(const Felt& felt, const std::optional<Felt>& against) {
                      number(row["p_db"], "{:.1f}"), number(row["ra_db"], "{:.1f}"), number(row["dip_db"], "{:.1f}")});
   }
   return aligned_table(table, {1}) +
-         "largest rms on the skin; energy at the depths of receptors; p, ra: displacement weighted by the thresholds of "
+         "largest rms on the skin; energy at the depths of receptors; p, ra: displacement weighted by the thresholds "
+         "of "
          "two channels,\nrelative to " +
          reference_name(felt, against) + "; skin none: the pressure itself\n\n" +
-         table_text(orders(rows, reference_name(felt, against)));
+         table_text(orders(rows, felt, against));
 }
 
 Job<Felt> felt_job(Felt felt, std::optional<Felt> against, const WriteSpec& write) {

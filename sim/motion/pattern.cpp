@@ -37,10 +37,10 @@ constexpr double kHighest = 500;  // of the spectrum [Hz]
 struct PatternProblem {
   PatternSpots spots;
   PhaseSequence sequence;
-  NearSkin near{};        // of method radiation: its faces are the spots'
-  NearSkin patch{};       // about the middle of the pattern, for what the skin does
+  NearSkin near{};                // of method radiation: its faces are the spots'
+  NearSkin patch{};               // about the middle of the pattern, for what the skin does
   Eigen::MatrixXcd patch_rows{};  // of H, of its faces
-  Eigen::VectorXd areas;  // A, U [m2]
+  Eigen::VectorXd areas;          // A, U [m2]
   double outside_weight = 0;
 
   /// The column of the sequence that a frame wants: of the target's boxes all want the same.
@@ -333,8 +333,9 @@ void press(const Model& model, const PatternProblem& problem, const std::vector<
   kept.radiation.resize(problem.patch.count, pattern.clock.frames);
 #pragma omp parallel for schedule(static)
   for (Eigen::Index k = 0; k < pattern.clock.frames; ++k) {
-    kept.radiation.col(k) =
-        radiation_of(skin, problem.patch_rows * drive(frames[static_cast<std::size_t>(k)].solution)).cast<float>().cast<double>();
+    kept.radiation.col(k) = radiation_of(skin, problem.patch_rows * drive(frames[static_cast<std::size_t>(k)].solution))
+                                .cast<float>()
+                                .cast<double>();
   }
   kept.skin = std::move(patch);
   kept.rate = pattern.clock.rate;
@@ -484,8 +485,9 @@ Pattern solve_pattern(const Model& model, const PatternOptions& options, Progres
                            model.fixed->array.response, nullptr, records, progress);
   });
   progress.detail(describe_decision(*scattering));
-  const PatternProblem problem = timed(progress, motion.timings, "transfer", "transfer matrix of the pattern",
-                                       [&] { return problem_on(model, *scattering, std::move(spots), patch, progress); });
+  const PatternProblem problem = timed(progress, motion.timings, "transfer", "transfer matrix of the pattern", [&] {
+    return problem_on(model, *scattering, std::move(spots), patch, progress);
+  });
   pattern.faces = problem.sequence.rows.rows();
   pattern.outside_rows = problem.sequence.outside.rows();
   std::vector<PhaseSolution> solutions =

@@ -85,17 +85,21 @@ PatternCost pattern_cost(const Model& model) {
   const double cells = 11.0 + 2.0 * static_cast<double>(points.size());
   const double drives = 16.0 * n * (spec.ring_up ? 3.0 : 2.0);
   const double of_faces = 8.0 * u * (spec.method->radiation ? 7.0 : 4.0);
+  const auto patch = static_cast<double>(
+      ((model.body.mesh.centroids().colwise() - points.back().at).colwise().norm().array() < SkinPatch::kReach)
+          .count());
   cost.memory_mib =
-      report.memory_mib + (frames * (drives + kTableCell * cells + sizeof(MotionFrame)) + moving * of_faces) / kMib;
+      report.memory_mib +
+      (frames * (drives + kTableCell * cells + sizeof(MotionFrame) + 8.0 * patch) + moving * of_faces) / kMib;
   const auto m = static_cast<double>(report.faces);
   constexpr double kMeshBytes = 60;    // of a face in HDF5
   constexpr double kInstantBytes = 3;  // of a face's pressure at an instant
   const double instants = std::min(frames, static_cast<double>(most_instants(report.faces, 1)));
   constexpr double kScoreColumns = 40;  // numbers of a frame and its score
-  cost.files_mib = (frames * kWrittenCell * cells +
-                    (model.fixed->scene.write.h5
-                         ? frames * 8.0 * (n + kScoreColumns) + kMeshBytes * (m + n) + instants * kInstantBytes * m
-                         : 0.0)) /
+  cost.files_mib = (frames * kWrittenCell * cells + (model.fixed->scene.write.h5
+                                                         ? frames * (8.0 * (n + kScoreColumns) + 4.0 * patch) +
+                                                               kMeshBytes * (m + n) + instants * kInstantBytes * m
+                                                         : 0.0)) /
                    kMib;
   const double rows = u + expected_drives(model.body.mesh, model.fixed->array, model.fixed->wave.wavelength());
   cost.seconds = report.seconds + (moving - 1.0) * spec.iterations * kProductsPerStep *

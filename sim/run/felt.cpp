@@ -18,9 +18,19 @@ namespace {
 
 using Eigen::Index;
 
+constexpr double kOffSkin = 5e-3;  // that a place may be [m]
+
 /// The pressure has no finer parts than twice the sound's; a quarter more for what bent skin does near edges.
 double finest_of(const Scene& scene) {
   return 2.5 * Wave(build_medium(scene.medium, scene.frequency), scene.frequency).k();
+}
+
+/// The skin about a place that is given.
+Index face_at(const TriangleMesh& mesh, const Vector3& at) {
+  const SkinPoint nearest = FaceTree(mesh).nearest(at);
+  require(nearest.distance < kOffSkin, "felt.at_mm = {} is {:.3g} mm off the skin; give a point on it", place_text(at),
+          1e3 * nearest.distance);
+  return nearest.face;
 }
 
 /// The skin, its places, and what is to be said of them.
@@ -31,10 +41,10 @@ Felt begun(const Scene& scene, const FeltSpec& spec, const TriangleMesh& mesh, S
   for (std::size_t i = 0; i < spec.points.size(); ++i) {
     const SkinPoint at = skin.nearest(spec.points[i]);
     const std::optional<Eigen::Vector2d> place = felt.patch.place_of(mesh, at.at);
-    require(place && at.distance < 5e-3,
-            "felt.points_mm[{}] = {} is {} the skin that is computed, {:g} mm about {}; give points on it, or felt.at_mm",
-            i, place_text(spec.points[i]), at.distance < 5e-3 ? "beyond" : "off", 1e3 * SkinPatch::kReach,
-            place_text(felt.patch.middle));
+    require(place && at.distance < kOffSkin,
+            "felt.points_mm[{}] = {} is not on the skin that is computed, {:g} mm about {}; give points on it, or "
+            "felt.at_mm",
+            i, place_text(spec.points[i]), 1e3 * SkinPatch::kReach, place_text(felt.patch.middle));
     felt.points.push_back({fmt::format("point{}", i + 1), at.at, *place});
   }
   return felt;
@@ -56,20 +66,23 @@ void add_warnings(const std::optional<Target>& target, Felt& felt) {
   constexpr double kMostBeyond = 0.1;
   const auto worst = std::ranges::max_element(felt.methods, {}, &FeltMethod::flattening);
   if (worst->flattening > kMostFlattened) {
-    felt.warnings.push_back(fmt::format("flattened: the skin about {} is bent: laid flat, lengths where {} presses change "
-                                        "by {:.0f} % (rms); read the maps as rough",
-                                        place_text(felt.patch.middle), worst->name, 100.0 * worst->flattening));
+    felt.warnings.push_back(
+        fmt::format("flattened: the skin about {} is bent: laid flat, lengths where {} presses change "
+                    "by {:.0f} % (rms); read the maps as rough",
+                    place_text(felt.patch.middle), worst->name, 100.0 * worst->flattening));
   }
   if (target) {
     const Eigen::VectorXd areas = target->areas(felt.mesh.areas());
     double within = 0.0;
     for (Index i = 0; i < target->size(); ++i) {
-      within += std::ranges::binary_search(felt.patch.faces, target->faces[static_cast<std::size_t>(i)]) ? areas(i) : 0.0;
+      within +=
+          std::ranges::binary_search(felt.patch.faces, target->faces[static_cast<std::size_t>(i)]) ? areas(i) : 0.0;
     }
     if (within < (1.0 - kMostBeyond) * areas.sum()) {
-      felt.warnings.push_back(fmt::format(
-          "beyond: {:.0f} % of the target's area is on the skin that is computed, {:g} mm about {}; felt.at_mm moves it",
-          100.0 * within / areas.sum(), 1e3 * SkinPatch::kReach, place_text(felt.patch.middle)));
+      felt.warnings.push_back(
+          fmt::format("beyond: {:.0f} % of the target's area is on the skin that is computed, {:g} mm about {}; "
+                      "felt.at_mm moves it",
+                      100.0 * within / areas.sum(), 1e3 * SkinPatch::kReach, place_text(felt.patch.middle)));
     }
   }
 }
@@ -117,9 +130,9 @@ FeltFigures felt_figures(const Felt& felt, const SkinVibration& skin) {
   for (std::size_t c = 0; c < skin.weighted.size(); ++c) {
     figures.weighted[c] = peak_of(skin.weighted[c]).value;
   }
-  figures.dip_db = felt.spec.points.size() < 2 ? kNotComputed
-                                               : 20.0 * std::log10(dip_between(skin.displacement, felt.points[1].place,
-                                                                               felt.points[2].place));
+  figures.dip_db = felt.spec.points.size() < 2
+                       ? kNotComputed
+                       : 20.0 * std::log10(dip_between(skin.displacement, felt.points[1].place, felt.points[2].place));
   return figures;
 }
 
@@ -129,7 +142,7 @@ Felt felt_of(const Run& run, const Scene& scene, const FeltSpec& spec) {
   require(spec.at || target, "felt: the run has no target; give felt.at_mm, a place on the skin");
   require(std::ranges::any_of(run.methods, [](const MethodResult& method) { return method.radiation.size() > 0; }),
           "felt: no method of {} was evaluated, so its radiation pressure is not known", run.name);
-  const Index face = spec.at ? FaceTree(mesh).nearest(*spec.at).face : central_face(mesh, *target);
+  const Index face = spec.at ? face_at(mesh, *spec.at) : central_face(mesh, *target);
   Felt felt = begun(scene, spec, mesh, skin_patch(mesh, face));
   felt.scene = run.scene;
   felt.provenance = run.provenance;
@@ -150,9 +163,10 @@ Felt felt_of(const Motion& motion, const Scene& scene, const FeltSpec& spec) {
           "version; `touchfield pattern` writes it",
           motion.name);
   const MotionPatch& patch = *motion.patch;
-  require(!spec.at || (*spec.at - patch.skin.middle).norm() < 3e-3,
-          "felt.at_mm = {} is not the middle of the skin that the pattern has kept, {}; solve the pattern with this key",
-          place_text(*spec.at), place_text(patch.skin.middle));
+  require(
+      !spec.at || (*spec.at - patch.skin.middle).norm() < 3e-3,
+      "felt.at_mm = {} is not the middle of the skin that the pattern has kept, {}; solve the pattern with this key",
+      place_text(*spec.at), place_text(patch.skin.middle));
   Felt felt = begun(scene, spec, evaluated_mesh(motion), patch.skin);
   felt.scene = motion.scene;
   felt.provenance = motion.provenance;
@@ -160,13 +174,15 @@ Felt felt_of(const Motion& motion, const Scene& scene, const FeltSpec& spec) {
     if (const auto place = felt.patch.place_of(felt.mesh, at)) {
       felt.points.push_back({name, at, *place});
     } else {
-      felt.warnings.push_back(fmt::format("beyond: {} of the pattern is not on the skin that is computed, {:g} mm about "
-                                          "{}; felt.at_mm moves it",
-                                          name, 1e3 * SkinPatch::kReach, place_text(felt.patch.middle)));
+      felt.warnings.push_back(
+          fmt::format("beyond: {} of the pattern is not on the skin that is computed, {:g} mm about "
+                      "{}; felt.at_mm moves it",
+                      name, 1e3 * SkinPatch::kReach, place_text(felt.patch.middle)));
     }
   }
   add_method(motion.methods.front().name,
-             frame_lines(patch.radiation, spec.frames_hz.value_or(patch.rate), spec.highest_hz), finest_of(scene), felt);
+             frame_lines(patch.radiation, spec.frames_hz.value_or(patch.rate), spec.highest_hz), finest_of(scene),
+             felt);
   require_reference(felt);
   add_warnings(std::nullopt, felt);
   return felt;

@@ -21,13 +21,13 @@ struct FeltPoint {
 struct FeltMethod {
   std::string name;
   PressureLines lines;
-  double flattening = 0;              // flattening_error of the root mean square of the pressure
+  double flattening = 0;               // flattening_error of the root mean square of the pressure
   std::vector<SkinVibration> skins{};  // soft, middle, stiff, none
 };
 
 /// The vibration of flat skins under the radiation pressure of a result.
 struct Felt {
-  std::string name;   // of the scene
+  std::string name;     // of the scene
   std::string scene{};  // resolved YAML text of the result
   FeltSpec spec;
   TriangleMesh mesh;  // the evaluated skin, in the world's frame

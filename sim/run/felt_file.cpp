@@ -10,8 +10,8 @@ namespace {
 
 /// [row along y, column along x].
 void map_part(const GroupWriter& io, const std::string& name, const Eigen::MatrixXd& map, const char* unit) {
-  io.write_compact(name, map.data(),
-                   {static_cast<std::uint64_t>(map.cols()), static_cast<std::uint64_t>(map.rows())}, unit);
+  io.write_compact(name, map.data(), {static_cast<std::uint64_t>(map.cols()), static_cast<std::uint64_t>(map.rows())},
+                   unit);
 }
 
 void skin_part(const GroupWriter& io, const SkinVibration& skin) {

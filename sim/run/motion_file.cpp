@@ -330,6 +330,9 @@ void patch_parts(const GroupReader& io, Motion& motion) {
     patch.points.emplace_back(names[i], places.col(static_cast<Eigen::Index>(i)));
   }
   patch.skin = skin_patch(evaluated_mesh(motion), face);
+  if (motion.methods.empty()) {
+    io.fail("there must be a method");
+  }
   const std::uint64_t frames = motion.methods.front().frames.size();
   patch.radiation.resize(patch.skin.size(), static_cast<Eigen::Index>(frames));
   io.read("radiation", {frames, static_cast<std::uint64_t>(patch.skin.size())}, patch.radiation.data());
@@ -454,6 +457,15 @@ void check_motion(const Motion& motion) {
   }
   for (std::size_t i = 0; i < motion.instants.size(); ++i) {
     check_instant_of(motion, motion.instants[i], fmt::format("instant {}", i));
+  }
+  if (motion.patch) {
+    const auto frames = motion.methods.empty() ? 0 : std::ssize(motion.methods.front().frames);
+    require(motion.patch->radiation.rows() == motion.patch->skin.size() && motion.patch->radiation.cols() == frames,
+            "patch: radiation must be of its faces and of the first method's frames");
+    std::set<std::string> points;
+    for (const auto& [name, at] : motion.patch->points) {
+      require_name("patch: point", name, points);
+    }
   }
 }
 

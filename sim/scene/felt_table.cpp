@@ -25,7 +25,7 @@ Codec<FeltSpec> felt_codec() {
       .maybe("at_mm", &FeltSpec::at, vector3(kMillimetres, {}), "[0, 0, 200]",
              "Middle of the skin that is computed, 12 mm round it [mm]; default: the middle of the target or path.")
       .key("points_mm", &FeltSpec::points, list_of(vector3(kMillimetres, {}), 0, kMostPoints),
-           "Places on the skin whose spectra are written [mm]. The dip is between the first two.")
+           "Places on the skin with spectra of their own [mm]. The dip is between the first two.")
       .shown_as("[[-3, 0, 200], [3, 0, 200]]")
       .maybe("reference", &FeltSpec::reference, text(1), "surface",
              "Method that the others are compared with; default: the first.")

@@ -212,15 +212,15 @@ struct FeltSpec {
   enum class Layers { kOnBone, kHalfSpace, kDermisOnFat };
 
   Layers layers = Layers::kOnBone;
-  double bone = 4e-3;                // its depth [m], of kOnBone
-  double shear = 30e3;               // |mu| at 200 Hz of the middle skin [Pa]
-  double tan_delta = 0.4;            // loss
-  double modulation_hz = 200;        // of a still's sound
-  std::optional<double> frames_hz;   // of a pattern, instead of its own [1/s]
-  double highest_hz = 600;           // of the lines of a pattern
-  std::optional<Vector3> at;         // what the patch is about [m]; absent: the target's or path's middle
-  std::vector<Vector3> points;       // where spectra are wanted [m]
-  std::string reference;             // method that others are compared with; empty: the first
+  double bone = 4e-3;               // its depth [m], of kOnBone
+  double shear = 30e3;              // |mu| at 200 Hz of the middle skin [Pa]
+  double tan_delta = 0.4;           // loss
+  double modulation_hz = 200;       // of a still's sound
+  std::optional<double> frames_hz;  // of a pattern, instead of its own [1/s]
+  double highest_hz = 600;          // of the lines of a pattern
+  std::optional<Vector3> at;        // what the patch is about [m]; absent: the target's or path's middle
+  std::vector<Vector3> points;      // where spectra are wanted [m]
+  std::string reference;            // method that others are compared with; empty: the first
 };
 
 struct MediumSpec {

@@ -112,6 +112,9 @@ class Commands(CommandTest):
     def test_patterns(self):
         self.follow("patterns.md", 2)
 
+    def test_what_the_skin_does(self):
+        self.follow("felt.md", 4)
+
     def test_radiation(self):
         self.follow("radiation.md", 1)
 

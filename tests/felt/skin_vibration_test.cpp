@@ -152,8 +152,7 @@ TEST_P(CirclingSpot, HasTheLinesOfJacobiAndAnger) {
     const Eigen::ArrayXcd kernel =
         skin_waves(GetParam().skin, kTurn * n * kHz, all_wavenumbers(), {0.0}).front().inwards;
     const double turn = std::numbers::pi * n / kFrames;
-    const double expected =
-        2.0 * std::abs(hankel(kSigma, kernel, n, kCircle, at.norm())) * std::sin(turn) / turn;
+    const double expected = 2.0 * std::abs(hankel(kSigma, kernel, n, kCircle, at.norm())) * std::sin(turn) / turn;
     largest = std::max(largest, expected);
     EXPECT_NEAR(std::abs(skin.at_points(n - 1, 0)), expected, 0.01 * largest) << n;
   }

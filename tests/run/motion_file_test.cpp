@@ -83,6 +83,8 @@ TEST_F(MotionFile, PartsThatDoNotFitAreRefusedBeforeAnythingIsWritten) {
   EXPECT_THAT(refused([](Motion& m) { m.instants[0].sensed = sheet(1, 1, 0.01); }), HasSubstr("solving mesh"));
   EXPECT_THAT(refused([](Motion& m) { m.instants[2].pressure.pop_back(); }), HasSubstr("every method"));
   EXPECT_THAT(refused([](Motion& m) { m.instants[0].pressure[0].second.resize(0); }), HasSubstr("pressure"));
+  EXPECT_THAT(refused([](Motion& m) { m.patch->radiation.conservativeResize(2, 4); }), HasSubstr("patch: radiation"));
+  EXPECT_THAT(refused([](Motion& m) { m.patch->points[1].first = "start"; }), HasSubstr("twice"));
   EXPECT_THAT(refused([](Motion& m) { m.methods[1].watched[0].second.conservativeResize(5); }), HasSubstr("index_pad"));
   EXPECT_EQ(directory_.entries(), 0U);
 }

@@ -99,6 +99,12 @@ inline Motion full_motion() {
   other.frames[2].solution.cost_history.push_back(0.125);
   other.watched = {{"index_pad", made_up_pressure(6, 3.0).cwiseAbs()}};
   add_instants(motion, run.evaluation_model->target);
+  motion.patch = {.skin = skin_patch(*motion.evaluation, 1),
+                  .radiation = {},
+                  .rate = 20.0,
+                  .points = {{"start", Vector3(1e-3 / 3, 0, 0.2)}, {"opposite", Vector3(-1e-3, 0, 0.2)}}};
+  motion.patch->radiation = Eigen::MatrixXd::Constant(motion.patch->skin.size(), 4, 0.1);
+  motion.patch->radiation(0, 2) = -1.0 / 3.0;
   return motion;
 }
 
@@ -109,6 +115,7 @@ inline Motion long_motion(const std::vector<std::string>& names) {
   motion.seconds = 2.0;
   motion.methods.clear();
   motion.instants.clear();
+  motion.patch.reset();
   for (const std::string& name : names) {
     MotionMethod& method = motion.methods.emplace_back();
     method.name = name;

@@ -174,6 +174,12 @@ inline void expect_same(const MotionInstant& a, const MotionInstant& b) {
   EXPECT_EQ(a.pressure, b.pressure);
 }
 
+inline void expect_same(const MotionPatch& a, const MotionPatch& b) {
+  expect_equal_parts(a, b, &MotionPatch::rate, &MotionPatch::radiation, &MotionPatch::points);
+  EXPECT_EQ(a.skin.faces, b.skin.faces);
+  EXPECT_EQ(a.skin.places, b.skin.places);
+}
+
 inline void expect_same(const Run& a, const Run& b) {
   expect_equal_parts(a, b, &Run::name, &Run::scene, &Run::evaluation, &Run::complete, &Run::seconds,
                      &Run::resonance_checks, &Run::warnings, &Run::notes, &Run::solved_skin);
@@ -202,6 +208,7 @@ inline void expect_same(const Motion& a, const Motion& b) {
   expect_same(a.methods, b.methods);
   expect_same_bits(a.radiation_per_square, b.radiation_per_square);
   expect_same(a.instants, b.instants);
+  expect_same(a.patch, b.patch);
 }
 
 }  // namespace support

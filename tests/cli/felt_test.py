@@ -1,0 +1,94 @@
+"""What the skin does under a result: touchfield felt, and the scene key."""
+
+import csv
+import json
+import unittest
+
+import h5py
+import numpy
+
+from pattern_test import CIRCLE
+from support import FINGER, CommandTest
+
+STILL = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[surface, focus]").replace("[h5, vtp, vti]", "[h5]")
+SKINS = ["soft", "middle", "stiff", "none"]
+
+
+def rows_of(path):
+    return list(csv.DictReader(path.read_text().splitlines()))
+
+
+def number(row, column):
+    return float(row[column])
+
+
+class Felt(CommandTest):
+    def test_a_run_and_the_command_say_the_same(self):
+        scene = self.write("scene.yaml", STILL + "felt: {modulation_hz: 100, layers: half_space}\n")
+        self.run_ok("run", scene, "-o", "out")
+        said = self.run_ok("felt", "out", "-o", "felt")
+        self.assertIn("p at equal peak [dB]", said.stdout)
+        self.assertLessEqual(max(map(len, said.stdout.splitlines())), 150)
+        for name in ("felt.csv", "felt_spectrum.csv"):
+            self.assertEqual((self.folder / "felt" / name).read_text(), (self.folder / "out" / name).read_text())
+        rows = rows_of(self.folder / "out/felt.csv")
+        self.assertEqual([(row["method"], row["skin"]) for row in rows], [(m, s) for m in ("surface", "focus") for s in SKINS])
+        surface = {row["skin"]: row for row in rows[:4]}
+        self.assertGreater(number(surface["soft"], "displacement_rms_um"), 2 * number(surface["middle"], "displacement_rms_um"))
+        self.assertGreater(number(surface["middle"], "displacement_rms_um"), 2 * number(surface["stiff"], "displacement_rms_um"))
+        self.assertEqual([row["p_db"] for row in rows[:4]], ["0"] * 4)
+        # P / 2 at the frequency, P / 8 at twice that, of the radiation pressure in run.h5
+        lines = [row for row in rows_of(self.folder / "out/felt_spectrum.csv")
+                 if row["method"] == "focus" and row["skin"] == "none" and row["point"] == "middle"]
+        self.assertEqual([number(row, "hz") for row in lines], [100, 200])
+        with h5py.File(self.folder / "out/run.h5") as run, h5py.File(self.folder / "felt/felt.h5") as felt:
+            radiation = run["methods/focus/radiation"][:][felt["patch/faces"][:]]
+            at = numpy.linalg.norm(felt["patch/places"][:], axis=1)
+            self.assertAlmostEqual(number(lines[0], "pressure_pa") / (0.5 * radiation[at.argmin()]), 1, delta=0.1)
+            self.assertAlmostEqual(number(lines[0], "pressure_pa") / number(lines[1], "pressure_pa"), 4)
+            numpy.testing.assert_allclose(felt["methods/focus/radiation_rms"][:], abs(radiation) * (0.125 + 1 / 128) ** 0.5)
+            moved = felt["methods/focus/skins/middle/displacement"][:]
+            self.assertEqual(moved.shape, (49, 49))
+            self.assertAlmostEqual(1e6 * numpy.nanmax(moved), number(rows[5], "displacement_rms_um"), 5)
+            self.assertNotIn("energy_pc", felt["methods/focus/skins/none"])
+
+    def test_a_pattern(self):
+        self.run_ok("pattern", self.write("scene.yaml", CIRCLE), "-o", "out")
+        self.run_ok("run", self.write("still.yaml", STILL), "-o", "still")
+        said = json.loads(self.run_ok("felt", "out", "-o", "felt", "--against", "still", "--json",
+                                      "--set", "felt.highest_hz=400").stdout)
+        self.assertEqual(said["relative"][0]["against"], "finger, surface")
+        self.assertEqual([row["skin"] for row in said["skins"]], SKINS)
+        lines = rows_of(self.folder / "felt/felt_spectrum.csv")
+        self.assertEqual(sorted({number(row, "hz") for row in lines}), [50.0 * m for m in range(1, 9)])
+        self.assertEqual({row["point"] for row in lines}, {"middle", "bottom", "start", "opposite"})
+        # The lines of P at a point are those of pattern.csv, but for the flow along the skin and the smoothing of faces.
+        series = numpy.fft.fft([float(row["radiation_pa_start"]) for row in rows_of(self.folder / "out/pattern.csv")]) / 20
+        strongest = 2 * abs(series[2] * numpy.sinc(2 / 20))
+        found = [number(row, "pressure_pa") for row in lines if row["skin"] == "none" and row["point"] == "start"]
+        self.assertAlmostEqual(found[1] / strongest, 1, delta=0.35)
+        self.run_ok("felt", "out", "-o", "twice", "--set", "felt.frames_per_second=2000", "--set", "felt.highest_hz=800")
+        faster = rows_of(self.folder / "twice/felt_spectrum.csv")
+        self.assertEqual(sorted({number(row, "hz") for row in faster}), [100.0 * m for m in range(1, 9)])
+        pressures = [[row["pressure_pa"] for row in rows if row["skin"] == "none"] for rows in (lines, faster)]
+        self.assertEqual(*pressures)
+
+    def test_what_cannot_be_felt(self):
+        scene = self.write("scene.yaml", STILL.replace("surface, ", "") + "felt: {}\n")
+        done = self.run_ok("run", scene, "-o", "good", "--set", "felt.reference=paper")
+        self.assertIn("not_felt: felt.reference = paper", done.stderr)  # the results stand
+        self.run_ok("info", "good")
+        self.is_refused("felt", "good", "--set", "solve.iterations=2", says=["only keys of felt can be set"])
+        self.is_refused("felt", scene, says=["not an HDF5 file"])
+        for change, says in (
+                ("reference=paper", "must be one of focus"),
+                ("at_mm=[0, 0, 0]", "mm off the skin"),
+                ("points_mm=[[0, 0, 0]]", "is not on the skin that is computed"),
+                ("layers=fat", "on_bone, half_space"),
+                ("modulation_hz=0", "felt.modulation_hz")):
+            self.is_refused("felt", "good", "--set", f"felt.{change}", says=[says])
+        self.is_refused("check", scene, "--set", "target=null", says=["felt"])
+
+
+if __name__ == "__main__":
+    unittest.main()
