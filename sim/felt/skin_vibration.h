@@ -59,9 +59,6 @@ struct SkinVibration {
   std::array<Eigen::MatrixXd, kReceptorDepths.size()> energy{};   // mean strain energy density [J/m3]; or empty
   std::array<Eigen::MatrixXd, kTouchChannels.size()> weighted{};  // displacement, lines weighted by thresholds, rms
   Eigen::MatrixXcd at_points;  // peak displacement of each line, L x points [m]; of P [Pa]
-};                             // mean strain energy density [J/m3]; or empty
-std::array<Eigen::MatrixXd, kTouchChannels.size()> weighted{};  // displacement, lines weighted by thresholds, rms
-Eigen::MatrixXcd at_points;                                     // peak amplitude of each line, L x points [m]
 };
 
 /// Flat skins under lines of pressure:
