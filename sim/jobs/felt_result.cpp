@@ -10,8 +10,10 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/core/errors.h"
+#include "sim/core/files.h"
 #include "sim/core/require.h"
 #include "sim/model/stages.h"
+#include "sim/pictures/figures.h"
 #include "sim/run/felt_file.h"
 #include "sim/run/motion_file.h"
 #include "sim/run/run_file.h"
@@ -160,6 +162,9 @@ std::vector<std::string> felt_files(const WriteSpec& write) {
   if (write.h5) {
     files.emplace_back("felt.h5");
   }
+  if (write.png) {
+    files.emplace_back("felt.png");
+  }
   return files;
 }
 
@@ -171,6 +176,9 @@ void write_felt(const Felt& felt, const std::optional<Felt>& against, const Writ
   write_text_file(directory.file("felt_spectrum.csv"), csv_text(lines.front(), lines));
   if (write.h5) {
     write_felt_file(directory.file("felt.h5"), felt);
+  }
+  if (write.png) {
+    write_atomically(directory.file("felt.png"), {felt_picture(felt)});
   }
 }
 

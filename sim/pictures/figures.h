@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/pictures/picture_parts.h"
+#include "sim/run/felt.h"
 #include "sim/run/motion_data.h"
 #include "sim/run/run_data.h"
 
@@ -70,5 +71,14 @@ bool draw_motion(const std::string& path, const Motion& motion);
 /// returns   PNG of six of the motion's instants (some_instants); empty if it has none, or no method
 /// throws    InputError if parts of an instant do not fit each other or it has other methods than the first
 std::string motion_strip(const Motion& motion);
+
+/// Flat maps of the skin, seen from outside, with one row for each of the first six methods. Columns show the radiation
+/// pressure, the displacement on the soft, the middle and the stiff skin, and the strain energy at the Pacinian depth
+/// on the middle skin. A column has one scale of colours. It ends at the largest value, or at twice the median
+/// of the methods (of the energy four times). A line goes round the part above half of a map's largest value. Of a pattern, panels below
+/// have the displacement at the points over the frequency, one per skin.
+///
+/// returns   a file's bytes
+std::string felt_picture(const Felt& felt);
 
 }  // namespace touchfield

@@ -20,10 +20,7 @@ namespace touchfield {
 
 namespace {
 
-constexpr PixelBox kPlot = {120, 140, 760, 650};  // of all panels
-constexpr double kLegend = kPlot.x + kPlot.width + 40.0;
-constexpr double kLegendRoom = kPictureWidth - kLegend - 36.0;  // of its texts
-constexpr int kHeading = 34;                                    // room above a panel
+constexpr int kHeading = 34;  // room above a panel
 constexpr int kMostTicks = 8;
 
 /// A regular polygon. All have one area, so that none looks more important.
@@ -150,21 +147,24 @@ void draw_line(Canvas& canvas, const PlotArea& area, const PlotLine& line, std::
   }
 }
 
-void draw_legend(Canvas& canvas, const std::string& heading, const std::vector<PlotLine>& lines) {
-  double y = kPlot.y + kPlot.height - kHeading - 10.0;
+/// At the right of a plot's panels.
+void draw_legend(Canvas& canvas, const PixelBox& room, const std::string& heading, const std::vector<PlotLine>& lines) {
+  const double left = room.x + room.width + 40.0;
+  const double most = kPictureWidth - left - 36.0;  // of its texts
+  double y = room.y + room.height - kHeading - 10.0;
   if (!heading.empty()) {
-    draw_fitted(canvas, kLegend - 10.0, y, heading, {.size = 16, .bold = true}, kLegendRoom + 36.0);
+    draw_fitted(canvas, left - 10.0, y, heading, {.size = 16, .bold = true}, most + 36.0);
     y -= 34.0;
   }
   for (std::size_t i = 0; i < lines.size(); ++i) {
     if (lines[i].is_joined) {
-      canvas.line({kLegend - 16.0, y}, {kLegend + 16.0, y}, line_colour(i), 2.0);
+      canvas.line({left - 16.0, y}, {left + 16.0, y}, line_colour(i), 2.0);
     }
     if (lines[i].is_marked) {
-      draw_marker(canvas, i, {kLegend, y});
+      draw_marker(canvas, i, {left, y});
     }
-    draw_fitted(canvas, kLegend + 26.0, y, lines[i].label, {.size = 18}, kLegendRoom);
-    draw_fitted(canvas, kLegend + 26.0, y - 21.0, lines[i].note, {.size = 14}, kLegendRoom);
+    draw_fitted(canvas, left + 26.0, y, lines[i].label, {.size = 18}, most);
+    draw_fitted(canvas, left + 26.0, y - 21.0, lines[i].note, {.size = 14}, most);
     y -= lines[i].note.empty() ? 34.0 : 56.0;
   }
 }
@@ -205,14 +205,10 @@ std::vector<PlotLine> lines_through(const std::vector<LineValue>& values) {
   return lines;
 }
 
-void draw_plot(const std::string& path, const Plot& plot) {
-  Canvas canvas(kPictureWidth, kPictureHeight);
-  if (plot.provenance) {
-    describe(canvas, *plot.provenance);
-  }
+void draw_panels(Canvas& canvas, const Plot& plot, const PixelBox& room) {
   const auto count = static_cast<int>(plot.panels.size());
   const bool headed = std::ranges::any_of(plot.panels, [](const PlotPanel& panel) { return !panel.heading.empty(); });
-  const PanelGrid grid = filled_grid(kPlot, count, std::min(plot.columns, count), headed ? kHeading : 14);
+  const PanelGrid grid = filled_grid(room, count, std::min(plot.columns, count), headed ? kHeading : 14);
   std::vector<double> all_x;
   std::map<std::string, std::vector<double>> all_y;  // of panels with a label
   for (const PlotPanel& panel : plot.panels) {
@@ -231,7 +227,7 @@ void draw_plot(const std::string& path, const Plot& plot) {
     PixelBox box = grid.panel(p);
     box.width -= grid.columns > 1 ? 30 : 0;  // for markers at the end
     const bool first = p % grid.columns == 0;
-    const PlotArea area{box, x, height_axis(all_y[panel.label], std::max(4, kMostTicks * box.height / kPlot.height))};
+    const PlotArea area{box, x, height_axis(all_y[panel.label], std::max(4, box.height / 80))};
     draw_frame(canvas, area, first, p + grid.columns >= count);
     for (std::size_t i = 0; i < panel.lines.size(); ++i) {
       draw_line(canvas, area, panel.lines[i], i, panel.lines.size());
@@ -243,11 +239,20 @@ void draw_plot(const std::string& path, const Plot& plot) {
                   {.size = 18, .align = Align::kCentre, .angle = 90.0}, box.height + grid.above);
     }
   }
-  draw_fitted(canvas, kPlot.x + 0.5 * kPlot.width, kPlot.y - 52.0, plot.x, {.size = 20, .align = Align::kCentre},
-              kPlot.width);
+  draw_fitted(canvas, room.x + 0.5 * room.width, room.y - 52.0, plot.x, {.size = 20, .align = Align::kCentre},
+              room.width);
   if (count > 0) {
-    draw_legend(canvas, plot.legend, plot.panels.front().lines);
+    draw_legend(canvas, room, plot.legend, plot.panels.front().lines);
   }
+}
+
+void draw_plot(const std::string& path, const Plot& plot) {
+  constexpr PixelBox kPlot = {120, 140, 760, 650};  // of all panels
+  Canvas canvas(kPictureWidth, kPictureHeight);
+  if (plot.provenance) {
+    describe(canvas, *plot.provenance);
+  }
+  draw_panels(canvas, plot, kPlot);
   draw_texts(canvas, plot.texts);
   write_atomically(path, {canvas.file()});
 }

@@ -43,6 +43,10 @@ struct Plot {
   std::optional<Provenance> provenance{};  // of what it shows
 };
 
+/// The panels of a plot with their axes, in a room of a picture [pixels]. Numbers of the axes are at the left and below
+/// it, the legend is between it and the picture's right side.
+void draw_panels(Canvas& canvas, const Plot& plot, const PixelBox& room);
+
 /// A picture of 1200 x 900 pixels. Lines have colours and markers of their own; of lines of many points about ten are
 /// marked. Bars go from the least to the largest of what a point is the mean of.
 ///
