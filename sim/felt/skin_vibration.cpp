@@ -14,6 +14,7 @@ namespace {
 
 using Eigen::Index;
 
+constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kCut = 30e-3;     // of K in space: more than the patch's diameter [m]
 constexpr double kPeriod = 56e-3;  // no image of the patch is nearer to it than kCut [m]
@@ -123,6 +124,14 @@ class FlatPlane {
   Eigen::MatrixXd cut_;
 };
 
+/// Which points of a map are within kReach less some steps.
+Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> on_disc(double less = 0.0) {
+  constexpr double kMiddle = 0.5 * (SkinVibration::kSide - 1);
+  const Eigen::ArrayXd squares = Eigen::ArrayXd::LinSpaced(SkinVibration::kSide, -kMiddle, kMiddle).square();
+  return (squares.replicate(1, SkinVibration::kSide) + squares.transpose().replicate(SkinVibration::kSide, 1)).sqrt() <=
+         kMiddle - less;
+}
+
 /// The surface, then the receptors' depths.
 std::vector<double> receptor_depths() {
   std::vector<double> depths = {0.0};
@@ -130,63 +139,75 @@ std::vector<double> receptor_depths() {
   return depths;
 }
 
-SkinVibration silent(const TissueModel& skin, Index lines, Index points) {
-  SkinVibration sum;
-  sum.skin = skin.name;
-  sum.has_mechanics = skin.layers.has_value();
-  const Eigen::MatrixXd zero = Eigen::MatrixXd::Zero(SkinVibration::kSide, SkinVibration::kSide);
-  sum.displacement = zero;
-  sum.velocity = zero;
-  sum.weighted.fill(zero);
-  if (sum.has_mechanics) {
-    sum.energy.fill(zero);
-  }
-  sum.at_points.setZero(lines, points);
-  return sum;
-}
-
-/// Adds the squares of a line; at_points is of this line alone.
-class LineAdder {
+/// The squares of lines on a skin, a column per map: u, du/dt, W at each depth, u weighted for each channel.
+class LineSums {
  public:
-  LineAdder(const FlatPlane& plane, const TissueModel& skin, const std::vector<Eigen::MatrixXcd>& points)
+  LineSums(const FlatPlane& plane, const TissueModel& skin, const std::vector<Eigen::MatrixXcd>& points)
       : plane_(plane), skin_(skin), points_(points) {}
 
-  void add(double hz, const Eigen::MatrixXcd& spectrum, Index line, SkinVibration& sum) const {
+  static Eigen::MatrixXd zero() {
+    return Eigen::MatrixXd::Zero(SkinVibration::kSide * SkinVibration::kSide, 2 + kDepths + kTouchChannels.size());
+  }
+
+  /// Adds a line, and returns what it is at the points.
+  Eigen::VectorXcd add(double hz, const Eigen::MatrixXcd& spectrum, Eigen::MatrixXd& sums) const {
     const double omega = kTurn * hz;
     Eigen::MatrixXcd moved = spectrum;
     if (skin_.layers) {
       const std::vector<SkinWaves> waves = skin_waves(*skin_.layers, omega, plane_.nodes(), receptor_depths());
       const Eigen::MatrixXcd tables = plane_.cut(at_nodes(waves));
       moved = plane_.times(spectrum, tables.col(0));
-      for (std::size_t d = 0; d < kReceptorDepths.size(); ++d) {
-        const Index first = 1 + 3 * static_cast<Index>(d);
-        sum.energy[d] += 0.5 * waves[d + 1].modulus * strain_squares(spectrum, tables.middleCols<3>(first));
+      for (Index d = 0; d < kDepths; ++d) {
+        sums.col(2 + d) += 0.5 * waves[static_cast<std::size_t>(d) + 1].modulus *
+                           strain_squares(spectrum, tables.middleCols<3>(1 + 3 * d)).reshaped();
       }
     }
-    const Eigen::MatrixXd squares = plane_.map(moved).cwiseAbs2();
-    sum.displacement += 0.5 * squares;
-    sum.velocity += 0.5 * omega * omega * squares;
-    for (std::size_t c = 0; c < kTouchChannels.size(); ++c) {
-      if (const std::optional<double> threshold = relative_threshold(kTouchChannels[c], hz)) {
-        sum.weighted[c] += 0.5 * std::pow(10.0, -*threshold / 10.0) * squares;
+    const Eigen::VectorXd squares = 0.5 * plane_.map(moved).cwiseAbs2().reshaped();
+    sums.col(0) += squares;
+    sums.col(1) += omega * omega * squares;
+    Index column = 2 + kDepths;
+    for (const TouchChannel channel : kTouchChannels) {
+      if (const std::optional<double> threshold = relative_threshold(channel, hz)) {
+        sums.col(column) += std::pow(10.0, -*threshold / 10.0) * squares;
       }
+      ++column;
     }
-    for (std::size_t p = 0; p < points_.size(); ++p) {
-      sum.at_points(line, static_cast<Index>(p)) = points_[p].cwiseProduct(moved).sum();
+    Eigen::VectorXcd at_points(static_cast<Index>(points_.size()));
+    std::ranges::transform(points_, at_points.begin(),
+                           [&](const auto& point) { return point.cwiseProduct(moved).sum(); });
+    return at_points;
+  }
+
+  /// The maps of the sums.
+  SkinVibration finished(const Eigen::MatrixXd& sums) const {
+    SkinVibration all;
+    all.skin = skin_.name;
+    all.has_mechanics = skin_.layers.has_value();
+    const auto map = [&](Index column) -> Eigen::MatrixXd {
+      return on_disc().select(sums.col(column).reshaped(SkinVibration::kSide, SkinVibration::kSide), kNothing);
+    };
+    all.displacement = map(0).cwiseSqrt();
+    all.velocity = map(1).cwiseSqrt();
+    for (Index d = 0; all.has_mechanics && d < kDepths; ++d) {
+      all.energy[static_cast<std::size_t>(d)] = map(2 + d);
     }
+    for (std::size_t c = 0; c < all.weighted.size(); ++c) {
+      all.weighted[c] = map(2 + kDepths + static_cast<Index>(c)).cwiseSqrt();
+    }
+    return all;
   }
 
  private:
+  static constexpr Index kDepths = kReceptorDepths.size();
+
   /// The displacement, then of each depth e_xx / k^2, e_zz, e_xz / k of a wave along x.
   Eigen::MatrixXcd at_nodes(const std::vector<SkinWaves>& waves) const {
     const Eigen::ArrayXd& k = plane_.nodes();
-    Eigen::MatrixXcd values(k.size(), 1 + 3 * static_cast<Index>(kReceptorDepths.size()));
+    Eigen::MatrixXcd values(k.size(), 1 + 3 * kDepths);
     values.col(0) = waves.front().inwards;
-    for (std::size_t d = 1; d < waves.size(); ++d) {
-      const Index first = 3 * static_cast<Index>(d) - 2;
-      values.col(first) = waves[d].e_xx / (k * k);
-      values.col(first + 1) = waves[d].e_zz;
-      values.col(first + 2) = waves[d].e_xz / k;
+    for (Index d = 0; d < kDepths; ++d) {
+      const SkinWaves& at = waves[static_cast<std::size_t>(d) + 1];
+      values.middleCols<3>(1 + 3 * d) << at.e_xx / (k * k), at.e_zz, at.e_xz / k;
     }
     return values;
   }
@@ -204,41 +225,6 @@ class LineAdder {
   const TissueModel& skin_;
   const std::vector<Eigen::MatrixXcd>& points_;
 };
-
-void merge(const SkinVibration& part, SkinVibration& sum) {
-  sum.displacement += part.displacement;
-  sum.velocity += part.velocity;
-  sum.at_points += part.at_points;
-  for (std::size_t c = 0; c < sum.weighted.size(); ++c) {
-    sum.weighted[c] += part.weighted[c];
-  }
-  for (std::size_t d = 0; sum.has_mechanics && d < sum.energy.size(); ++d) {
-    sum.energy[d] += part.energy[d];
-  }
-}
-
-/// Roots of the squares, and nothing off the patch.
-void finish(SkinVibration& sum) {
-  const double middle = 0.5 * (SkinVibration::kSide - 1);
-  const auto leave_out = [middle](Eigen::MatrixXd& map) {
-    for (Index i = 0; i < map.rows(); ++i) {
-      for (Index j = 0; j < map.cols(); ++j) {
-        if (std::hypot(static_cast<double>(i) - middle, static_cast<double>(j) - middle) > middle) {
-          map(i, j) = std::numeric_limits<double>::quiet_NaN();
-        }
-      }
-    }
-  };
-  std::ranges::for_each(sum.energy, leave_out);
-  std::vector<Eigen::MatrixXd*> squares = {&sum.displacement, &sum.velocity};
-  for (Eigen::MatrixXd& weighted : sum.weighted) {
-    squares.push_back(&weighted);
-  }
-  for (Eigen::MatrixXd* map : squares) {
-    *map = map->cwiseSqrt();
-    leave_out(*map);
-  }
-}
 
 }  // namespace
 
@@ -295,51 +281,36 @@ std::vector<SkinVibration> skin_vibrations(const SkinPatch& patch, const Pressur
     at_points.push_back(waves_at(point.head<1>(), plane.k()).transpose() * waves_at(point.tail<1>(), plane.k()));
   }
   constexpr Index kParts = 8;  // of the lines of a skin, whatever the number of threads
-  std::vector<SkinVibration> parts(skins.size() * kParts);
+  const auto skin_count = static_cast<Index>(skins.size());
+  std::vector<Eigen::MatrixXd> sums(skins.size() * kParts, LineSums::zero());
+  std::vector<Eigen::MatrixXcd> found(skins.size(), Eigen::MatrixXcd(count, static_cast<Index>(points.size())));
 #pragma omp parallel for schedule(dynamic)
-  for (Index part = 0; part < static_cast<Index>(parts.size()); ++part) {
-    const TissueModel& skin = skins[static_cast<std::size_t>(part / kParts)];
-    SkinVibration& sum = parts[static_cast<std::size_t>(part)];
-    sum = silent(skin, count, static_cast<Index>(points.size()));
-    const LineAdder adder(plane, skin, at_points);
+  for (Index part = 0; part < skin_count * kParts; ++part) {
+    const auto s = static_cast<std::size_t>(part / kParts);
+    const LineSums adder(plane, skins[s], at_points);
     for (Index line = part % kParts; line < count; line += kParts) {
       const auto at = static_cast<std::size_t>(line);
-      adder.add(lines.hz[at], spectra[at], line, sum);
+      found[s].row(line) = adder.add(lines.hz[at], spectra[at], sums[static_cast<std::size_t>(part)]);
     }
   }
   std::vector<SkinVibration> all;
   for (std::size_t s = 0; s < skins.size(); ++s) {
-    all.push_back(std::move(parts[s * kParts]));
     for (std::size_t part = 1; part < kParts; ++part) {
-      merge(parts[s * kParts + part], all.back());
+      sums[s * kParts] += sums[s * kParts + part];
     }
-    finish(all.back());
+    all.push_back(LineSums(plane, skins[s], at_points).finished(sums[s * kParts]));
+    all.back().at_points = std::move(found[s]);
   }
   return all;
 }
 
-MapPeak peak_of(const Eigen::MatrixXd& map) {
-  MapPeak peak{};
-  peak.value = map.maxCoeff<Eigen::PropagateNumbers>(&peak.row, &peak.column);
-  return peak;
-}
+double largest(const Eigen::MatrixXd& map) { return map.maxCoeff<Eigen::PropagateNumbers>(); }
 
 double half_area(const Eigen::MatrixXd& map) {
-  const double half = 0.5 * peak_of(map).value;
-  const double rim = 0.5 * (SkinVibration::kSide - 1) - 1.0;
-  Index cells = 0;
-  for (Index i = 0; i < map.rows(); ++i) {
-    for (Index j = 0; j < map.cols(); ++j) {
-      if (map(i, j) >= half) {
-        ++cells;
-        const double middle = rim + 1.0;
-        if (std::hypot(static_cast<double>(i) - middle, static_cast<double>(j) - middle) > rim) {
-          return std::numeric_limits<double>::quiet_NaN();
-        }
-      }
-    }
-  }
-  return static_cast<double>(cells) * SkinVibration::kStep * SkinVibration::kStep;
+  const Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> above = map.array() >= 0.5 * largest(map);
+  return (above && !on_disc(1.0)).any()
+             ? kNothing
+             : static_cast<double>(above.count()) * SkinVibration::kStep * SkinVibration::kStep;
 }
 
 double map_at(const Eigen::MatrixXd& map, const Eigen::Vector2d& place) {
@@ -347,7 +318,7 @@ double map_at(const Eigen::MatrixXd& map, const Eigen::Vector2d& place) {
   const Eigen::Array2d low = steps.floor().max(0.0).min(SkinVibration::kSide - 2.0);
   const Eigen::Array2d part = steps - low;
   if ((part < 0.0).any() || (part > 1.0).any()) {
-    return std::numeric_limits<double>::quiet_NaN();
+    return kNothing;
   }
   const auto i = static_cast<Index>(low(0));
   const auto j = static_cast<Index>(low(1));

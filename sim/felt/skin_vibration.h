@@ -65,8 +65,8 @@ struct SkinVibration {
 ///
 ///   u_z(x) = 1 / (2 pi)^2 int K(k) P(k) e^(i k x) dk,   W = 1/2 sum_l |mu| sum_ij |e_ij|^2
 ///
-/// K and the strains e_ij by skin_waves; P(k) = sum_f A_f P_f e^(-i k x_f), which keeps the force of each face. K is cut
-/// off in space at 30 mm, beyond the patch's diameter, so that no repetition of the patch is seen. Without layers K = 1.
+/// K and the strains e_ij by skin_waves; without layers K = 1. P(k) = sum_f A_f P_f e^(-i k x_f) keeps the force of a
+/// face. K is cut off in space at 30 mm, beyond the patch's diameter, so that no repetition of the patch is seen.
 ///
 /// finest     the largest wavenumber that P has [rad/m]: twice that of the sound, and more
 /// points     places on the flat patch
@@ -78,12 +78,8 @@ std::vector<SkinVibration> skin_vibrations(const SkinPatch& patch, const Pressur
                                            const std::vector<TissueModel>& skins, double finest,
                                            const std::vector<Eigen::Vector2d>& points = {});
 
-/// The largest of a map, and where: row and column.
-struct MapPeak {
-  double value;
-  Eigen::Index row, column;
-};
-MapPeak peak_of(const Eigen::MatrixXd& map);
+/// The largest of a map.
+double largest(const Eigen::MatrixXd& map);
 
 /// The area where a map is at least half of its largest value, -6 dB [m2]; NaN if it reaches the rim of the patch.
 double half_area(const Eigen::MatrixXd& map);

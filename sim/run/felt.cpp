@@ -119,16 +119,16 @@ std::vector<TissueModel> felt_skins(const FeltSpec& spec) {
 
 FeltFigures felt_figures(const Felt& felt, const SkinVibration& skin) {
   FeltFigures figures;
-  const double largest = peak_of(skin.displacement).value;
-  figures.displacement_um = skin.has_mechanics ? 1e6 * largest : kNotComputed;
-  figures.pressure_pa = skin.has_mechanics ? kNotComputed : largest;
-  figures.velocity_mm_s = skin.has_mechanics ? 1e3 * peak_of(skin.velocity).value : kNotComputed;
+  const double moved = largest(skin.displacement);
+  figures.displacement_um = skin.has_mechanics ? 1e6 * moved : kNotComputed;
+  figures.pressure_pa = skin.has_mechanics ? kNotComputed : moved;
+  figures.velocity_mm_s = skin.has_mechanics ? 1e3 * largest(skin.velocity) : kNotComputed;
   figures.spread_mm2 = 1e6 * half_area(skin.displacement);
   for (std::size_t d = 0; d < skin.energy.size(); ++d) {
-    figures.energy_j_m3[d] = skin.has_mechanics ? peak_of(skin.energy[d]).value : kNotComputed;
+    figures.energy_j_m3[d] = skin.has_mechanics ? largest(skin.energy[d]) : kNotComputed;
   }
   for (std::size_t c = 0; c < skin.weighted.size(); ++c) {
-    figures.weighted[c] = peak_of(skin.weighted[c]).value;
+    figures.weighted[c] = largest(skin.weighted[c]);
   }
   figures.dip_db = felt.spec.points.size() < 2
                        ? kNotComputed

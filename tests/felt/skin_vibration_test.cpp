@@ -191,10 +191,8 @@ TEST(SkinVibrations, WithoutMechanicsThePressureIsSeen) {
   const auto skin =
       skin_vibrations(patch, modulated_lines(spot(patch, {2e-3, 0.0}, 2e-3), 100.0), {{"none", std::nullopt}}, kFinest)
           .front();
-  const MapPeak peak = peak_of(skin.displacement);
-  EXPECT_NEAR(peak.value, std::sqrt(0.5 * (0.25 + 1.0 / 64)), 0.01);
-  EXPECT_EQ(peak.row - SkinVibration::kSide / 2, 4);  // 2 mm
-  EXPECT_EQ(peak.column, SkinVibration::kSide / 2);
+  EXPECT_NEAR(largest(skin.displacement), std::sqrt(0.5 * (0.25 + 1.0 / 64)), 0.01);
+  EXPECT_NEAR(map_at(skin.displacement, {2e-3, 0.0}), largest(skin.displacement), 0.01);
   EXPECT_NEAR(half_area(skin.displacement), std::numbers::pi * 2.0 * std::log(2.0) * 4e-6, 1e-6);
   EXPECT_TRUE(std::isnan(skin.displacement(0, 0)));
 }
