@@ -122,6 +122,7 @@ NB_MODULE(_core, module) {
   add_scattering(module);
   add_runs(module);
   add_motions(module);
+  add_felt(module);
   add_reports(module);
   add_emission(module);
   module.def("_report_to", &report_to, nb::arg("report").none(),

@@ -76,6 +76,7 @@ void add_scattering(nb::module_& module);
 void add_motions(nb::module_& module);
 void add_reports(nb::module_& module);
 void add_emission(nb::module_& module);
+void add_felt(nb::module_& module);
 
 /// Of none, that of 40 kHz at 20 degrees C.
 Wave wave_or_default(const std::optional<Wave>& wave);

@@ -13,7 +13,7 @@ import touchfield as tf
 from conftest import SOURCE
 
 PAGE = (SOURCE / "docs/python.md").read_text()
-CLASSES = [tf.Array, tf.Mesh, tf.Model, tf.Motion, tf.Picture, tf.Problem, tf.RadiationProblem, tf.Run, tf.Solution, tf.Sweep, tf.Target,
+CLASSES = [tf.Array, tf.Felt, tf.Mesh, tf.Model, tf.Motion, tf.Picture, tf.Problem, tf.RadiationProblem, tf.Run, tf.Solution, tf.Sweep, tf.Target,
            tf.Wave]
 FUNCTIONS = [getattr(tf, name) for name in tf.__all__ if inspect.isfunction(getattr(tf, name))]
 METHODS = [getattr(kind, name) for kind in CLASSES for name in vars(kind)
@@ -67,6 +67,8 @@ def test_five_tasks_in_ten_lines_each(folder):
     assert set(names["run"].methods) == {"surface", "focus"}
     run_blocks(blocks_of(PAGE, "Figures and pages"), names)
     assert {path.name for path in folder.glob("*.[ps][dv][fg]")} == {"capsule.pdf", "capsule.svg", "heights.pdf"}
+    run_blocks(blocks_of(PAGE, "What the skin does"), names)
+    assert np.nanmax(names["soft"]) > 0 and (folder / "felt.pdf").exists()
     report = names["report"]
     assert report["frames"] == 100 and not report["emitted"] and report["files"] > 0
 
@@ -99,7 +101,7 @@ def test_page_names_everything():
 @pytest.mark.parametrize("function", [*FUNCTIONS, *METHODS, *CLASSES], ids=lambda function: function.__qualname__)
 def test_signature_and_docstring(function):
     assert function.__doc__.strip()
-    if function in (tf.Run, tf.Motion, tf.Picture, tf.Sweep, tf.Solution):  # which are results
+    if function in (tf.Felt, tf.Run, tf.Motion, tf.Picture, tf.Sweep, tf.Solution):  # which are results
         return
     parameters = inspect.signature(function).parameters
     assert "Examples\n" in function.__doc__, "an example"

@@ -304,3 +304,26 @@ def _draw_skin(ax, skin, target, values, colours, divisor):
     if target:
         for colour, width in (("white", 1.4), ("black", 0.6)):
             ax.add_collection(LineCollection(target.outline, colors=colour, linewidths=width, capstyle="round"), autolim=False)
+
+
+@matplotlib.rc_context(_STYLE)
+def of_felt(felt, width):
+    """Rows of methods; columns of P and of the displacement of each skin, with one scale each."""
+    skins = [("none", "P, rms [Pa]", 1)] + [(skin, f"{skin}, rms [\u00b5m]", 1e6) for skin in felt.skins if skin != "none"]
+    side = _WIDTHS.get(width, 0) / len(skins)
+    figure = _figure(width, len(felt.methods) * (side - 2) + 14)
+    axes = figure.subplots(len(felt.methods), len(skins), squeeze=False, sharex=True, sharey=True)
+    for column, (skin, label, factor) in enumerate(skins):
+        maps = [factor * felt[method, skin].displacement for method in felt.methods]
+        colours = ScalarMappable(Normalize(0, max(np.nanmax(part) for part in maps)), "YlGnBu")
+        for ax, part in zip(axes[:, column], maps):
+            along = np.linspace(-12, 12, len(part))  # [mm]
+            ax.pcolormesh(along, along, part, norm=colours.norm, cmap=colours.cmap, rasterized=True)
+            ax.contour(along, along, part, [0.5 * np.nanmax(part)], colors="black", linewidths=0.6)
+            ax.plot(*(1e3 * np.array([point.place for point in felt.points[1:]]).reshape(-1, 2).T), "+", color="0.25", markeredgewidth=0.6)
+            ax.set(aspect="equal", xticks=[-10, 0, 10], yticks=[-10, 0, 10])
+        figure.colorbar(colours, ax=axes[:, column], location="top", aspect=12, pad=0.02, label=label)
+    for method, ax in zip(felt.methods, axes[:, 0]):
+        ax.set_ylabel(method)
+    figure.supxlabel("on the patch [mm]", fontsize=8)
+    return figure

@@ -1,8 +1,10 @@
 """Runs of scenes, and what notebooks show of runs and motions."""
 
+import json
+
 from . import _core, _display
 from ._exports import extends
-from ._plain import file_content, read_content
+from ._plain import file_content, millimetres, number, own_arguments, plain, read_content
 from ._progress import reporting
 
 
@@ -12,8 +14,55 @@ class Model(_core.Model):
         return Model, getattr(self, "_given", (self.scene,))
 
 
+def felt(self, *, layers=None, bone=None, shear=None, tan_delta=None, modulation_hz=None, frames_per_second=None, highest_hz=None, at=None,
+         points=None, reference=None):
+    """What the skin does under the radiation pressure, as `touchfield felt`: of a still, its sound modulated; of a pattern, its frames.
+
+    Parameters
+    ----------
+    layers, bone, shear, tan_delta, modulation_hz, frames_per_second, highest_hz, at, points, reference
+        As the keys of `felt` in a scene, with `bone`, `at` and `points` in m and `shear` in Pa. Default: those of the scene.
+
+    Returns
+    -------
+    Felt
+
+    Raises
+    ------
+    InputError
+        On a value out of range, or if the pressure is not known.
+
+    Examples
+    --------
+    >>> run = tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]})
+    >>> run.felt(modulation_hz=100)["focus", "soft"].displacement.shape
+    (49, 49)
+    """
+    keys = {name: value for name, value in locals().items() if name != "self" and value is not None}
+    for name in {"bone", "at", "points"} & keys.keys():
+        keys[name + "_mm"] = millimetres(keys.pop(name), name)
+    if "shear" in keys:
+        keys["shear_kpa"] = number(keys.pop("shear"), "shear") / 1e3
+    return _felt_of(self, [f"felt.{key}={json.dumps(value, default=plain)}" for key, value in keys.items()])
+
+
+def _felt_of(result, changes):
+    with own_arguments("felt"):
+        made = _core._felt(result, changes)
+    made._made_of = result, changes
+    return made
+
+
+@extends
+class Felt(_core.Felt):
+    def __reduce__(self):
+        return _felt_of, self._made_of
+
+
 @extends
 class Run(_core.Run):
+    felt = felt
+
     def __reduce__(self):
         return _run_of_bytes, (file_content(self, "run.h5"),)
 
@@ -90,6 +139,8 @@ def _run_of_bytes(content):
 
 @extends
 class Motion(_core.Motion):
+    felt = felt
+
     def __reduce__(self):
         return _motion_of_bytes, (file_content(self, "motion.h5"),)
 

@@ -47,6 +47,8 @@ def millimetres(values, argument="lengths"):
 
 
 _NUMBER = re.compile(r"-?\b\d+(?:\.\d+)?(?:e-?\d+)?\b")
+_UNITS = {"_mm": (1e-3, "m"), "_kpa": (1e3, "Pa")}
+_FELT = re.compile(r"\bfelt\.(\w+?)(?:_mm)?\b")
 _ARGUMENTS = {"source_pa_m": "source_strength", "count[0]": "nx", "count[1]": "ny", "layout[0]": "nx", "layout[1]": "ny", "file": "path"}
 
 
@@ -60,15 +62,18 @@ def own_arguments(function):
 
 
 def _of_argument(line):
-    line = line.replace("_mm in mm", " in m")
+    line = re.sub(r"^felt: |^set felt\..*: (?=felt\.)", "", line.replace("_mm in mm", " in m"))
     path, rest = re.fullmatch(r"((?:\w+(?:\[\d+\])*\.)*\w+(?:\[\d+\])*)?(.*)", line, re.DOTALL).groups()
     if not path or "." not in path or not rest.startswith((" = ", ": ")):
-        return line
-    keys = [key for key in path.split(".") if key not in ("array", "body", "hand", "place", "grid", "autd3", "positions", "medium")]
-    name = ".".join(_ARGUMENTS.get(key, re.sub(r"_mm\b|(?<=^rotate)_deg", "", key)) for key in keys)
-    if "_mm" in path:
-        rest = _NUMBER.sub(lambda found: f"{float(found[0]) / 1000:.6g}", rest.split("; if ")[0]) + ", in m"
-    return (name or path) + rest
+        return _FELT.sub(r"\1", line)
+    keys = [key for key in path.split(".") if key not in ("felt", "array", "body", "hand", "place", "grid", "autd3", "positions", "medium")]
+    name = ".".join(_ARGUMENTS.get(key, re.sub(r"_mm\b|_kpa\b|(?<=^rotate)_deg", "", key)) for key in keys)
+    unit = re.search("_mm|_kpa", path)
+    short = rest.split("; if ")[0]
+    if unit and " mm" not in short and rest.startswith(" = "):
+        factor, si = _UNITS[unit[0]]
+        rest = _NUMBER.sub(lambda found: f"{factor * float(found[0]):.6g}", short) + f", in {si}"
+    return (name or path) + _FELT.sub(r"\1", rest)
 
 
 def file_content(part, name):

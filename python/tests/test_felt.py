@@ -1,0 +1,108 @@
+"""What the skin does under a result, against the program."""
+
+import csv
+import pickle
+
+import h5py
+import numpy as np
+import pytest
+
+import touchfield as tf
+
+PATTERN = {"pattern": {"circle": {"at": "bottom", "radius_mm": 3, "hz": 100}, "frames_per_second": 1000}, "solve.methods": ["focus"],
+           "solve.optimality_bound": False, "evaluation": "same", "write": ["h5"], "field": []}
+PLACES = {"points": [[-3e-3, 0, 0.06], [3e-3, 0, 0.06]]}
+
+
+@pytest.fixture(scope="module")
+def results(touchfield, finger, run, tmp_path_factory):
+    """A run and a pattern, and their files."""
+    folder = tmp_path_factory.mktemp("felt")
+    run.save(folder / "run.h5")
+    scene = tf.Model(finger, set=PATTERN).scene
+    (folder / "pattern.yaml").write_text(scene)
+    touchfield("pattern", folder / "pattern.yaml", "-o", folder / "pattern", "--threads", "2", "--quiet")
+    return {"run": (run, folder / "run.h5"), "pattern": (tf.read_motion(folder / "pattern/pattern.h5"), folder / "pattern/pattern.h5")}
+
+
+@pytest.mark.parametrize("kind, keys, spelled", [
+    ("run", {**PLACES, "reference": "focus"}, ["felt.points_mm=[[-3,0,60],[3,0,60]]", "felt.reference=focus"]),
+    ("run", {"layers": "half_space", "shear": 12.3e3, "tan_delta": 0.3, "modulation_hz": 90, "at": (1e-3, 2e-3, 0.06)},
+     ["felt.layers=half_space", "felt.shear_kpa=12.3", "felt.tan_delta=0.3", "felt.modulation_hz=90", "felt.at_mm=[1,2,60]"]),
+    ("pattern", {"bone": 5e-3, "frames_per_second": 1500, "highest_hz": 400}, ["felt.bone_mm=5", "felt.frames_per_second=1500", "felt.highest_hz=400"]),
+])
+def test_numbers_are_those_of_the_program(touchfield, results, tmp_path, kind, keys, spelled):
+    result, path = results[kind]
+    touchfield("felt", path, "-o", tmp_path / "felt", *(word for change in spelled for word in ("--set", change)))
+    felt = result.felt(**keys)
+    with open(tmp_path / "felt/felt.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    for mine, row in zip(felt.table(), rows, strict=True):
+        assert mine.keys() == row.keys() and (mine["method"], mine["skin"]) == (row["method"], row["skin"])
+        assert np.array_equal([*mine.values()][2:], [float(value) for value in [*row.values()][2:]], equal_nan=True)
+    felt.save(tmp_path / "mine.h5")
+    with h5py.File(tmp_path / "felt/felt.h5") as file, h5py.File(tmp_path / "mine.h5") as saved:
+        assert all(np.array_equal(file["patch"][name], getattr(felt.patch, name)) for name in ("middle", "axes", "faces", "places", "areas"))
+        assert np.array_equal(file["points/at"], [point.at for point in felt.points])
+        for method in felt.methods:
+            for skin in felt.skins:
+                kept, maps = file["methods"][method]["skins"][skin], felt[method, skin]
+                assert np.array_equal(kept["spectrum"], maps.spectrum) and maps.spectrum.shape == (len(felt.points), len(maps.hz))
+                assert np.array_equal(kept["displacement"], saved["methods"][method]["skins"][skin]["displacement"], equal_nan=True)
+                maps = {"displacement": maps.displacement, "velocity": maps.velocity, **{f"energy_{name}": part for name, part in maps.energy.items()},
+                        **{f"weighted_{name}": part for name, part in maps.weighted.items()}}
+                assert maps.keys() | {"spectrum"} == set(kept)
+                assert all(np.allclose(kept[name], part, rtol=1e-6, equal_nan=True) for name, part in maps.items())
+    assert "stiff" in repr(felt) and pickle.loads(pickle.dumps(felt)).table()[0] == pytest.approx(felt.table()[0], nan_ok=True)
+
+
+def test_another_may_be_the_reference(run):
+    felt, other = run.felt(), run.felt(modulation_hz=60, reference="focus")
+    of, relative = other.table(), felt.table(against=other)
+    assert relative[0]["p_db"] == pytest.approx(
+        20 * np.log10(np.nanmax(felt["surface", "soft"].weighted["p"]) / np.nanmax(other["focus", "soft"].weighted["p"])))
+    assert [row["p_db"] for row in of if row["method"] == "focus"] == [0] * 4
+
+
+@pytest.mark.parametrize("keys, error, says", [
+    ({"bone": 0.3}, tf.InputError, "^felt: bone = 0.3 must be 0.002 to 0.1, in m$"),
+    ({"shear": 3e9}, tf.InputError, r"^felt: shear = 3e\+09 must be 100 to 1e\+07, in Pa$"),
+    ({"points": [[0, 0]]}, tf.InputError, r"^felt: points\[0\]: 2 values, must be 3$"),
+    ({"points": [[0, 0.03, 0.06]]}, tf.InputError, r"^felt: points\[0\] = \(0.0, 30.0, 60.0\) mm is off .* give points on it, or at$"),
+    ({"reference": "magic"}, tf.InputError, "^felt: reference = magic must be one of surface, paper, focus$"),
+    ({"at": "bottom"}, TypeError, "^at must be a number, not str$"),
+    ({"bone_mm": 4}, TypeError, "unexpected keyword argument 'bone_mm'"),
+])
+def test_errors_name_the_argument(run, keys, error, says):
+    with pytest.raises(error, match=says):
+        run.felt(**keys)
+
+
+def test_what_there_is_not(run):
+    with pytest.raises(KeyError, match="focus, hard. must be one of surface, paper, focus and one of soft, middle, stiff, none"):
+        run.felt()["focus", "hard"]
+    with pytest.raises(tf.InputError, match="width = 'wide' must be one of single, double"):
+        run.felt().figure(width="wide")
+    with pytest.raises(tf.InputError, match="depth of 100 mm must be from 0 to the bone at 4 mm"):
+        tf.skin_waves([(4e-3, 30e3)], on_bone=True, tan_delta=0.4, hz=200, wavenumbers=[500], depths=[0.1])
+
+
+@pytest.mark.parametrize("width, mm", [("single", 85), ("double", 175)])
+def test_a_figure_has_a_row_of_each_method(run, width, mm):
+    pytest.importorskip("matplotlib")
+    felt = run.felt(**PLACES)
+    figure = felt.figure(width=width)
+    assert figure._repr_png_().startswith(b"\x89PNG") and figure.get_size_inches()[0] * 25.4 == pytest.approx(mm)
+    maps = [ax.collections[0].get_array() for ax in figure.axes[:12]]
+    for number, (method, skin) in enumerate((method, skin) for method in felt.methods for skin in ("none", "soft", "middle", "stiff")):
+        assert np.allclose(maps[number].filled(np.nan), felt[method, skin].displacement * (1 if skin == "none" else 1e6), equal_nan=True)
+
+
+def test_waves_are_those_of_a_half_space():
+    k, (hz, shear, loss, density, speed) = np.array([100, 400, 1500]), (150, 20e3, 0.3, 1050, 1540)
+    waves = tf.skin_waves([(4e-3, shear)], on_bone=False, tan_delta=loss, hz=hz, wavenumbers=k, depths=[0, 1e-3])
+    power, omega = 2 / np.pi * np.arctan(loss), 2 * np.pi * hz
+    mu = shear * (hz / 200) ** power * np.exp(-0.5j * np.pi * power)
+    q, s, ks2 = np.sqrt(k**2 - (omega / speed) ** 2), np.sqrt(k**2 - density * omega**2 / mu), density * omega**2 / mu
+    lamb = -q * ks2 / (mu * ((2 * k**2 - ks2) ** 2 - 4 * k**2 * q * s))
+    assert np.allclose(waves["inwards"][0], lamb, rtol=1e-9, atol=0) and waves["e_xz"].shape == (2, 3)
