@@ -47,7 +47,7 @@ constexpr std::array<FeltColumn, 5> kColumns = {{{"no mechanics", "radiation pre
 void draw_map(Canvas& canvas, const PixelBox& box, const Eigen::MatrixXd& map, double top,
               const std::vector<FeltPoint>& points) {
   const double pixel = 2.0 * SkinPatch::kReach / box.width;
-  const double half = 0.5 * peak_of(map).value;
+  const double half = 0.5 * largest(map);
   canvas.image(box, [&](int i, int j) {
     const auto at = [&](double right, double up) {
       return map_at(map, (Eigen::Array2d(i + right, j + up) * pixel - SkinPatch::kReach).matrix());
@@ -122,7 +122,7 @@ std::string felt_picture(const Felt& felt) {
     const Eigen::MatrixXd& map = column.map(method);
     std::vector<double> peaks;
     std::ranges::transform(shown, std::back_inserter(peaks),
-                           [&](const FeltMethod& own) { return column.factor * peak_of(column.map(own)).value; });
+                           [&](const FeltMethod& own) { return column.factor * largest(column.map(own)); });
     const double most = std::ranges::max(peaks);
     const double top = round_above(std::min(most, column.most_shown * quantile(peaks, 0.5)));
     const PixelBox panel = grid.panel(i);
