@@ -104,7 +104,8 @@ TEST_F(Tracked, TheSkinIsTheTrueOne) {
 
 // 0.2 mm of skin; the two play the same frames otherwise, and their errors some 60 %.
 TEST_F(Tracked, APlayHasTheErrorOfAnExactSensor) {
-  const Scene evaluated = scene_from(kFinger + kMoving, {"evaluation=same", "motion.score_hz=6"});
+  const Scene evaluated = scene_from(
+      kFinger + kMoving, {"evaluation={edge_mm: {near_target: 3, far: 10, within_mm: 8}}", "motion.score_hz=6"});
   const auto error = [&](std::unique_ptr<MotionSensor> by) {
     const SensedMotion sensed{evaluated, std::make_unique<const MovingModel>(evaluated, kept_.get()), std::move(by)};
     const Motion motion = play_motion(sensed, {}, silent_);

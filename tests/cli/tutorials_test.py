@@ -127,7 +127,7 @@ class Claims(CommandTest):
 
 
 PAGES = {page.stem: page for page in sorted((SOURCE / "docs/tutorials").glob("*.md"))}
-LONG = ("cameras", "moving-hand", "own-hand", "own-method")
+LONG = ("cameras", "moving-hand", "own-hand", "own-method", "pattern")
 
 
 def add_tests(case, names):
