@@ -306,20 +306,15 @@ void listen(const PatternProblem& problem, const std::vector<PatternPoint>& poin
   }
 }
 
-/// The face that felt.at_mm is nearest to, or else the one nearest to the mean of what the spots are about.
+/// The face that felt.at_mm is nearest to, or else the mean of the middles of all spots.
 Eigen::Index middle_face(const Model& model, const PatternSpots& spots) {
   const TriangleMesh& mesh = model.body.mesh;
-  if (const std::optional<FeltSpec>& felt = model.fixed->scene.felt; felt && felt->at) {
-    return FaceTree(mesh).nearest(*felt->at).face;
-  }
-  Vector3 mean = Vector3::Zero();
-  std::vector<Eigen::Index> middles;
+  const std::optional<FeltSpec>& felt = model.fixed->scene.felt;
+  Vector3 middle = Vector3::Zero();
   for (const Eigen::Index row : spots.middle) {
-    middles.push_back(spots.faces[static_cast<std::size_t>(row)]);
-    mean += mesh.centroids().col(middles.back()) / static_cast<double>(spots.middle.size());
+    middle += mesh.centroids().col(spots.faces[static_cast<std::size_t>(row)]) / static_cast<double>(spots.middle.size());
   }
-  const auto off = [&](Eigen::Index face) { return (mesh.centroids().col(face) - mean).squaredNorm(); };
-  return *std::ranges::min_element(middles, {}, off);
+  return FaceTree(mesh).nearest(felt && felt->at ? *felt->at : middle).face;
 }
 
 /// The radiation pressure on the patch in each frame.

@@ -62,6 +62,9 @@ class Felt(CommandTest):
         lines = rows_of(self.folder / "felt/felt_spectrum.csv")
         self.assertEqual(sorted({number(row, "hz") for row in lines}), [50.0 * m for m in range(1, 9)])
         self.assertEqual({row["point"] for row in lines}, {"middle", "bottom", "start", "opposite"})
+        with h5py.File(self.folder / "felt/felt.h5") as felt:
+            places = dict(zip(felt["points/name"].asstr()[:], felt["points/place"][:]))
+        self.assertLess(numpy.linalg.norm(places["start"] + places["opposite"]), 2e-3)  # the middle is that of the circle
         # The lines of P at a point are those of pattern.csv, but for the flow along the skin and the smoothing of faces.
         series = numpy.fft.fft([float(row["radiation_pa_start"]) for row in rows_of(self.folder / "out/pattern.csv")]) / 20
         strongest = 2 * abs(series[2] * numpy.sinc(2 / 20))
