@@ -18,6 +18,7 @@
 #include "sim/run/motion_file.h"
 #include "sim/run/run_file.h"
 #include "sim/run/text_table.h"
+#include "sim/run/vtk_files.h"
 #include "sim/scene/scene_reader.h"
 
 namespace touchfield {
@@ -162,6 +163,9 @@ std::vector<std::string> felt_files(const WriteSpec& write) {
   if (write.h5) {
     files.emplace_back("felt.h5");
   }
+  if (write.vtp) {
+    files.emplace_back("felt.vtp");
+  }
   if (write.png) {
     files.emplace_back("felt.png");
   }
@@ -176,6 +180,9 @@ void write_felt(const Felt& felt, const std::optional<Felt>& against, const Writ
   write_text_file(directory.file("felt_spectrum.csv"), csv_text(lines.front(), lines));
   if (write.h5) {
     write_felt_file(directory.file("felt.h5"), felt);
+  }
+  if (write.vtp) {
+    write_felt_vtp(directory.file("felt.vtp"), felt);
   }
   if (write.png) {
     write_atomically(directory.file("felt.png"), {felt_picture(felt)});

@@ -117,6 +117,20 @@ std::vector<TissueModel> felt_skins(const FeltSpec& spec) {
   return skins;
 }
 
+Eigen::VectorXd map_on_skin(const Felt& felt, const Eigen::MatrixXd& map) {
+  Eigen::VectorXd values = Eigen::VectorXd::Constant(felt.mesh.face_count(), kNotComputed);
+  for (Index i = 0; i < felt.patch.size(); ++i) {
+    values(felt.patch.faces[static_cast<std::size_t>(i)]) = map_at(map, felt.patch.places.col(i));
+  }
+  return values;
+}
+
+Eigen::VectorXd radiation_on_skin(const Felt& felt, const FeltMethod& method) {
+  Eigen::VectorXd values = Eigen::VectorXd::Constant(felt.mesh.face_count(), kNotComputed);
+  values(felt.patch.faces) = method.lines.mean_square().cwiseSqrt();
+  return values;
+}
+
 FeltFigures felt_figures(const Felt& felt, const SkinVibration& skin) {
   FeltFigures figures;
   const double moved = largest(skin.displacement);

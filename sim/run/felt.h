@@ -49,6 +49,11 @@ struct FeltFigures {
   double dip_db;                                       // between the first two points that the spec names
 };
 
+/// On every face of the skin, NaN off the patch: a map at the middle of the face, and the root mean square of the
+/// radiation pressure over time.
+Eigen::VectorXd map_on_skin(const Felt& felt, const Eigen::MatrixXd& map);
+Eigen::VectorXd radiation_on_skin(const Felt& felt, const FeltMethod& method);
+
 FeltFigures felt_figures(const Felt& felt, const SkinVibration& skin);
 
 /// The skins that are always computed: soft, middle, stiff, and none, by which the pressure stands for what skin does.

@@ -22,6 +22,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/files.h"
 #include "sim/core/require.h"
+#include "sim/run/felt_file.h"
 #include "sim/run/motion_file.h"
 
 namespace touchfield {
@@ -64,7 +65,7 @@ void add_text(vtkFieldData* data, const std::string& name, const std::string& te
   data->AddArray(array);
 }
 
-/// Result: a Run or a Motion.
+/// Result: a Run, a Motion or a Felt.
 template <class Result>
 void add_provenance(vtkFieldData* data, const Result& result) {
   for (const ProvenanceField& field : provenance_fields()) {
@@ -72,7 +73,9 @@ void add_provenance(vtkFieldData* data, const Result& result) {
   }
   add_text(data, "threads", fmt::to_string(result.provenance.threads));
   add_text(data, "scene", result.scene);
-  add_text(data, "solved_skin", to_string(result.solved_skin));
+  if constexpr (!std::is_same_v<Result, Felt>) {
+    add_text(data, "solved_skin", to_string(result.solved_skin));
+  }
 }
 
 /// Inline binary with zlib: ParaView 5.11 of Debian 12 cannot open the appended mode that is VTK's default.
@@ -215,6 +218,27 @@ void write_evaluation_vtp(const std::string& path, const Run& run) {
   require(run.evaluation_model, "{}: the evaluation '{}' has no model of its own", path, run.evaluation);
   write_skin_vtp(path, run, run.evaluation_model->mesh, {}, run.evaluation_model->target,
                  pressures_of(run, &MethodResult::evaluation_pressure), radiation_of(run));
+}
+
+void write_felt_vtp(const std::string& path, const Felt& felt) {
+  vtkNew<vtkPolyData> surface;
+  set_faces(surface, felt.mesh);
+  vtkCellData* data = surface->GetCellData();
+  const auto add = [&](const std::string& name, const Eigen::VectorXd& values) {
+    add_array<vtkDoubleArray>(data, name, values.size(), [&](Eigen::Index f) { return values(f); });
+  };
+  for (const FeltMethod& method : felt.methods) {
+    add(method.name + "_radiation_rms_pa", radiation_on_skin(felt, method));
+    for (const SkinVibration& skin : method.skins) {
+      if (skin.has_mechanics) {
+        const std::string name = method.name + "_" + skin.skin;
+        add(name + "_displacement_m", map_on_skin(felt, skin.displacement));
+        add(fmt::format("{}_energy_{}_j_m3", name, kReceptorNames.back()), map_on_skin(felt, skin.energy.back()));
+      }
+    }
+  }
+  data->SetActiveScalars((felt.methods.front().name + "_middle_displacement_m").c_str());
+  write_vtk<vtkXMLPolyDataWriter>(path, felt, surface.GetPointer());
 }
 
 void write_array_vtp(const std::string& path, const Run& run) {

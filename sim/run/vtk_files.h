@@ -3,10 +3,11 @@
 #include <string>
 #include <vector>
 
+#include "sim/run/felt.h"
 #include "sim/run/motion_data.h"
 #include "sim/run/run_data.h"
 
-/// Every .vtp and .vti holds the provenance of its run or motion as field data. Each entry is a text array, named as in
+/// Every .vtp and .vti holds the provenance of its result as field data. Each entry is a text array, named as in
 /// /provenance of run.h5. The resolved scene is in `scene`.
 namespace touchfield {
 
@@ -23,6 +24,12 @@ void write_surface_vtp(const std::string& path, const Run& run);
 ///
 /// throws   InputError if the evaluation has no model of its own
 void write_evaluation_vtp(const std::string& path, const Run& run);
+
+/// felt.vtp: the evaluated skin. Its arrays are per face, NaN off the patch, for every method NAME and SKIN with layers:
+///
+///   NAME_radiation_rms_pa, NAME_SKIN_displacement_m   root mean square over time
+///   NAME_SKIN_energy_pc_j_m3                          mean strain energy density at the Pacinian depth
+void write_felt_vtp(const std::string& path, const Felt& felt);
 
 /// array.vtp: one vertex per channel with `axis`, `device`, `channel` and, for every method NAME, `NAME_phase_rad` and
 /// `NAME_amplitude`.

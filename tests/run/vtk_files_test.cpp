@@ -18,6 +18,7 @@
 #include <vtkXMLMultiBlockDataReader.h>
 #include <vtkXMLPolyDataReader.h>
 
+#include "tests/support/felt_support.h"
 #include "tests/support/motion_support.h"
 #include "tests/support/output_support.h"
 #include "tests/support/testing.h"
@@ -171,6 +172,28 @@ TEST(EvaluationVtp, IsRefusedWhereTheEvaluationHasNoModelOfItsOwn) {
   const TemporaryDirectory directory;
   EXPECT_THROW(write_evaluation_vtp(directory.file("evaluation.vtp"), self_evaluated_run()), InputError);
   EXPECT_EQ(directory.entries(), 0U);
+}
+
+TEST(FeltVtp, HoldsWhatEveryMethodDoesToEverySkin) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("felt.vtp");
+  const Felt felt = made_up_felt({{"one", 10.0}, {"two", 5.0}});
+  write_felt_vtp(path, felt);
+  const auto reader = read_vtk<vtkXMLPolyDataReader>(path);
+  expect_points(reader->GetOutput(), felt.mesh.vertices());
+  vtkCellData* data = reader->GetOutput()->GetCellData();
+  EXPECT_EQ(data->GetNumberOfArrays(), 2 * (1 + 3 * 2));
+  EXPECT_STREQ(data->GetScalars()->GetName(), "one_middle_displacement_m");
+  const Eigen::Index count = felt.mesh.face_count();
+  const Eigen::VectorXd radiation = radiation_on_skin(felt, felt.methods[1]);
+  expect_values(data, "two_radiation_rms_pa", count, [&](Eigen::Index f) { return radiation(f); });
+  EXPECT_EQ(radiation.array().isNaN().count(), count - felt.patch.size());
+  const Eigen::VectorXd soft = map_on_skin(felt, felt.methods[1].skins[0].displacement);
+  const Eigen::VectorXd energy = map_on_skin(felt, felt.methods[0].skins[2].energy[2]);
+  expect_values(data, "two_soft_displacement_m", count, [&](Eigen::Index f) { return soft(f); });
+  expect_values(data, "one_stiff_energy_pc_j_m3", count, [&](Eigen::Index f) { return energy(f); });
+  EXPECT_NEAR(soft(felt.patch.face), peak_of(felt.methods[1].skins[0].displacement).value,
+              0.03 * soft(felt.patch.face));
 }
 
 TEST(ArrayVtp, IsAVertexAChannel) {
