@@ -117,11 +117,10 @@ class Joints(CommandTest):
 
     def test_refused(self):
         scene = self.write("scene.yaml", SCENE)
-        for change, named in ((lambda joint: joint * (-1, 1, 1), "the joints are the mirror image of a right hand"),
-                              (lambda joint: 10 * joint, "must be 90 to 270: lengths are in m")):
+        for command, change, named in (("check", lambda joint: joint * (-1, 1, 1), "the joints are the mirror image of a right hand"),
+                                       ("play", lambda joint: 10 * joint, "must be 90 to 270: lengths are in m")):
             self.table(change)
-            for command in ("check", "play"):
-                self.is_refused(command, scene, "--set", SENSOR, says=named)
+            self.is_refused(command, scene, "--set", SENSOR, says=named)
         self.table()
         table = (self.folder / "hand.csv").read_text()
         self.write("hand.csv", table.replace("index_tip_x", "index_end_x"))

@@ -241,9 +241,10 @@ class Warnings(CommandTest):
         for scene in scenes:
             text = scene.read_text()
             comment = " ".join(line for line in text.splitlines() if line.startswith("#"))
-            # For what a score costs `check` takes one, and no warning of a motion is of its evaluation.
-            evaluation = ["--set", "evaluation={edge_mm: {near_target: 3, far: 8, within_mm: 10}}"] if "\nmotion:" in text else []
-            for warning in json.loads(self.run_ok("check", scene, "--json", *evaluation).stdout)["warnings"]:
+            self.run_ok("check", scene, "--resolved")
+            # For what frames and scores cost `check` takes one, and no warning of a motion is of its methods or its evaluation.
+            short = ["--set", "solve.methods=[focus]", "--set", "evaluation={edge_mm: {near_target: 3, far: 8, within_mm: 10}}"]
+            for warning in json.loads(self.run_ok("check", scene, "--json", *(short if "\nmotion:" in text else [])).stdout)["warnings"]:
                 self.assertIn(f"`{warning.split(':')[0]}`", comment, f"{scene.name}: {warning}")
 
 
