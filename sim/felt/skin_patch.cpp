@@ -124,7 +124,8 @@ std::optional<Eigen::Vector2d> SkinPatch::place_of(const TriangleMesh& mesh, con
   if ((mesh.centroids().col(face) - at).norm() > std::max(kOff, mesh.local_edge(face))) {
     return std::nullopt;
   }
-  return laid_flat(*this, at, mesh.normals().col(face));
+  const Eigen::Vector2d place = laid_flat(*this, at, mesh.normals().col(face));
+  return place.norm() <= kReach ? std::optional(place) : std::nullopt;
 }
 
 double flattening_error(const SkinPatch& patch, const Eigen::VectorXd& pressure) {

@@ -12,7 +12,7 @@ namespace touchfield {
 ///
 ///   r = |x - x_0| (theta / 2) / sin(theta / 2),   theta the angle between n and n_0
 ///
-/// which is exact round a cylinder, along it, and on a sphere.
+/// which is exact round a cylinder and along it, though not between, and from the middle of a sphere.
 struct SkinPatch {
   static constexpr double kReach = 12e-3;  // the largest r [m]
   static constexpr double kRim = 2e-3;     // pressure fades out over the last of it [m]
@@ -28,7 +28,7 @@ struct SkinPatch {
   Eigen::VectorXd stretch{};         // of each pair: flat distance of centroids over that along the skin, minus 1
 
   Eigen::Index size() const { return areas.size(); }
-  /// Where a point of the skin lies; nothing if no centroid of the patch is within an edge length, or 2 mm, of it.
+  /// Where a point of the skin lies; nothing beyond kReach, or if no centroid is within an edge length, or 2 mm.
   std::optional<Eigen::Vector2d> place_of(const TriangleMesh& mesh, const Vector3& at) const;
 };
 

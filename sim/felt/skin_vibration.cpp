@@ -234,27 +234,44 @@ PressureLines modulated_lines(const Eigen::VectorXd& radiation, double hz) {
   return lines;
 }
 
-PressureLines frame_lines(const Eigen::MatrixXd& radiation, double rate, double highest) {
-  constexpr double kLeast = 1e-8;
-  const Index frames = radiation.cols();
-  const auto count = static_cast<double>(frames);
-  const auto lines = static_cast<Index>(std::floor(highest * count / rate * (1.0 + 1e-12)));
-  Eigen::MatrixXcd series(frames, lines);
-  for (Index m = 1; m <= lines; ++m) {
-    const double turn = std::numbers::pi * static_cast<double>(m) / count;
-    for (Index f = 0; f < frames; ++f) {
-      series(f, m - 1) = 2.0 / count * std::sin(turn) / turn *
-                         std::polar(1.0, turn + kTurn * static_cast<double>((f * m) % frames) / count);
+Eigen::MatrixXcd held_lines(const Eigen::MatrixXd& values, Index first, Index count) {
+  const Index frames = values.cols();
+  const double turn = kTurn / static_cast<double>(frames);
+  Eigen::VectorXcd roots(frames);  // by whole steps, so that long signals lose no digits
+  for (Index k = 0; k < frames; ++k) {
+    roots(k) = std::polar(2.0 / static_cast<double>(frames), turn * static_cast<double>(k));
+  }
+  Eigen::MatrixXcd series(frames, count);
+  for (Index line = 0; line < count; ++line) {
+    const Index m = first + line;
+    const double half = 0.5 * turn * static_cast<double>(m);
+    const std::complex<double> held = std::polar(m % frames == 0 ? 0.0 : std::sin(half) / half, half);
+    for (Index k = 0, step = 0; k < frames; ++k, step = (step + m) % frames) {
+      series(k, line) = held * roots(step);
     }
   }
-  const Eigen::MatrixXcd all = radiation * series;
+  return values * series;
+}
+
+PressureLines frame_lines(const Eigen::MatrixXd& radiation, double rate, double highest) {
+  constexpr double kLeast = 1e-8;
+  constexpr double kRounding = 1e-24;
+  constexpr Index kBlock = 64;
+  const double spacing = rate / static_cast<double>(radiation.cols());
+  const auto count = static_cast<Index>(std::floor(highest / spacing * (1.0 + 1e-12)));
+  Eigen::MatrixXcd all(radiation.rows(), count);
+  for (Index line = 0; line < count; line += kBlock) {
+    const Index some = std::min(kBlock, count - line);
+    all.middleCols(line, some) = held_lines(radiation, line + 1, some);
+  }
   const Eigen::VectorXd squares = all.cwiseAbs2().colwise().sum();
+  const double least = count == 0 ? 0.0 : std::max(kLeast * squares.maxCoeff(), kRounding * radiation.squaredNorm());
   std::vector<Index> kept;
   PressureLines found;
-  for (Index m = 0; m < lines; ++m) {
-    if (squares(m) > kLeast * squares.maxCoeff()) {
-      kept.push_back(m);
-      found.hz.push_back(static_cast<double>(m + 1) * rate / count);
+  for (Index line = 0; line < count; ++line) {
+    if (squares(line) > least) {
+      kept.push_back(line);
+      found.hz.push_back(static_cast<double>(line + 1) * spacing);
     }
   }
   found.pressure = all(Eigen::all, kept);

@@ -26,8 +26,16 @@ struct PressureLines {
 /// radiation   P at full amplitude, K [Pa]
 PressureLines modulated_lines(const Eigen::VectorXd& radiation, double hz);
 
-/// Of frames that are held until the next and repeat: the Fourier series, up to `highest` [Hz]. Lines with less than
-/// 1e-8 of the strongest one's sum of squares are left out.
+/// The Fourier series of signals that hold each of F values for the same time and then repeat: peak amplitudes
+///
+///   c_m = 2 sinc(m/F) exp(i pi m/F) / F sum_k x_k exp(2 pi i m k/F),   x(t) = mean + Re sum_m c_m exp(-2 pi i m t/T)
+///
+/// values   x, K x F
+/// returns  lines first .. first + count - 1, first > 0: K x count
+Eigen::MatrixXcd held_lines(const Eigen::MatrixXd& values, Eigen::Index first, Eigen::Index count);
+
+/// Those of frames, up to `highest` [Hz]. Lines with less than 1e-8 of the strongest one's sum of squares are left out,
+/// and those that are rounding alone.
 ///
 /// radiation   P of each frame, K x F [Pa]
 /// rate        frames per second

@@ -5,6 +5,7 @@
 #include <complex>
 #include <iterator>
 #include <limits>
+#include <tuple>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -25,17 +26,14 @@ namespace touchfield {
 
 namespace {
 
-const FeltMethod& reference_of(const Felt& felt) {
-  const auto named = std::ranges::find(felt.methods, felt.spec.reference, &FeltMethod::name);
-  return named == felt.methods.end() ? felt.methods.front() : *named;
+double decibels(double value, double reference) {
+  return value > 0.0 && reference > 0.0 ? 20.0 * std::log10(value / reference) : kNotComputed;
 }
 
-double decibels(double value, double reference) { return 20.0 * std::log10(value / reference); }
-
-/// A method on a skin, and the reference on the same.
-Json skin_value(const Felt& felt, const FeltMethod& method, std::size_t s, const Felt& other) {
+/// A method on a skin, and the reference on the same. `louder`: the largest rms of P over that of the reference [dB].
+Json skin_value(const Felt& felt, const FeltMethod& method, std::size_t s, const FeltFigures& reference,
+                double louder) {
   const FeltFigures figures = felt_figures(felt, method.skins[s]);
-  const FeltFigures reference = felt_figures(other, reference_of(other).skins[s]);
   Json value = {{"method", method.name},
                 {"skin", method.skins[s].skin},
                 {"displacement_rms_um", figures.displacement_um},
@@ -46,17 +44,27 @@ Json skin_value(const Felt& felt, const FeltMethod& method, std::size_t s, const
     value[fmt::format("energy_{}_j_m3", kReceptorNames[d])] = figures.energy_j_m3[d];
   }
   for (std::size_t c = 0; c < figures.weighted.size(); ++c) {
-    value[channel_name(kTouchChannels[c]) + "_db"] = decibels(figures.weighted[c], reference.weighted[c]);
+    const double above = decibels(figures.weighted[c], reference.weighted[c]);
+    const std::string channel = channel_name(kTouchChannels[c]);
+    value[channel + "_db"] = above;
+    value[channel + "_at_equal_rms_db"] = above - louder;
   }
   value["dip_db"] = figures.dip_db;
   return value;
 }
 
 Json skin_values(const Felt& felt, const std::optional<Felt>& against) {
+  const Felt& other = against ? *against : felt;
+  std::vector<FeltFigures> reference;
+  for (const SkinVibration& skin : reference_of(other).skins) {
+    reference.push_back(felt_figures(other, skin));
+  }
   Json rows = Json::array();
   for (const FeltMethod& method : felt.methods) {
+    const double louder =
+        decibels(felt_figures(felt, method.skins.back()).pressure_pa, reference.back().pressure_pa);
     for (std::size_t s = 0; s < method.skins.size(); ++s) {
-      rows.push_back(skin_value(felt, method, s, against ? *against : felt));
+      rows.push_back(skin_value(felt, method, s, reference[s], louder));
     }
   }
   return rows;
@@ -74,8 +82,8 @@ Json spectrum_values(const Felt& felt) {
                               {"skin", skin.skin},
                               {"point", felt.points[p].name},
                               {"hz", method.lines.hz[l]},
-                              {"displacement_um", skin.has_mechanics ? 1e6 * std::abs(peak) : nothing},
-                              {"pressure_pa", skin.has_mechanics ? nothing : std::abs(peak)},
+                              {"displacement_peak_um", skin.has_mechanics ? 1e6 * std::abs(peak) : nothing},
+                              {"pressure_peak_pa", skin.has_mechanics ? nothing : std::abs(peak)},
                               {"phase_rad", std::arg(peak)}});
         }
       }
@@ -113,34 +121,26 @@ class SkinRange {
   double most_ = -std::numeric_limits<double>::infinity();
 };
 
-/// Every method relative to the reference, as it was solved and scaled to the reference's largest rms of P.
-Json orders(const Json& rows, const Felt& felt, const std::optional<Felt>& against) {
-  const std::string reference = reference_name(felt, against);
-  const Felt& other = against ? *against : felt;
-  const double reference_pressure = felt_figures(other, reference_of(other).skins.back()).pressure_pa;
-  Json orders = Json::array();
-  for (std::size_t first = 0; first < rows.size();) {
-    std::size_t last = first;
-    Json order = {{"method", rows[first]["method"]}, {"against", reference}};
+/// Every method relative to the reference, as it was solved and at the reference's largest rms of P.
+std::string relative_text(const Json& rows, const std::string& reference) {
+  Json all = Json::array();
+  for (std::size_t first = 0, last = 0; first < rows.size(); first = last) {
+    Json relative = {{"method", rows[first]["method"]}, {"against", reference}};
     while (last < rows.size() && rows[last]["method"] == rows[first]["method"]) {
       ++last;
     }
-    const double louder = decibels(rows[last - 1]["pressure_rms_pa"].get<double>(), reference_pressure);
     for (const TouchChannel channel : kTouchChannels) {
-      const std::string name = channel_name(channel) + "_db";
-      SkinRange as_solved;
-      SkinRange equal_peak;
-      for (std::size_t i = first; i < last; ++i) {
-        as_solved.add(rows[i][name].get<double>());
-        equal_peak.add(rows[i][name].get<double>() - louder);
+      for (const char* scaled : {"_db", "_at_equal_rms_db"}) {
+        SkinRange range;
+        for (std::size_t i = first; i < last; ++i) {
+          range.add(rows[i][channel_name(channel) + scaled].get<double>());
+        }
+        relative[channel_name(channel) + scaled] = range.text();
       }
-      order[name] = as_solved.text();
-      order[channel_name(channel) + "_at_equal_peak_db"] = equal_peak.text();
     }
-    orders.push_back(order);
-    first = last;
+    all.push_back(relative);
   }
-  return orders;
+  return table_text(all);
 }
 
 }  // namespace
@@ -199,8 +199,8 @@ void add_felt(Result& result, const Scene& scene, const RunDirectory& directory,
     const Felt felt = timed(progress, "what the skin does", [&] { return felt_of(result, scene, *scene.felt); });
     write_felt(felt, std::nullopt, scene.write, directory);
     warnings = felt.warnings;
-  } catch (const InputError& error) {
-    warnings.push_back(fmt::format("not_felt: {}", error.what()));
+  } catch (const std::exception& error) {  // whatever it is, the result is kept
+    warnings.push_back(fmt::format("felt_failed: {}", error.what()));
   }
   for (const std::string& warning : warnings) {
     progress.warn(warning);
@@ -211,11 +211,9 @@ template void add_felt(Run&, const Scene&, const RunDirectory&, Progress&);
 template void add_felt(Motion&, const Scene&, const RunDirectory&, Progress&);
 
 Json felt_value(const Felt& felt, const std::optional<Felt>& against, const std::string& directory) {
-  const Json rows = skin_values(felt, against);
   return {{"name", felt.name},
           {"directory", directory},
-          {"skins", rows},
-          {"relative", orders(rows, felt, against)},
+          {"skins", skin_values(felt, against)},
           {"warnings", felt.warnings}};
 }
 
@@ -238,10 +236,16 @@ std::string felt_text(const Felt& felt, const std::optional<Felt>& against) {
          "of "
          "two channels,\nrelative to " +
          reference_name(felt, against) + "; skin none: the pressure itself\n\n" +
-         table_text(orders(rows, felt, against));
+         relative_text(rows, reference_name(felt, against));
 }
 
 Job<Felt> felt_job(Felt felt, std::optional<Felt> against, const WriteSpec& write) {
+  const auto skin = [](const Felt& one) {
+    return std::tuple(one.spec.layers, one.spec.bone, one.spec.shear, one.spec.tan_delta);
+  };
+  require(!against || skin(felt) == skin(*against),
+          "felt: the two results have different skins in their scenes: set felt.layers, bone_mm, shear_kpa and tan_delta");
+  reference_of(against ? *against : felt);
   const std::string name = felt.name;
   std::vector<std::string> files = {"felt.log", "failed.json"};
   std::ranges::copy(felt_files(write), std::back_inserter(files));

@@ -29,7 +29,7 @@ void write_felt(const Felt& felt, const std::optional<Felt>& against, const Writ
                 const RunDirectory& directory);
 
 /// What a scene with `felt` asks for besides: write_felt of a result that is finished, whose warnings grow by its own.
-/// If it cannot be computed a warning says why; the result stands.
+/// If it cannot be computed, the warning felt_failed says why; the result stands.
 ///
 /// result   Run or Motion
 template <class Result>
@@ -41,6 +41,7 @@ Json felt_value(const Felt& felt, const std::optional<Felt>& against, const std:
 std::string felt_text(const Felt& felt, const std::optional<Felt>& against);
 
 /// The job of `touchfield felt`.
+/// throws   InputError if both have not the same skins, or an unknown reference
 Job<Felt> felt_job(Felt felt, std::optional<Felt> against, const WriteSpec& write);
 
 }  // namespace touchfield

@@ -17,6 +17,7 @@
 #include "sim/model/stages.h"
 #include "sim/model/warnings.h"
 #include "sim/motion/motion_instants.h"
+#include "sim/run/felt.h"
 #include "sim/run/methods.h"
 #include "sim/run/motion_summary.h"
 #include "sim/run/result_warnings.h"
@@ -306,15 +307,22 @@ void listen(const PatternProblem& problem, const std::vector<PatternPoint>& poin
   }
 }
 
-/// The face that felt.at_mm is nearest to, or else the mean of the middles of all spots.
+/// The face at felt.at_mm, or else nearest to the mean of the middles of all spots. Where that mean is off the skin, as
+/// between two fingers, it is the middle of a spot.
 Eigen::Index middle_face(const Model& model, const PatternSpots& spots) {
   const TriangleMesh& mesh = model.body.mesh;
-  const std::optional<FeltSpec>& felt = model.fixed->scene.felt;
-  Vector3 middle = Vector3::Zero();
-  for (const Eigen::Index row : spots.middle) {
-    middle += mesh.centroids().col(spots.faces[static_cast<std::size_t>(row)]) / static_cast<double>(spots.middle.size());
+  if (const std::optional<FeltSpec>& felt = model.fixed->scene.felt; felt && felt->at) {
+    return felt_face(mesh, *felt->at);
   }
-  return FaceTree(mesh).nearest(felt && felt->at ? *felt->at : middle).face;
+  Vector3 mean = Vector3::Zero();
+  std::vector<Eigen::Index> middles;
+  for (const Eigen::Index row : spots.middle) {
+    middles.push_back(spots.faces[static_cast<std::size_t>(row)]);
+    mean += mesh.centroids().col(middles.back()) / static_cast<double>(spots.middle.size());
+  }
+  const SkinPoint nearest = FaceTree(mesh).nearest(mean, kOffSkin);
+  const auto off = [&](Eigen::Index face) { return (mesh.centroids().col(face) - mean).squaredNorm(); };
+  return nearest.face >= 0 ? nearest.face : *std::ranges::min_element(middles, {}, off);
 }
 
 /// The radiation pressure on the patch in each frame.
@@ -397,69 +405,6 @@ Motion begun(const Model& model, const PatternClock& clock, const PatternOptions
 }
 
 }  // namespace
-
-std::vector<SpectralLine> lines_of_held(const Eigen::VectorXd& values, double rate, double highest) {
-  const Eigen::Index frames = values.size();
-  const auto count = static_cast<double>(frames);
-  const double spacing = rate / count;
-  Eigen::VectorXcd roots(frames);  // by whole steps, so that long signals lose no digits
-  for (Eigen::Index k = 0; k < frames; ++k) {
-    roots(k) = std::polar(1.0, -2.0 * std::numbers::pi * static_cast<double>(k) / count);
-  }
-  std::vector<double> series;  // |sum_k x_k exp(-2 pi i m k/F)| / F, which repeats after F lines
-  std::vector<SpectralLine> lines;
-  for (Eigen::Index m = 1; static_cast<double>(m) * rate / count <= highest; ++m) {
-    const Eigen::Index first = m % frames;
-    if (m < frames) {
-      std::complex<double> sum = 0.0;
-      for (Eigen::Index k = 0, step = 0; k < frames; ++k, step = (step + m) % frames) {
-        sum += values(k) * roots(step);
-      }
-      series.push_back(std::abs(sum) / count);
-    }
-    const double turn = std::numbers::pi * static_cast<double>(m) / count;
-    const double magnitude =
-        first == 0 ? 0.0 : series[static_cast<std::size_t>(first - 1)] * std::abs(std::sin(turn) / turn);
-    const double hz = static_cast<double>(m) * rate / count;
-    const double square = 2.0 * magnitude * magnitude;
-    if (spacing * kBinsPerHz >= 1.0) {
-      lines.push_back({hz, square, spacing});
-      continue;
-    }
-    constexpr double kHair = 1e-9;  // a line on the edge of a bin begins it
-    const double low = std::floor(hz * kBinsPerHz + kHair) / kBinsPerHz;
-    if (lines.empty() || lines.back().hz < low) {
-      lines.push_back({low, 0.0, 1.0 / kBinsPerHz});
-    }
-    lines.back().mean_square += square;
-  }
-  return lines;
-}
-
-double mean_square_in(const std::vector<SpectralLine>& lines, const FrequencyBand& band) {
-  double sum = 0.0;
-  for (const SpectralLine& line : lines) {
-    sum += line.hz >= band.low && line.hz < band.high ? line.mean_square : 0.0;
-  }
-  return sum;
-}
-
-Eigen::MatrixXcd rung_up(const Eigen::MatrixXcd& drives, double frame, double ring_up) {
-  const double half = std::exp(-0.5 * frame / ring_up);
-  const double whole = half * half;
-  // What a pass from silence leaves, of which a steady state has a geometric series.
-  Eigen::VectorXcd before = Eigen::VectorXcd::Zero(drives.rows());
-  for (const auto& q : drives.colwise()) {
-    before = q + whole * (before - q);
-  }
-  before /= 1.0 - std::pow(whole, static_cast<double>(drives.cols()));
-  Eigen::MatrixXcd emitted(drives.rows(), drives.cols());
-  for (Eigen::Index k = 0; k < drives.cols(); ++k) {
-    emitted.col(k) = drives.col(k) + half * (before - drives.col(k));
-    before = drives.col(k) + whole * (before - drives.col(k));
-  }
-  return emitted;
-}
 
 Pattern solve_pattern(const Model& model, const PatternOptions& options, Progress& progress) {
   const Scene& scene = model.fixed->scene;

@@ -33,12 +33,9 @@ struct SpectralLine {
 
 inline constexpr double kBinsPerHz = 10;  // of spectra whose lines are closer than that
 
-/// The Fourier series of a signal that holds each of its F values for 1/rate and then repeats:
-///
-///   c_m = sinc(m/F) exp(-i pi m/F) / F sum_k x_k exp(-2 pi i m k/F),   line m: 2 |c_m|^2 at m rate/F
-///
-/// Lines above 0 and up to `highest`, those of a bin of 1 / kBinsPerHz added up where they are closer than its width.
-/// Nothing is windowed: the series is exact.
+/// The lines of a signal that holds each of its F values for 1/rate and then repeats (held_lines), with 1/2 |c_m|^2 at
+/// m rate/F, above 0 and up to `highest`. Where they are closer than the width of a bin, 1 / kBinsPerHz, those of a bin are
+/// added up. Nothing is windowed: the series is exact.
 ///
 /// values    x, F, at least 1
 /// rate      [1/s]

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
@@ -11,6 +13,7 @@
 #include "sim/core/units.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/model/model.h"
+#include "sim/scene/scene_reader.h"
 
 namespace touchfield {
 
@@ -18,24 +21,20 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kOffSkin = 5e-3;  // that a place may be [m]
-
 /// The pressure has no finer parts than twice the sound's; a quarter more for what bent skin does near edges.
 double finest_of(const Scene& scene) {
-  return 2.5 * Wave(build_medium(scene.medium, scene.frequency), scene.frequency).k();
-}
-
-/// The skin about a place that is given.
-Index face_at(const TriangleMesh& mesh, const Vector3& at) {
-  const SkinPoint nearest = FaceTree(mesh).nearest(at);
-  require(nearest.distance < kOffSkin, "felt.at_mm = {} is {:.3g} mm off the skin; give a point on it", place_text(at),
-          1e3 * nearest.distance);
-  return nearest.face;
+  constexpr double kOfPatch = 1800.0;  // what the patch and its rim need, of low sounds [rad/m]
+  return std::max(kOfPatch, 2.5 * Wave(build_medium(scene.medium, scene.frequency), scene.frequency).k());
 }
 
 /// The skin, its places, and what is to be said of them.
-Felt begun(const Scene& scene, const FeltSpec& spec, const TriangleMesh& mesh, SkinPatch patch) {
-  Felt felt{.name = scene.name, .spec = spec, .mesh = mesh, .patch = std::move(patch)};
+Felt begun(Scene scene, const FeltSpec& spec, const TriangleMesh& mesh, SkinPatch patch) {
+  scene.felt = spec;
+  Felt felt{.name = scene.name,
+            .scene = resolved_yaml(scene),
+            .spec = spec,
+            .mesh = mesh,
+            .patch = std::move(patch)};
   felt.points.push_back({"middle", felt.patch.middle, Eigen::Vector2d::Zero()});
   const FaceTree skin(mesh);
   for (std::size_t i = 0; i < spec.points.size(); ++i) {
@@ -87,16 +86,42 @@ void add_warnings(const std::optional<Target>& target, Felt& felt) {
   }
 }
 
-void require_reference(const Felt& felt) {
-  std::vector<std::string> names;
-  for (const FeltMethod& method : felt.methods) {
-    names.push_back(method.name);
+/// Frames that are shown too slowly for the lines that count.
+void warn_of_steps(double rate, Felt& felt) {
+  constexpr double kMost = 0.1;
+  const PressureLines& lines = felt.methods.front().lines;
+  double above = 0.0;
+  double all = 0.0;
+  for (std::size_t line = 0; line < lines.hz.size(); ++line) {
+    const double square =
+        lines.hz[line] * lines.hz[line] * lines.pressure.col(static_cast<Index>(line)).squaredNorm();
+    all += square;
+    above += lines.hz[line] >= 0.5 * rate ? square : 0.0;
   }
-  require(felt.spec.reference.empty() || std::ranges::find(names, felt.spec.reference) != names.end(),
-          "felt.reference = {} must be one of {}", felt.spec.reference, fmt::join(names, ", "));
+  if (above > kMost * all) {
+    felt.warnings.push_back(fmt::format(
+        "steps: {:.0f} % of what changes (rate of P, squared) is above half of {:g} frames per second: the steps from "
+        "frame to frame; give pattern.frames_per_second more, or felt.highest_hz less",
+        100.0 * above / all, rate));
+  }
 }
 
 }  // namespace
+
+Index felt_face(const TriangleMesh& mesh, const Vector3& at) {
+  const SkinPoint nearest = FaceTree(mesh).nearest(at);
+  require(nearest.distance < kOffSkin, "felt.at_mm = {} is {:.3g} mm off the skin; give a point on it", place_text(at),
+          1e3 * nearest.distance);
+  return nearest.face;
+}
+
+const FeltMethod& reference_of(const Felt& felt) {
+  std::vector<std::string> names;
+  std::ranges::transform(felt.methods, std::back_inserter(names), &FeltMethod::name);
+  const auto named = std::ranges::find(names, felt.spec.reference.empty() ? names.front() : felt.spec.reference);
+  require(named != names.end(), "felt.reference = {} must be one of {}", felt.spec.reference, fmt::join(names, ", "));
+  return felt.methods[static_cast<std::size_t>(named - names.begin())];
+}
 
 std::vector<TissueModel> felt_skins(const FeltSpec& spec) {
   constexpr double kDermis = 1.5e-3;  // [m]
@@ -156,9 +181,8 @@ Felt felt_of(const Run& run, const Scene& scene, const FeltSpec& spec) {
   require(spec.at || target, "felt: the run has no target; give felt.at_mm, a place on the skin");
   require(std::ranges::any_of(run.methods, [](const MethodResult& method) { return method.radiation.size() > 0; }),
           "felt: no method of {} was evaluated, so its radiation pressure is not known", run.name);
-  const Index face = spec.at ? face_at(mesh, *spec.at) : central_face(mesh, *target);
+  const Index face = spec.at ? felt_face(mesh, *spec.at) : central_face(mesh, *target);
   Felt felt = begun(scene, spec, mesh, skin_patch(mesh, face));
-  felt.scene = run.scene;
   felt.provenance = run.provenance;
   for (const MethodResult& method : run.methods) {
     if (method.radiation.size() > 0) {
@@ -166,7 +190,6 @@ Felt felt_of(const Run& run, const Scene& scene, const FeltSpec& spec) {
       add_method(method.name, modulated_lines(radiation, spec.modulation_hz), finest_of(scene), felt);
     }
   }
-  require_reference(felt);
   add_warnings(target, felt);
   return felt;
 }
@@ -182,7 +205,6 @@ Felt felt_of(const Motion& motion, const Scene& scene, const FeltSpec& spec) {
       "felt.at_mm = {} is not the middle of the skin that the pattern has kept, {}; solve the pattern with this key",
       place_text(*spec.at), place_text(patch.skin.middle));
   Felt felt = begun(scene, spec, evaluated_mesh(motion), patch.skin);
-  felt.scene = motion.scene;
   felt.provenance = motion.provenance;
   for (const auto& [name, at] : patch.points) {
     if (const auto place = felt.patch.place_of(felt.mesh, at)) {
@@ -194,10 +216,17 @@ Felt felt_of(const Motion& motion, const Scene& scene, const FeltSpec& spec) {
                       name, 1e3 * SkinPatch::kReach, place_text(felt.patch.middle)));
     }
   }
-  add_method(motion.methods.front().name,
-             frame_lines(patch.radiation, spec.frames_hz.value_or(patch.rate), spec.highest_hz), finest_of(scene),
-             felt);
-  require_reference(felt);
+  constexpr double kMostLines = 10'000;
+  const double rate = spec.frames_hz.value_or(patch.rate);
+  const double spacing = rate / static_cast<double>(patch.radiation.cols());
+  require(spec.highest_hz <= kMostLines * spacing,
+          "felt.highest_hz = {:g}: a pattern that repeats after {:g} s has more than {:g} lines up to it; give less",
+          spec.highest_hz, 1.0 / spacing, kMostLines);
+  PressureLines lines = frame_lines(patch.radiation, rate, spec.highest_hz);
+  require(!lines.hz.empty(), "felt: the pattern has no line up to felt.highest_hz = {:g}; its first is at {:g} Hz",
+          spec.highest_hz, spacing);
+  add_method(motion.methods.front().name, std::move(lines), finest_of(scene), felt);
+  warn_of_steps(rate, felt);
   add_warnings(std::nullopt, felt);
   return felt;
 }

@@ -10,8 +10,8 @@
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
 #include "sim/hand/tracked_joints.h"
-#include "sim/mesh/topology.h"
 #include "sim/run/motion_summary.h"
+#include "sim/run/patch_archive.h"
 #include "sim/run/run_file.h"
 #include "sim/run/target_archive.h"
 
@@ -295,50 +295,6 @@ void instants_parts(const GroupReader& io, Motion& motion) {
   });
 }
 
-void patch_parts(const GroupWriter& io, const Motion& motion) {
-  const MotionPatch& patch = *motion.patch;
-  std::vector<std::string> names;
-  std::vector<Vector3> places;
-  for (const auto& [name, place] : patch.points) {
-    names.push_back(name);
-    places.push_back(place);
-  }
-  io.attribute("frames_per_second", patch.rate);
-  io.attribute("middle", static_cast<int>(patch.skin.face));
-  io.attribute("points", names);
-  io.columns("points", as_columns(places), "m");
-  io.list("faces", patch.skin.faces, "1");
-  io.write_compact("radiation", patch.radiation.data(),
-                   {static_cast<std::uint64_t>(patch.radiation.cols()), static_cast<std::uint64_t>(patch.skin.size())},
-                   "Pa");
-}
-
-/// The patch is made again of the mesh.
-void patch_parts(const GroupReader& io, Motion& motion) {
-  MotionPatch patch;
-  int face = 0;
-  std::vector<std::string> names;
-  Points places;
-  io.attribute("frames_per_second", patch.rate);
-  io.attribute("middle", face);
-  io.attribute("points", names);
-  io.columns("points", places, "m");
-  if (places.cols() != std::ssize(names) || face < 0 || face >= evaluated_mesh(motion).face_count()) {
-    io.fail("middle must be a face, and points as many as their names");
-  }
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    patch.points.emplace_back(names[i], places.col(static_cast<Eigen::Index>(i)));
-  }
-  patch.skin = skin_patch(evaluated_mesh(motion), face);
-  if (motion.methods.empty()) {
-    io.fail("there must be a method");
-  }
-  const std::uint64_t frames = motion.methods.front().frames.size();
-  patch.radiation.resize(patch.skin.size(), static_cast<Eigen::Index>(frames));
-  io.read("radiation", {frames, static_cast<std::uint64_t>(patch.skin.size())}, patch.radiation.data());
-  motion.patch = std::move(patch);
-}
-
 /// All but what is said of the motion in the root itself, and its meshes.
 template <class Io, class TheMotion>
 void motion_parts(const Io& io, TheMotion& motion) {
@@ -460,12 +416,7 @@ void check_motion(const Motion& motion) {
   }
   if (motion.patch) {
     const auto frames = motion.methods.empty() ? 0 : std::ssize(motion.methods.front().frames);
-    require(motion.patch->radiation.rows() == motion.patch->skin.size() && motion.patch->radiation.cols() == frames,
-            "patch: radiation must be of its faces and of the first method's frames");
-    std::set<std::string> points;
-    for (const auto& [name, at] : motion.patch->points) {
-      require_name("patch: point", name, points);
-    }
+    check_patch(*motion.patch, static_cast<Eigen::Index>(frames));
   }
 }
 

@@ -97,6 +97,11 @@ TEST(PressureLines, HeldFramesGiveTheirSeries) {
   }
 }
 
+TEST(PressureLines, ConstantFramesHaveNone) {
+  EXPECT_TRUE(frame_lines(Eigen::MatrixXd::Constant(3, 10, 0.7), 100.0, 45.0).hz.empty());
+  EXPECT_TRUE(frame_lines(Eigen::MatrixXd::Random(3, 10), 100.0, 5.0).hz.empty());
+}
+
 TEST(PressureLines, ModulatedSoundHasTwoLines) {
   const PressureLines lines = modulated_lines(Eigen::VectorXd::Constant(1, 8.0), 50.0);
   double square = 0.0;
