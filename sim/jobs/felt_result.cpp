@@ -61,8 +61,7 @@ Json skin_values(const Felt& felt, const std::optional<Felt>& against) {
   }
   Json rows = Json::array();
   for (const FeltMethod& method : felt.methods) {
-    const double louder =
-        decibels(felt_figures(felt, method.skins.back()).pressure_pa, reference.back().pressure_pa);
+    const double louder = decibels(felt_figures(felt, method.skins.back()).pressure_pa, reference.back().pressure_pa);
     for (std::size_t s = 0; s < method.skins.size(); ++s) {
       rows.push_back(skin_value(felt, method, s, reference[s], louder));
     }
@@ -243,8 +242,9 @@ Job<Felt> felt_job(Felt felt, std::optional<Felt> against, const WriteSpec& writ
   const auto skin = [](const Felt& one) {
     return std::tuple(one.spec.layers, one.spec.bone, one.spec.shear, one.spec.tan_delta);
   };
-  require(!against || skin(felt) == skin(*against),
-          "felt: the two results have different skins in their scenes: set felt.layers, bone_mm, shear_kpa and tan_delta");
+  require(
+      !against || skin(felt) == skin(*against),
+      "felt: the two results have different skins in their scenes: set felt.layers, bone_mm, shear_kpa and tan_delta");
   reference_of(against ? *against : felt);
   const std::string name = felt.name;
   std::vector<std::string> files = {"felt.log", "failed.json"};

@@ -1,9 +1,8 @@
-#include "sim/motion/pattern.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include "sim/felt/skin_vibration.h"
+#include "sim/motion/pattern.h"
 
 namespace touchfield {
 
@@ -14,8 +13,7 @@ std::vector<SpectralLine> lines_of_held(const Eigen::VectorXd& values, double ra
   const auto count = static_cast<Eigen::Index>(std::floor(highest / spacing * (1.0 + 1e-12)));
   std::vector<SpectralLine> lines;
   for (Eigen::Index first = 1; first <= count; first += kBlock) {
-    const Eigen::RowVectorXcd block =
-        held_lines(values.transpose(), first, std::min(kBlock, count - first + 1)).row(0);
+    const Eigen::RowVectorXcd block = held_lines(values.transpose(), first, std::min(kBlock, count - first + 1)).row(0);
     for (Eigen::Index line = 0; line < block.size(); ++line) {
       const double hz = static_cast<double>(first + line) * spacing;
       const double square = 0.5 * std::norm(block(line));

@@ -30,11 +30,7 @@ double finest_of(const Scene& scene) {
 /// The skin, its places, and what is to be said of them.
 Felt begun(Scene scene, const FeltSpec& spec, const TriangleMesh& mesh, SkinPatch patch) {
   scene.felt = spec;
-  Felt felt{.name = scene.name,
-            .scene = resolved_yaml(scene),
-            .spec = spec,
-            .mesh = mesh,
-            .patch = std::move(patch)};
+  Felt felt{.name = scene.name, .scene = resolved_yaml(scene), .spec = spec, .mesh = mesh, .patch = std::move(patch)};
   felt.points.push_back({"middle", felt.patch.middle, Eigen::Vector2d::Zero()});
   const FaceTree skin(mesh);
   for (std::size_t i = 0; i < spec.points.size(); ++i) {
@@ -93,8 +89,7 @@ void warn_of_steps(double rate, Felt& felt) {
   double above = 0.0;
   double all = 0.0;
   for (std::size_t line = 0; line < lines.hz.size(); ++line) {
-    const double square =
-        lines.hz[line] * lines.hz[line] * lines.pressure.col(static_cast<Index>(line)).squaredNorm();
+    const double square = lines.hz[line] * lines.hz[line] * lines.pressure.col(static_cast<Index>(line)).squaredNorm();
     all += square;
     above += lines.hz[line] >= 0.5 * rate ? square : 0.0;
   }
@@ -201,7 +196,7 @@ Felt felt_of(const Motion& motion, const Scene& scene, const FeltSpec& spec) {
           motion.name);
   const MotionPatch& patch = *motion.patch;
   require(
-      !spec.at || (*spec.at - patch.skin.middle).norm() < 3e-3,
+      !spec.at || felt_face(evaluated_mesh(motion), *spec.at) == patch.skin.face,
       "felt.at_mm = {} is not the middle of the skin that the pattern has kept, {}; solve the pattern with this key",
       place_text(*spec.at), place_text(patch.skin.middle));
   Felt felt = begun(scene, spec, evaluated_mesh(motion), patch.skin);

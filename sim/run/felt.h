@@ -55,8 +55,7 @@ struct FeltFigures {
   double dip_db;                                       // between the first two points that the spec names
 };
 
-/// On every face of the skin, NaN off the patch: a map at the middle of the face, and the root mean square of the
-/// radiation pressure over time.
+/// A map at the middle of every face of the skin, and the rms of the radiation pressure; NaN off the patch.
 Eigen::VectorXd map_on_skin(const Felt& felt, const Eigen::MatrixXd& map);
 Eigen::VectorXd radiation_on_skin(const Felt& felt, const FeltMethod& method);
 

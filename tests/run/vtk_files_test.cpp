@@ -192,8 +192,7 @@ TEST(FeltVtp, HoldsWhatEveryMethodDoesToEverySkin) {
   const Eigen::VectorXd energy = map_on_skin(felt, felt.methods[0].skins[2].energy[2]);
   expect_values(data, "two_soft_displacement_m", count, [&](Eigen::Index f) { return soft(f); });
   expect_values(data, "one_stiff_energy_pc_j_m3", count, [&](Eigen::Index f) { return energy(f); });
-  EXPECT_NEAR(soft(felt.patch.face), largest(felt.methods[1].skins[0].displacement),
-              0.03 * soft(felt.patch.face));
+  EXPECT_NEAR(soft(felt.patch.face), largest(felt.methods[1].skins[0].displacement), 0.03 * soft(felt.patch.face));
 }
 
 TEST(ArrayVtp, IsAVertexAChannel) {
