@@ -21,6 +21,7 @@
 #include "sim/run/text_table.h"
 #include "sim/run/vtk_files.h"
 #include "sim/scene/scene_reader.h"
+#include "sim/view/view_felt.h"
 
 namespace touchfield {
 
@@ -166,7 +167,7 @@ std::vector<std::string> felt_files(const WriteSpec& write) {
     files.emplace_back("felt.vtp");
   }
   if (write.png) {
-    files.emplace_back("felt.png");
+    files.insert(files.end(), {"felt.png", "felt.html"});
   }
   return files;
 }
@@ -184,7 +185,9 @@ void write_felt(const Felt& felt, const std::optional<Felt>& against, const Writ
     write_felt_vtp(directory.file("felt.vtp"), felt);
   }
   if (write.png) {
-    write_atomically(directory.file("felt.png"), {felt_picture(felt)});
+    const std::string picture = felt_picture(felt);
+    write_atomically(directory.file("felt.png"), {picture});
+    write_text_file(directory.file("felt.html"), felt_page(felt, picture, felt_text(felt, against)));
   }
 }
 

@@ -73,10 +73,10 @@ bool draw_motion(const std::string& path, const Motion& motion);
 std::string motion_strip(const Motion& motion);
 
 /// Flat maps of the skin, seen from outside, with one row for each of the first six methods. Columns show the radiation
-/// pressure, the displacement on the soft, the middle and the stiff skin, and the strain energy at the Pacinian depth
-/// on the middle skin. A column has one scale of colours. It ends at the largest value, or at twice the median
-/// of the methods (of the energy four times). A line goes round the part above half of a map's largest value. Of a pattern, panels below
-/// have the displacement at the points over the frequency, one per skin.
+/// pressure, and the displacement on the soft, middle and stiff skin. The last shows the strain energy at the Pacinian
+/// depth on the middle skin. A column has one scale of colours, whose end is at most twice the median of the
+/// methods (of the energy four times). A line goes round the part above half of a map's largest value. Below one method
+/// alone are panels with the displacement at the points over the frequency, one per skin.
 ///
 /// returns   a file's bytes
 std::string felt_picture(const Felt& felt);

@@ -25,7 +25,7 @@ void write_surface_vtp(const std::string& path, const Run& run);
 /// throws   InputError if the evaluation has no model of its own
 void write_evaluation_vtp(const std::string& path, const Run& run);
 
-/// felt.vtp: the evaluated skin. Its arrays are per face, NaN off the patch, for every method NAME and SKIN with layers:
+/// felt.vtp: the evaluated skin. Its arrays are per face, NaN off the patch, for every method NAME and layered SKIN:
 ///
 ///   NAME_radiation_rms_pa, NAME_SKIN_displacement_m   root mean square over time
 ///   NAME_SKIN_energy_pc_j_m3                          mean strain energy density at the Pacinian depth

@@ -146,6 +146,22 @@ std::string colour_maps() {
   return base64_of(bytes);
 }
 
+std::string quantity_key(std::size_t number) { return "own" + std::to_string(number); }
+
+/// Of the page's own quantities; the ends of their colours are in SI units.
+Json quantities_json(const ViewSkin& skin) {
+  Json json = Json::array();
+  for (std::size_t q = 0; q < skin.quantities.size(); ++q) {
+    const ViewQuantity& own = skin.quantities[q];
+    json.push_back({{"key", quantity_key(q)},
+                    {"name", own.name},
+                    {"unit", own.unit},
+                    {"scale", own.factor},
+                    {"top", skin_bar("", 0.0, own.values).top}});
+  }
+  return json;
+}
+
 Json curve_json(const ViewCurve& curve) {
   return {{"label", curve.label}, {"line", curve.line}, {"times", curve.times}, {"values", curve.values}};
 }
@@ -196,6 +212,8 @@ Json skin_json(const ViewSkin& skin, const TriangleMesh* before, const TriangleM
   if (skin.target && skin.target->size() > 0) {
     json["outline"] = packed_points(target_outline(skin.mesh, *skin.target));
     json["wanted"] = wanted_json(skin.mesh, *skin.target);
+  } else if (skin.border.cols() > 0) {
+    json["outline"] = packed_points(skin.border);
   }
   json["methods"] = Json::array();
   for (std::size_t m = 0; m < skin.pressure.size(); ++m) {
@@ -204,6 +222,11 @@ Json skin_json(const ViewSkin& skin, const TriangleMesh* before, const TriangleM
       values["radiation"] = packed(skin.radiation[m]);
     }
     json["methods"].push_back(std::move(values));
+  }
+  for (std::size_t q = 0; q < skin.quantities.size(); ++q) {
+    for (std::size_t m = 0; m < skin.quantities[q].values.size(); ++m) {
+      json["methods"][m][quantity_key(q)] = packed(skin.quantities[q].values[m]);
+    }
   }
   return json;
 }
@@ -237,6 +260,9 @@ Json page_json(const ViewData& data, const std::string& live) {
                {"curves", Json::array()}};
   if (!std::isnan(data.radiation_per_square)) {
     json["radiation_per_square"] = data.radiation_per_square;
+  }
+  if (!data.skins.empty() && !data.skins.front().quantities.empty()) {
+    json["quantities"] = quantities_json(data.skins.front());
   }
   for (const ViewMethod& method : data.methods) {
     json["methods"].push_back(Json{{"name", method.name}, {"caption", method.caption}});

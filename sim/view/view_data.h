@@ -14,6 +14,14 @@
 
 namespace touchfield {
 
+/// Values on the faces that a page shows in place of |p|, its level, its phase and P.
+struct ViewQuantity {
+  std::string name;
+  std::string unit;
+  double factor;                          // from SI to the unit
+  std::vector<Eigen::VectorXd> values{};  // per method [SI]; NaN is grey
+};
+
 /// The skin at one time.
 struct ViewSkin {
   double time = 0;  // [s]
@@ -22,6 +30,8 @@ struct ViewSkin {
   std::optional<Target> target{};            // on `mesh`
   std::vector<Eigen::VectorXcd> pressure{};  // per method, on the faces [Pa]; empty: not known
   std::vector<Eigen::VectorXd> radiation{};  // likewise [Pa]
+  std::vector<ViewQuantity> quantities{};    // the page's own; empty: it has those of sound
+  Points border{};                           // without a target: lines round what the page shows first, 3 x 2 E [m]
 };
 
 /// A line over time in a diagram that all lines of its label share.

@@ -28,7 +28,7 @@ TEST(FeltPicture, HasARowAMethodAndOneScaleAColumn) {
       return column == 4 ? method.skins[1].energy[2] : method.skins[column == 0 ? 3U : column - 1U].displacement;
     };
     const double unit = column == 0 ? 1.0 : 1e6;
-    const double top = round_above(unit * peak_of(map(felt.methods[0])).value);
+    const double top = round_above(unit * largest(map(felt.methods[0])));
     for (const int row : {0, 1}) {
       for (const Eigen::Vector2d& place : {Eigen::Vector2d(1e-3, 1e-3), Eigen::Vector2d(-5e-3, 4e-3)}) {
         const Eigen::Vector2d at = pixel(picture, row, column, place);

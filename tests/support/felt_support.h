@@ -12,6 +12,7 @@ inline Felt made_up_felt(const std::vector<std::pair<std::string, double>>& meth
   const TriangleMesh mesh = sheet(27, 27, 1e-3);
   Felt felt{.name = "spots",
             .scene = "name: spots\n",
+            .spec = {},
             .mesh = mesh,
             .patch = skin_patch(mesh, 2 * (27 * 13 + 13)),
             .points = {{"middle", Vector3(0, 0, 0.2), Eigen::Vector2d::Zero()}}};

@@ -66,13 +66,14 @@ class Pages(unittest.TestCase):
         for command, scene in CASES:
             subprocess.run([PROGRAM, command, SOURCE / f"scenes/{scene}.yaml", "-o", cls.folder / scene], check=True,
                            capture_output=True)
+        subprocess.run([PROGRAM, "felt", cls.folder / "quick", "-o", cls.folder / "felt"], check=True, capture_output=True)
         cls.browser = browser()
         cls.addClassCleanup(cls.browser.quit)
 
-    def open(self, scene, width=1400, height=1000):
+    def open(self, scene, width=1400, height=1000, page="report.html"):
         self.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
             "width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600})
-        self.browser.get((self.folder / scene / "report.html").as_uri())
+        self.browser.get((self.folder / scene / page).as_uri())
         self.wait("return document.documentElement.dataset.frames > 0")
         self.picture(f"{scene}_{width}")
 
@@ -133,6 +134,33 @@ class Pages(unittest.TestCase):
                         tip = self.run_script("return {...document.getElementById('tip').dataset}")
                         values = known[tip["method"]][of]
                         self.assertAlmostEqual(float(tip["value"]), values[int(tip["face"])], delta=0.01 * values.max())
+
+    def test_the_vibration_under_the_pointer_is_the_file_s(self):
+        self.open("felt", page="felt.html")
+        self.assertIn("a share of correct answers", self.browser.find_element(By.TAG_NAME, "body").text)
+        with h5py.File(self.folder / "felt/felt.h5") as file:
+            faces, places = file["patch/faces"][:].tolist(), file["patch/places"][:] / file["patch"].attrs["step"] + 24
+            methods = {name: (group["radiation_rms"][:], *(group[f"skins/{skin}/displacement"][:]
+                                                          for skin in ("soft", "middle", "stiff")))
+                       for name, group in file["methods"].items()}
+        stage, off = self.browser.find_element(By.ID, "stage"), 0
+        for quantity in range(4):
+            self.choose("quantity", quantity)
+            self.assertGreater(self.run_script(PIXELS)[0], 100)
+            self.choose("method", quantity % len(methods))
+            for x, y in ((0, 0), (37, 61), (-40, -40), (0, 220)):
+                ActionChains(self.browser).move_to_element_with_offset(stage, x, y).perform()
+                self.assertIn((" Pa at ", " um at ")[quantity > 0], self.browser.find_element(By.ID, "tip").text)
+                tip = self.run_script("return {...document.getElementById('tip').dataset}")
+                if int(tip["face"]) not in faces:
+                    self.assertEqual(tip["value"], "NaN")
+                    off += 1
+                    continue
+                at, values = faces.index(int(tip["face"])), methods[tip["method"]][quantity]
+                (i, j), (a, b) = places[at].astype(int), places[at] % 1
+                wanted = values[at] if quantity == 0 else [1 - b, b] @ values[j:j + 2, i:i + 2] @ [1 - a, a]
+                self.assertAlmostEqual(float(tip["value"]), wanted, delta=0.01 * numpy.nanmax(values))
+        self.assertEqual(off, 4)
 
     def test_keys_turn_move_zoom_and_read(self):
         self.open("quick")

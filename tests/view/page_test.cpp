@@ -1,7 +1,9 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/view/page_values.h"
+#include "sim/view/view_felt.h"
 #include "sim/view/view_page.h"
+#include "tests/support/felt_support.h"
 #include "tests/support/output_support.h"
 #include "tests/support/testing.h"
 
@@ -84,6 +86,29 @@ TEST(Page, ShowsTheSkinThatMetricsAreOf) {
   const ViewData data = run_view(run);
   EXPECT_EQ(data.skins.front().mesh.face_count(), run.evaluation_model->mesh.face_count());
   EXPECT_EQ(data.skins.front().pressure.front(), run.methods.front().evaluation_pressure);
+}
+
+TEST(Page, OfTheSkinHasQuantitiesOfItsOwn) {
+  const Felt felt = made_up_felt({{"one", 10.0}, {"two", 5.0}});
+  const Json json = page_json(felt_view(felt), "");
+  const std::vector<std::string> units = {"Pa", "um", "um", "um"};
+  ASSERT_EQ(json["quantities"].size(), units.size());
+  const Json& methods = json["skins"][0]["methods"];
+  for (std::size_t q = 0; q < units.size(); ++q) {
+    const Json& own = json["quantities"][q];
+    EXPECT_EQ(own["unit"], units[q]);
+    const Eigen::VectorXd wanted = q == 0 ? radiation_on_skin(felt, felt.methods[1])
+                                          : map_on_skin(felt, felt.methods[1].skins[q - 1].displacement);
+    const Eigen::VectorXd found = unpacked(methods[1][own["key"].get<std::string>()]);
+    for (Eigen::Index f = 0; f < wanted.size(); ++f) {
+      if (!std::isnan(wanted(f))) {
+        EXPECT_NEAR(found(f), wanted(f), 1e-5 * own["top"].get<double>());
+      }
+    }
+  }
+  const std::vector<unsigned> steps = steps_of(methods[0]["own0"]);
+  EXPECT_EQ(std::ranges::count(steps, 65535U), felt.mesh.face_count() - felt.patch.size());
+  EXPECT_FALSE(json["skins"][0]["outline"].is_null());
 }
 
 TEST(Page, NamesCannotEndTheScript) {

@@ -1,5 +1,6 @@
 // The page: its data, controls, values under the pointer, time, and what comes by events.
 
+// Of sound; other pages bring their own.
 const QUANTITIES = [
   {key: 'radiation', name: 'radiation pressure', number: 0, unit: 'Pa', scale: 1, digits: 3},
   {key: 'p', name: 'amplitude |p|', number: 1, unit: 'kPa', scale: 1e-3, digits: 3}, {
@@ -17,8 +18,9 @@ class Page {
   constructor(data) {
     this.data = data;
     this.maps = bytes_of(data.maps);
+    this.quantities = data.quantities?.map(own => ({number: 0, digits: 3, ...own})) || QUANTITIES;
     this.state = {
-      quantity: this.starts_with_radiation() ? 0 : 1,
+      quantity: data.quantities || this.starts_with_radiation() ? 0 : 1,
       cap: 1,
       method: 'all',
       shown: new Set(data.array ? ['array'] : []),
@@ -47,7 +49,7 @@ class Page {
     return tops.radiation !== undefined && known.every(method => !method || method.radiation);
   }
   begin() {
-    const sounds = skin => skin.methods.some(method => method && method.p.high > 0);
+    const sounds = skin => skin.methods.some(method => Object.values(method || {}).some(values => values.high > 0));
     this.show_skin(Math.max(0, this.data.skins.findIndex(sounds)));
     this.slider.value = this.state.skin;
     this.view(this.skin.outline ? 'target' : 'skin');
@@ -82,18 +84,19 @@ class Page {
   values(skin, method, quantity) {
     const key = method + ' ' + quantity.key, source = skin.source.methods[method];
     if (!skin.values.has(key) && source) {
-      const p = numbers(source.p), turn = phases(source.phase);
-      const own = quantity.key !== 'radiation' ? p : source.radiation && numbers(source.radiation);
+      const sounds = quantity.key === 'p' || quantity.key === 'phase', turn = sounds && phases(source.phase);
+      const packed = source[sounds ? 'p' : quantity.key], own = packed && numbers(packed);
       skin.values.set(
           key, own && {name: key, faces: quantity.key === 'phase' ? turn : own, data: skin.mesh.smooth(own, turn)});
     }
     return skin.values.get(key);
   }
   get quantity() {
-    return QUANTITIES[this.state.quantity];
+    return this.quantities[this.state.quantity];
   }
   top() {
-    return this.data.tops[this.quantity.key === 'radiation' ? 'radiation' : 'pressure'] * this.state.cap;
+    const {top, key} = this.quantity;
+    return (top || this.data.tops[key === 'radiation' ? key : 'pressure']) * this.state.cap;
   }
   wanted_value(p) {
     return this.quantity.key === 'radiation' ? this.data.radiation_per_square * p * p : p;
@@ -162,8 +165,8 @@ class Page {
           }
         }),
         text);
-    const quantities =
-        QUANTITIES.map((q, i) => option(i, `${q.name} [${q.unit}]`)).slice(data.tops.radiation === undefined ? 1 : 0);
+    const quantities = this.quantities.map((q, i) => option(i, `${q.name} [${q.unit}]`))
+                           .slice(data.quantities || data.tops.radiation !== undefined ? 0 : 1);
     const methods = [option('all', 'side by side'), ...data.methods.map((m, i) => option(i, m.name))];
     if (data.live || data.skins.some(skin => skin.wanted)) methods.push(option('wanted', 'wanted'));
     if (window.innerWidth < 700 && data.methods.length > 2) state.method = String(0);
@@ -209,7 +212,8 @@ class Page {
                 }),
             element(
                 'span', {},
-                ...[['target', 'target'], ['skin', 'whole skin'], ['behind', 'from behind'], ['side', 'with the array']]
+                ...[['target', data.quantities ? 'patch' : 'target'], ['skin', 'whole skin'], ['behind', 'from behind'],
+                    ['side', 'with the array']]
                     .filter(([key]) => (data.array || key !== 'side') && (targets || key !== 'target'))
                     .map(([key, text]) => button(text, () => this.view(key)))),
             ...(data.array ? [check('array', 'array')] : []), ...moving, ...planes),

@@ -8,7 +8,8 @@ vec4 seen(vec3 x) { vec3 d = frame * (x - centre); return vec4(d.xy / half_size,
 const COLOURED = `#version 300 es
 precision highp float; precision highp int;
 uniform sampler2D maps; uniform int quantity; uniform float top; uniform vec4 paint; out vec4 colour;
-vec3 coloured(vec3 value) {  // |p| or P, cosine and sine of the phase
+vec3 coloured(vec3 value) {  // |p|, cosine and sine of the phase; or P, the share of faces without it
+  if (quantity == 0 && value.y > 0.5) return vec3(0.72);
   if (quantity == 3) return texture(maps, vec2(0.5 + atan(value.z, value.y) / 6.2831853, 0.75)).rgb;
   float share = quantity == 2 ? clamp(1.0 + log(max(value.x, 1e-9) / top) / 2.302585 * 20.0 / LEVELS, 0.0, 1.0)
                               : clamp(value.x / top, -1.0, 1.0);
@@ -125,13 +126,13 @@ class Skin {
     Object.assign(this, pieces_of(vertices, faces));
     this.normals = gathered(faces, this.count, this.areas, 3, (f, i) => normals[3 * f + i]).sums;
   }
-  // Values of the faces, averaged by area to the vertices: value, cosine and sine of the phase.
+  // Values of the faces, averaged by area to the vertices: value, and cosine and sine of the phase or the share of NaN.
   smooth(values, phases) {
     const {sums, weights} = gathered(
         this.faces, this.count, this.areas, 3,
-        (f, i) => i === 0 ? values[f] :
+        (f, i) => i === 0 ? values[f] || 0 :
             phases        ? values[f] * (i === 1 ? Math.cos(phases[f]) : Math.sin(phases[f])) :
-                            0);
+                            Number(Number.isNaN(values[f])));
     for (let v = 0; v < sums.length; ++v) sums[v] /= weights[Math.floor(v / 3)] || 1;
     return sums;
   }
@@ -269,9 +270,7 @@ class Viewer {
     gl.disable(gl.BLEND);
     gl.enable(gl.CULL_FACE);
     this.draw_skin('skin', scene.skin, cell.values, cell.paint ? {paint: cell.paint} : {});
-    if (cell.patch) {
-      this.draw_skin('wanted', cell.patch, {name: 'patch', data: cell.patch.values}, {nearer: 2e-5});
-    }
+    if (cell.patch) this.draw_skin('wanted', cell.patch, {name: 'patch', data: cell.patch.values}, {nearer: 2e-5});
     gl.disable(gl.CULL_FACE);
     const back = this.camera.frame[2],
           from_front = (x, k, axes) => k % 3 === 2 && axes[k - 2] * back[0] + axes[k - 1] * back[1] + x * back[2] > 0;
