@@ -245,9 +245,9 @@ Job<Felt> felt_job(Felt felt, std::optional<Felt> against, const WriteSpec& writ
   const auto skin = [](const Felt& one) {
     return std::tuple(one.spec.layers, one.spec.bone, one.spec.shear, one.spec.tan_delta);
   };
-  require(
-      !against || skin(felt) == skin(*against),
-      "felt: the two results have different skins in their scenes: set felt.layers, bone_mm, shear_kpa and tan_delta");
+  require(!against || skin(felt) == skin(*against),
+          "felt: the two results have different skins in their scenes: set felt.layers, bone_mm, shear_kpa and "
+          "tan_delta");
   reference_of(against ? *against : felt);
   const std::string name = felt.name;
   std::vector<std::string> files = {"felt.log", "failed.json"};

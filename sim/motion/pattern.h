@@ -33,8 +33,8 @@ struct SpectralLine {
 
 inline constexpr double kBinsPerHz = 10;  // of spectra whose lines are closer than that
 
-/// The lines of a signal that holds each of its F values for 1/rate and then repeats (held_lines), with 1/2 |c_m|^2 at
-/// m rate/F, above 0 and up to `highest`. Where they are closer than the width of a bin, 1 / kBinsPerHz, those of a bin are
+/// The lines of a signal that holds each of its F values for 1/rate and then repeats (held_lines), 1/2 |c_m|^2 at
+/// m rate/F, above 0 and up to `highest`. Where they are closer than 1 / kBinsPerHz, those of a bin of that width are
 /// added up. Nothing is windowed: the series is exact.
 ///
 /// values    x, F, at least 1
