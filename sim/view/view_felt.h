@@ -7,7 +7,7 @@
 
 namespace touchfield {
 
-/// The radiation pressure on the evaluated skin, and the displacement of the soft, middle and stiff skin, rms over time.
+/// The radiation pressure on the evaluated skin, and the displacement of the soft, middle and stiff skin, rms.
 /// Skin off the patch is grey, a green line is its border.
 ViewData felt_view(const Felt& felt);
 

@@ -1,19 +1,5 @@
 // The page: its data, controls, values under the pointer, time, and what comes by events.
 
-// Of sound; other pages bring their own.
-const QUANTITIES = [
-  {key: 'radiation', name: 'radiation pressure', number: 0, unit: 'Pa', scale: 1, digits: 3},
-  {key: 'p', name: 'amplitude |p|', number: 1, unit: 'kPa', scale: 1e-3, digits: 3}, {
-    key: 'p',
-    name: 'level',
-    number: 2,
-    unit: 'dB re 20 uPa rms',
-    of: p => 20 * Math.log10(p / Math.SQRT2 / 20e-6),
-    digits: 4
-  },
-  {key: 'phase', name: 'phase', number: 3, unit: 'deg', scale: 180 / Math.PI, digits: 3}
-];
-
 class Page {
   constructor(data) {
     this.data = data;
@@ -496,23 +482,11 @@ class Page {
     if (message.skin) {
       this.skins = [null];
       this.data.skins = [message.skin];
-      if (first)
-        this.begin();
-      else
-        this.show_skin(0);
+      first ? this.begin() : this.show_skin(0);
     } else
       this.draw_diagrams();
     this.update();
   }
-}
-
-function show_instead(reason) {
-  const instead = document.getElementById('instead'), picture = instead.querySelector('img');
-  document.getElementById('view').hidden = true;
-  instead.hidden = false;
-  instead.querySelector('p').textContent =
-      `The 3D view cannot be shown: ${reason}. ${picture ? 'The picture shows the pressure on the skin.' : ''}`;
-  document.documentElement.dataset.ready = Math.round(performance.now());
 }
 
 try {

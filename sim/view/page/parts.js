@@ -23,6 +23,29 @@ function element(tag, attributes = {}, ...children) {
 }
 const short = (value, digits) => Number.isFinite(value) ? String(Number(value.toPrecision(digits))) : '-';
 
+// Of sound; other pages bring their own.
+const QUANTITIES = [
+  {key: 'radiation', name: 'radiation pressure', number: 0, unit: 'Pa', scale: 1, digits: 3},
+  {key: 'p', name: 'amplitude |p|', number: 1, unit: 'kPa', scale: 1e-3, digits: 3}, {
+    key: 'p',
+    name: 'level',
+    number: 2,
+    unit: 'dB re 20 uPa rms',
+    of: p => 20 * Math.log10(p / Math.SQRT2 / 20e-6),
+    digits: 4
+  },
+  {key: 'phase', name: 'phase', number: 3, unit: 'deg', scale: 180 / Math.PI, digits: 3}
+];
+
+function show_instead(reason) {
+  const instead = document.getElementById('instead'), picture = instead.querySelector('img');
+  document.getElementById('view').hidden = true;
+  instead.hidden = false;
+  instead.querySelector('p').textContent =
+      `The 3D view cannot be shown: ${reason}. ${picture ? 'The picture shows the pressure on the skin.' : ''}`;
+  document.documentElement.dataset.ready = Math.round(performance.now());
+}
+
 // Lines over time, with a marker at the time that is shown.
 function diagram(label, curves, now) {
   const [width, height] = [480, 120], finite = curves.flatMap(curve => curve.values.filter(Number.isFinite));
