@@ -28,6 +28,7 @@ SharedFelt felt_of_result(const Shared<Whole>& result, const std::vector<std::st
   return computed(0, [result, changes](Progress& progress) {
     const Scene scene = read_scene_text(result->scene, "", "", changes, "set");
     Felt felt = felt_of(*result, scene, scene.felt.value_or(FeltSpec{}));
+    reference_of(felt);  // throws where the argument is none of the methods
     std::ranges::for_each(felt.warnings, [&](const std::string& warning) { progress.warn(warning); });
     return shared(std::move(felt));
   });
