@@ -89,6 +89,7 @@ class Pages(unittest.TestCase):
 
     def choose(self, select, value):
         self.browser.find_element(By.CSS_SELECTOR, f"#{select} option[value='{value}']").click()
+        self.browser.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")  # it is drawn
 
     def test_pages_open_from_disk(self):
         for command, scene in CASES:
