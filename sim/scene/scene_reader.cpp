@@ -1,6 +1,8 @@
 #include "sim/scene/scene_reader.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <iterator>
 #include <map>
 
 #include <fmt/format.h>
@@ -9,9 +11,11 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/files.h"
+#include "sim/core/require.h"
 #include "sim/scene/input.h"
 #include "sim/scene/scene_table.h"
 #include "sim/scene/schema_info.h"
+#include "sim/scene/shipped_scenes.h"
 #include "sim/scene/yaml_tree.h"
 
 namespace touchfield {
@@ -311,6 +315,14 @@ The tables below and `schema.json` are generated from the table that the scene r
 }  // namespace
 
 Scene read_scene(const std::string& path, const std::vector<std::string>& overrides) {
+  if (path.find_first_of("/.") == std::string::npos && !std::filesystem::exists(path)) {
+    const auto shipped = std::ranges::find(shipped_scenes(), path, &ShippedScene::name);
+    std::vector<std::string_view> names;
+    std::ranges::transform(shipped_scenes(), std::back_inserter(names), &ShippedScene::name);
+    require(shipped != shipped_scenes().end(), "{}: no such file, and no scene that comes with the program: {}", path,
+            fmt::join(names, ", "));
+    return read_scene_text(std::string(shipped->text), path, "", overrides);
+  }
   return read(read_whole_file(path, schema::kMostTextBytes), overrides, schema::Reading(path, overrides));
 }
 

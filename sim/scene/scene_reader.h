@@ -8,8 +8,9 @@
 
 namespace touchfield {
 
-/// Reads and checks a scene file.
+/// Reads and checks a scene file, or a scene that comes with the program.
 ///
+/// path        of the file; if there is none, a name of shipped_scenes()
 /// overrides   "key.path=value" as --set takes them, value in YAML; a list element is named by its number from 0
 /// returns     the scene, paths in it resolved against the scene file's folder
 /// throws      InputError whose message lists every problem, one per line, as `file:line:column: path: what, rule`
