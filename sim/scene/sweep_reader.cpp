@@ -292,8 +292,8 @@ class SweepFile {
 }  // namespace
 
 bool is_sweep_file(const std::string& path) {
-  if (std::error_code error; std::filesystem::is_fifo(path, error)) {
-    return false;  // it can be read once, and a scene is what comes by a pipe
+  if (std::error_code error; std::filesystem::is_fifo(path, error) || !std::filesystem::exists(path, error)) {
+    return false;  // a pipe can be read once, and a scene is what comes by it, or by the name of a shipped one
   }
   const std::string text = read_whole_file(path, schema::kMostTextBytes);
   try {
