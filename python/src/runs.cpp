@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
@@ -10,6 +11,7 @@
 #include "python/src/parts.h"
 #include "sim/core/errors.h"
 #include "sim/core/files.h"
+#include "sim/core/require.h"
 #include "sim/field/target_parts.h"
 #include "sim/jobs/run_model.h"
 #include "sim/pictures/figures.h"
@@ -21,6 +23,7 @@
 #include "sim/run/run_text.h"
 #include "sim/run/scan_comparison.h"
 #include "sim/scene/scene_reader.h"
+#include "sim/scene/shipped_scenes.h"
 #include "sim/view/view_page.h"
 
 namespace touchfield::python {
@@ -389,6 +392,35 @@ void add_runs(nb::module_& module) {
     units[field.name] = field.share ? "%" : field.unit;
   }
   module.attr("_metric_units") = units;
+  module.def(
+      "scenes",
+      [] {
+        std::vector<std::string> names;
+        std::ranges::transform(shipped_scenes(), std::back_inserter(names), [](const ShippedScene& scene) {
+          return std::string(scene.name);
+        });
+        return names;
+      },
+      R"(Names of the scenes that come with the package; `run` and others take them in place of a file.
+
+Examples
+--------
+>>> "quick" in tf.scenes()
+True
+)");
+  module.def(
+      "scene",
+      [](const std::string& name) {
+        const auto shipped = std::ranges::find(shipped_scenes(), name, &ShippedScene::name);
+        require(shipped != shipped_scenes().end(), "{}: no scene that comes with the package; scenes() lists them", name);
+        return std::string(shipped->text);
+      },
+      nb::arg("name"), R"(The YAML text of a scene that comes with the package, to change or to save.
+
+Examples
+--------
+>>> run = tf.run(tf.scene("quick").replace("pressure_pa: 4000", "pressure_pa: 3000"))
+)");
   module.def("_run", &run, nb::arg("scene"), nb::arg("set") = nb::none(), nb::arg("device") = nb::none(),
              nb::arg("threads") = nb::none(), nb::arg("own") = nb::none());
   module.def(

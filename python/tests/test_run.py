@@ -7,6 +7,16 @@ import pytest
 import touchfield as tf
 
 
+def test_shipped_scenes():
+    assert {"quick", "circle", "width_8mm"} <= set(tf.scenes())
+    assert tf.scene("quick").startswith("#") and "name: quick" in tf.scene("quick")
+    with pytest.raises(tf.InputError, match="quik: no scene that comes with the package"):
+        tf.scene("quik")
+    with pytest.raises(tf.InputError, match="quik: no such file, and no scene that comes with the program: .*quick"):
+        tf.Model("quik")
+    assert tf.Model("capsule").mesh.vertices.shape == tf.Model(tf.scene("capsule")).mesh.vertices.shape
+
+
 def test_equals_the_program_to_the_last_bit(touchfield, finger, run, tmp_path):
     touchfield("run", finger, "-o", tmp_path / "out", "--threads", "2", "--quiet")
     with h5py.File(tmp_path / "out/run.h5") as file:

@@ -44,7 +44,7 @@ from ._arrays import Array
 from ._bodies import Mesh, hand
 from ._core import (DeviceError, Error, InputError, IoError, NotBuiltError, NumericalError, Picture, Problem, RadiationProblem,
                     Solution, TouchfieldNote, TouchfieldWarning, Wave, check, compare, evaluate, field, fit, force,
-                    paper, play, read_mesh, read_motion, read_run, scatter, see, skin_waves, sphere, study, surface_slopes, transfer, unscattered)
+                    paper, play, read_mesh, read_motion, read_run, scatter, scene, scenes, see, skin_waves, sphere, study, surface_slopes, transfer, unscattered)
 from ._emission import send
 from ._exports import public as _public
 from ._models import Felt, Model, Motion, Run, run
