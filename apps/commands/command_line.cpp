@@ -112,7 +112,9 @@ void add_compute_device(CLI::App* command, std::vector<std::string>& overrides) 
 }
 
 void add_scene(CLI::App* command, std::string& scene, std::vector<std::string>& overrides) {
-  command->add_option("SCENE", scene, "Scene file (YAML), or the name of a shipped scene")->required()->type_name(kYamlFile);
+  command->add_option("SCENE", scene, "Scene file (YAML), or the name of a shipped scene")
+      ->required()
+      ->type_name(kYamlFile);
   add_overrides(command, overrides);
 }
 

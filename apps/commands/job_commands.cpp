@@ -160,7 +160,8 @@ void add_job_options(CLI::App* command, SceneJob& job) {
 void add_run_command(CLI::App& app, Invocation& invocation) {
   const auto run = std::make_shared<SceneJob>();
   CLI::App* command = app.add_subcommand("run", "Compute a scene and write its results");
-  auto* scene = command->add_option("SCENE", run->scene, "Scene file (YAML), or the name of a shipped scene")->type_name(kYamlFile);
+  auto* scene = command->add_option("SCENE", run->scene, "Scene file (YAML), or the name of a shipped scene")
+                    ->type_name(kYamlFile);
   command->add_option("--from", run->from, "Repeat a run: its run.h5, or the directory that holds it")
       ->excludes(scene)
       ->type_name(kH5File);
@@ -172,7 +173,9 @@ void add_play_command(CLI::App& app, Invocation& invocation) {
   const auto play = std::make_shared<SceneJob>();
   CLI::App* command =
       app.add_subcommand("play", "Play the motion of a scene on the clock of its sensor, solver and array");
-  command->add_option("SCENE", play->scene, "Scene file (YAML), or the name of a shipped scene, with a motion")->required()->type_name(kYamlFile);
+  command->add_option("SCENE", play->scene, "Scene file (YAML) with a motion, or a shipped scene")
+      ->required()
+      ->type_name(kYamlFile);
   add_job_options(command, *play);
   finish_command(command, invocation, [play](const Invocation& invoked) { return play_command(*play, invoked); });
 }
@@ -180,7 +183,9 @@ void add_play_command(CLI::App& app, Invocation& invocation) {
 void add_pattern_command(CLI::App& app, Invocation& invocation) {
   const auto pattern = std::make_shared<SceneJob>();
   CLI::App* command = app.add_subcommand("pattern", "Solve a pattern that repeats on a still hand, frame by frame");
-  command->add_option("SCENE", pattern->scene, "Scene file (YAML), or the name of a shipped scene, with a pattern")->required()->type_name(kYamlFile);
+  command->add_option("SCENE", pattern->scene, "Scene file (YAML) with a pattern, or a shipped scene")
+      ->required()
+      ->type_name(kYamlFile);
   add_job_options(command, *pattern);
   add_whole(command, "--check", pattern->check, schema::at_least(1),
             "Also solve every n-th frame by itself, and compare the errors");

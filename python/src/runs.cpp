@@ -396,9 +396,8 @@ void add_runs(nb::module_& module) {
       "scenes",
       [] {
         std::vector<std::string> names;
-        std::ranges::transform(shipped_scenes(), std::back_inserter(names), [](const ShippedScene& scene) {
-          return std::string(scene.name);
-        });
+        std::ranges::transform(shipped_scenes(), std::back_inserter(names),
+                               [](const ShippedScene& scene) { return std::string(scene.name); });
         return names;
       },
       R"(Names of the scenes that come with the package; `run` and others take them in place of a file.
@@ -412,7 +411,8 @@ True
       "scene",
       [](const std::string& name) {
         const auto shipped = std::ranges::find(shipped_scenes(), name, &ShippedScene::name);
-        require(shipped != shipped_scenes().end(), "{}: no scene that comes with the package; scenes() lists them", name);
+        require(shipped != shipped_scenes().end(), "{}: no scene that comes with the package; scenes() lists them",
+                name);
         return std::string(shipped->text);
       },
       nb::arg("name"), R"(The YAML text of a scene that comes with the package, to change or to save.

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/scene/scene_reader.h"
+#include "sim/scene/shipped_scenes.h"
 #include "tests/support/scene_support.h"
 #include "tests/support/testing.h"
 
@@ -450,6 +451,20 @@ TEST(SceneReader, ReadsThousandsOfPositionsFast) {
   EXPECT_EQ(std::get<PositionsArray>(scene.array.layout).points.col(kCount - 1), Vector3(2999.25e-3, -2999.125e-3, 0));
   // A tenth of it in an optimised build on an idle machine; a quadratic reader takes minutes.
   EXPECT_LT(seconds.count(), 5.0);
+}
+
+// ---- Scenes that come with the program.
+
+TEST(ShippedScenes, AreTheFilesOfTheFolder) {
+  EXPECT_GE(shipped_scenes().size(), 12U);
+  for (const ShippedScene& scene : shipped_scenes()) {
+    const std::string name(scene.name);
+    const std::string file = (source_folder() / "scenes" / (name + ".yaml")).string();
+    EXPECT_EQ(scene.text, text_of(file)) << name;
+    EXPECT_EQ(resolved_yaml(read_scene(name)), resolved_yaml(read_scene(file))) << name;
+  }
+  EXPECT_THAT(message_of<InputError>([] { read_scene("quik"); }),
+              AllOf(HasSubstr("quik: no such file, and no scene that comes with the program"), HasSubstr("quick")));
 }
 
 }  // namespace
