@@ -90,6 +90,13 @@ List<const Scalar> view(const std::vector<Scalar>& values, nb::handle owner) {
   return list(values.data(), static_cast<Eigen::Index>(values.size()), owner);
 }
 
+/// The transpose, which is the same bytes.
+template <typename Matrix>
+auto turned(const Matrix& values, nb::handle owner) {
+  using Turned = nb::ndarray<nb::numpy, const typename Matrix::Scalar, nb::shape<-1, -1>, nb::c_contig>;
+  return Turned(values.data(), {std::size_t(values.cols()), std::size_t(values.rows())}, owner);
+}
+
 /// A property: a view of a part, a member of what `Held` points to.
 template <typename Held, typename Part>
 auto part_of(Part part) {

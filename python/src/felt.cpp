@@ -40,13 +40,6 @@ nb::object attributes(const Named&... named) {
   return nb::module_::import_("types").attr("SimpleNamespace")(named...);
 }
 
-/// The transpose, which is the same bytes.
-template <typename Matrix>
-auto turned(const Matrix& values, nb::handle owner) {
-  using Turned = nb::ndarray<nb::numpy, const typename Matrix::Scalar, nb::shape<-1, -1>, nb::c_contig>;
-  return Turned(values.data(), {std::size_t(values.cols()), std::size_t(values.rows())}, owner);
-}
-
 nb::object maps_of(nb::handle_t<SharedFelt> self, const std::pair<std::string, std::string>& names) {
   const Felt& felt = *nb::cast<const SharedFelt&>(self);
   const auto skins = names_of(felt_skins(felt.spec));
@@ -68,13 +61,6 @@ nb::object maps_of(nb::handle_t<SharedFelt> self, const std::pair<std::string, s
   return attributes("displacement"_a = turned(found.displacement, self), "velocity"_a = turned(found.velocity, self),
                     "energy"_a = energy, "weighted"_a = weighted, "hz"_a = view(method->lines.hz, self),
                     "spectrum"_a = turned(found.at_points, self));
-}
-
-nb::object patch_of(nb::handle_t<SharedFelt> self) {
-  const SkinPatch& patch = nb::cast<const SharedFelt&>(self)->patch;
-  return attributes("middle"_a = owned(Eigen::VectorXd(patch.middle)), "axes"_a = turned(patch.axes, self),
-                    "faces"_a = view(patch.faces, self), "places"_a = turned(patch.places, self),
-                    "areas"_a = view(patch.areas, self));
 }
 
 nb::list points_of(const SharedFelt& felt) {
@@ -134,6 +120,12 @@ Examples
 
 }  // namespace
 
+nb::object flat(const SkinPatch& patch, nb::handle owner) {
+  return attributes("middle"_a = owned(Eigen::VectorXd(patch.middle)), "axes"_a = turned(patch.axes, owner),
+                    "faces"_a = view(patch.faces, owner), "places"_a = turned(patch.places, owner),
+                    "areas"_a = view(patch.areas, owner));
+}
+
 void add_felt(nb::module_& module) {
   nb::class_<SharedFelt>(module, "Felt", nb::dynamic_attr(),
                          R"(What the skin does under a result. ``felt[method, skin]`` has
@@ -149,9 +141,10 @@ Maps are NaN off the patch. With the skin ``none`` the pressure stands for the d
       .def_prop_ro(
           "skins", [](const SharedFelt& self) { return names_of(felt_skins(self->spec)); }, "Names of the skins.")
       .def_prop_ro("points", &points_of, "Of each point name, at, and place on the flat patch [m].")
-      .def_prop_ro("patch", &patch_of,
-                   "The skin laid flat: middle, axes (rows x, y, normal), and of the evaluated skin "
-                   "faces, places (K, 2) and areas, in m.")
+      .def_prop_ro(
+          "patch", [](nb::handle_t<SharedFelt> self) { return flat(nb::cast<const SharedFelt&>(self)->patch, self); },
+          "The skin laid flat: middle, axes (rows x, y, normal), and of the evaluated skin "
+          "faces, places (K, 2) and areas, in m.")
       .def_prop_ro(
           "warnings", [](const SharedFelt& self) { return self->warnings; }, "What makes maps unreliable.")
       .def("__getitem__", &maps_of)

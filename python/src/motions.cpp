@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 
 #include <fmt/format.h>
 #include <omp.h>
@@ -9,8 +11,11 @@
 #include "sim/core/errors.h"
 #include "sim/core/files.h"
 #include "sim/hand/tracked_joints.h"
+#include "sim/jobs/pattern_scene.h"
 #include "sim/jobs/play_scene.h"
+#include "sim/jobs/run_model.h"
 #include "sim/motion/frame_solver.h"
+#include "sim/motion/pattern.h"
 #include "sim/pictures/figures.h"
 #include "sim/run/motion_file.h"
 #include "sim/run/motion_summary.h"
@@ -21,15 +26,73 @@ namespace touchfield::python {
 namespace {
 
 using SharedMotion = Shared<Motion>;
+using AnyMotion = Said<"Motion">;
 using TablesByName = Said<"dict[str, dict[str, numpy.typing.NDArray[numpy.float64]]]">;
+using PlacesByName = Said<"dict[str, numpy.typing.NDArray[numpy.float64]]">;
+using TwoArrays = Said<"tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]">;
+
+/// A column of a table: a number of each row.
+template <typename Row, typename Number>
+RealArray column(const std::vector<Row>& rows, Number number) {
+  Eigen::VectorXd values(static_cast<Eigen::Index>(rows.size()));
+  std::ranges::transform(rows, values.begin(), number);
+  return owned(std::move(values));
+}
+
+/// A motion that has a patch.
+struct SharedPattern : SharedMotion {};
+
+std::optional<std::string> folder_of(const PathLike& out) {
+  return out.is_none() ? std::nullopt : std::optional(path_of(out));
+}
+
+SharedPattern pattern(const SceneLike& scene, const Changes& set, const std::optional<std::string>& device,
+                      std::optional<int> check, const PathLike& out, bool force, std::optional<int> threads,
+                      const Callback& progress) {
+  if (check && *check < 1) {
+    throw InputError(fmt::format("pattern: check = {} must be 1 or more", *check));
+  }
+  const Reporting reporting(progress);
+  return {computed(thread_count(threads), [input = scene_input(scene), overrides = overrides_of(set, device), check,
+                                           folder = folder_of(out), force](Progress& progress) {
+    const Scene read = input.read(overrides);
+    if (!read.pattern) {
+      throw InputError(fmt::format("{}: the scene has no pattern: section; run() computes a still", input.name));
+    }
+    pattern_clock(*read.pattern);
+    const Model model = build_model(read);
+    require_memory(pattern_cost(model));
+    const PatternOptions options{
+        .command_line = "touchfield.pattern() of Python", .threads = omp_get_max_threads(), .check = check};
+    return shared(folder ? filled(pattern_job(model, options), *folder, force, progress).motion
+                         : solve_pattern(model, options, progress).motion);
+  })};
+}
+
+/// Of the radiation pressure at a point, as spectrum.csv has it.
+TwoArrays spectrum(const SharedPattern& pattern, const std::string& point, double highest) {
+  const auto& watched = pattern->methods.front().watched;
+  const auto found = std::ranges::find(watched, point, [](const auto& each) { return each.first; });
+  if (found == watched.end()) {
+    std::vector<std::string> names;
+    std::ranges::transform(watched, std::back_inserter(names), [](const auto& each) { return each.first; });
+    throw InputError(fmt::format("spectrum: point = '{}' must be one of {}", point, fmt::join(names, ", ")));
+  }
+  if (!(highest > 0 && highest <= kHighestLine)) {
+    throw InputError(fmt::format("spectrum: highest = {} must be above 0 and at most {} Hz", highest, kHighestLine));
+  }
+  const Eigen::VectorXd radiation = pattern->radiation_per_square * found->second.cwiseAbs2();
+  const std::vector<SpectralLine> lines = lines_of_held(radiation, pattern->patch->rate, highest);
+  return nb::make_tuple(column(lines, [](const SpectralLine& line) { return line.hz; }),
+                        column(lines, [](const SpectralLine& line) { return std::sqrt(line.mean_square); }));
+}
 
 SharedMotion play(const SceneLike& scene, const PathLike& out, const Changes& set,
                   const std::optional<std::string>& device, bool force, std::optional<int> threads,
                   const Callback& progress) {
   const Reporting reporting(progress);
-  const std::optional<std::string> folder = out.is_none() ? std::nullopt : std::optional(path_of(out));
-  return computed(thread_count(threads), [input = scene_input(scene), overrides = overrides_of(set, device), folder,
-                                          force](Progress& progress) {
+  return computed(thread_count(threads), [input = scene_input(scene), overrides = overrides_of(set, device),
+                                          folder = folder_of(out), force](Progress& progress) {
     const Scene read = input.read(overrides);
     if (!read.motion) {
       throw InputError(fmt::format("{}: the scene has no motion: section; run() computes a still", input.name));
@@ -42,14 +105,6 @@ SharedMotion play(const SceneLike& scene, const PathLike& out, const Changes& se
     }
     return shared(filled(play_job(sensed, options), *folder, force, progress));
   });
-}
-
-/// A column of a table: a number of each row.
-template <typename Row, typename Number>
-RealArray column(const std::vector<Row>& rows, Number number) {
-  Eigen::VectorXd values(static_cast<Eigen::Index>(rows.size()));
-  std::ranges::transform(rows, values.begin(), number);
-  return owned(std::move(values));
 }
 
 /// What frames.csv has of them, in m and s.
@@ -177,10 +232,97 @@ Examples
       .def("__repr__", [](const SharedMotion& self) { return motion_table(*self); });
 }
 
+void add_pattern(nb::module_& module) {
+  nb::class_<SharedPattern, SharedMotion>(module, "Pattern",
+                                          R"(One pass of a pattern that repeats: a `Motion` of one method.
+
+Its `frames` is a function, of phases and amplitudes for a device.)")
+      .def_prop_ro(
+          "frames_per_second", [](const SharedPattern& self) { return self->patch->rate; }, "[Hz]")
+      .def_prop_ro(
+          "points",
+          [](const SharedPattern& self) {
+            nb::dict places;
+            for (const auto& [name, at] : self->patch->points) {
+              places[name.c_str()] = owned(Eigen::VectorXd(at));
+            }
+            return PlacesByName(places);
+          },
+          "Places on the skin by name, those of `watch` and the pattern's own, shape (3,) [m].")
+      .def_prop_ro(
+          "patch",
+          [](nb::handle_t<SharedPattern> self) {
+            return flat(nb::cast<const SharedPattern&>(self)->patch->skin, self);
+          },
+          "The skin about the middle of the path laid flat, as of `Felt`.")
+      .def_prop_ro(
+          "radiation",
+          [](nb::handle_t<SharedPattern> self) {
+            return turned(nb::cast<const SharedPattern&>(self)->patch->radiation, self);
+          },
+          "The radiation pressure on the faces of `patch` in each frame, shape (F, K) [Pa]: > 0 pushes inwards.")
+      .def("spectrum", &spectrum, nb::arg("point"), nb::arg("highest") = kHighestLine,
+           R"(The spectrum of the radiation pressure at a point, as spectrum.csv has it.
+
+Parameters
+----------
+point : str
+    Of `points`.
+highest : float
+    The last frequency [Hz].
+
+Returns
+-------
+hz, rms : numpy.ndarray
+    Of the lines [Hz, Pa]. Lines closer than 0.1 Hz share one.
+
+Examples
+--------
+>>> hz, rms = pattern.spectrum("start")  # doctest: +SKIP
+)");
+}
+
+constexpr const char* kPatternText =
+    R"(Solves a pattern that repeats on a still hand, frame by frame, as `touchfield pattern`.
+
+Parameters
+----------
+scene : str, os.PathLike or dict
+    A scene with `pattern`, as of `Model`.
+set : dict, optional
+    Changes of the scene by key path.
+device : {"auto", "cpu", "cuda", "cuda:N"}, optional
+check : int, optional
+    Each of how many frames is solved by itself too. A warning says if the sequence is worse.
+out : str or os.PathLike, optional
+    A folder for pattern.h5, tables and pictures; default: none is written.
+force : bool
+    Whether older results in the folder are replaced.
+threads : int, optional
+progress : callable or bool, optional
+
+Raises
+------
+InputError
+    If the scene has no pattern, or as of `run`.
+
+Examples
+--------
+>>> circle = {"pattern": {**tf.circle("bottom", 3e-3, 100), "pressure_pa": 500}}
+>>> pattern = tf.pattern("scenes/capsule.yaml", set=circle)
+>>> phases, amplitudes = pattern.frames()
+>>> phases.shape
+(10, 256)
+)";
+
 }  // namespace
 
 void add_motions(nb::module_& module) {
   add_class(module);
+  add_pattern(module);
+  module.def("pattern", &pattern, nb::arg("scene"), nb::arg("set") = nb::none(), nb::arg("device") = nb::none(),
+             nb::kw_only(), nb::arg("check") = nb::none(), nb::arg("out") = nb::none(), nb::arg("force") = false,
+             nb::arg("threads") = nb::none(), nb::arg("progress") = nb::none(), kPatternText);
   module.def("play", &play, nb::arg("scene"), nb::arg("out") = nb::none(), nb::arg("set") = nb::none(),
              nb::arg("device") = nb::none(), nb::kw_only(), nb::arg("force") = false, nb::arg("threads") = nb::none(),
              nb::arg("progress") = nb::none(),
@@ -212,11 +354,12 @@ Examples
   module.def(
       "read_motion",
       [](const PathLike& path) {
-        return computed(0, [file = path_of(path)](Progress& progress) {
+        const SharedMotion motion = computed(0, [file = path_of(path)](Progress& progress) {
           return shared(read_motion_file(file, [&](const std::string& text) { progress.warn(text); }));
         });
+        return AnyMotion(motion->patch ? nb::cast(SharedPattern{motion}) : nb::cast(motion));
       },
-      nb::arg("path"), R"(Reads a motion.h5.
+      nb::arg("path"), R"(Reads a motion.h5, or a pattern.h5, which is a `Pattern`.
 
 Parameters
 ----------

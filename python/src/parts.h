@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "python/src/arrays.h"
+#include "sim/felt/skin_patch.h"
 #include "sim/hand/body.h"
 #include "sim/model/model.h"
 #include "sim/run/run_data.h"
@@ -77,6 +78,9 @@ void add_motions(nb::module_& module);
 void add_reports(nb::module_& module);
 void add_emission(nb::module_& module);
 void add_felt(nb::module_& module);
+
+/// The attributes middle, axes, faces, places and areas of a patch that `owner` keeps.
+nb::object flat(const SkinPatch& patch, nb::handle owner);
 
 /// Of none, that of 40 kHz at 20 degrees C.
 Wave wave_or_default(const std::optional<Wave>& wave);

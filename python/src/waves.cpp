@@ -261,6 +261,10 @@ Examples
                    "Unit vectors along which the transducers emit, shape (N, 3).")
       .def_prop_ro("strengths", part_of<SharedArray>(&TransducerArray::amplitudes),
                    "Pressure times distance at full drive [Pa m], shape (N,); of a plane wave [Pa].")
+      .def_prop_ro("device", part_of<SharedArray>(&TransducerArray::device),
+                   "Number of each transducer's unit from 0, shape (N,).")
+      .def_prop_ro("channel", part_of<SharedArray>(&TransducerArray::channel),
+                   "Number on that unit from 0, shape (N,).")
       .def("field", &free_field, nb::arg("points"), nb::arg("drives"), nb::arg("wave") = nb::none(),
            nb::arg("threads") = nb::none(),
            R"(The pressure in free air, without a body.

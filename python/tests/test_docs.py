@@ -1,6 +1,7 @@
 """Pages and docstrings: their code runs, every name exists, and the defaults are those of the library."""
 
 import doctest
+import importlib
 import inspect
 import json
 import pathlib
@@ -13,7 +14,7 @@ import touchfield as tf
 from conftest import SOURCE
 
 PAGE = (SOURCE / "docs/python.md").read_text()
-CLASSES = [tf.Array, tf.Felt, tf.Mesh, tf.Model, tf.Motion, tf.Picture, tf.Problem, tf.RadiationProblem, tf.Run, tf.Solution, tf.Sweep, tf.Target,
+CLASSES = [tf.Array, tf.Felt, tf.Mesh, tf.Model, tf.Motion, tf.Pattern, tf.Picture, tf.Problem, tf.RadiationProblem, tf.Run, tf.Solution, tf.Sweep, tf.Target,
            tf.Wave]
 FUNCTIONS = [getattr(tf, name) for name in tf.__all__ if inspect.isfunction(getattr(tf, name))]
 METHODS = [getattr(kind, name) for kind in CLASSES for name in vars(kind)
@@ -73,6 +74,18 @@ def test_five_tasks_in_ten_lines_each(folder):
     assert report["frames"] == 100 and not report["emitted"] and report["files"] > 0
 
 
+def test_frames_leave_for_other_code(folder):
+    own, other = blocks_of(PAGE, "Patterns")
+    assert max(len(block.strip().splitlines()) for block in (own, other)) <= 11
+    names = run_blocks([own], {"np": np, "tf": tf})
+    assert np.array_equal(np.loadtxt("frames.csv", delimiter=","), np.hstack(names["pattern"].frames()))
+    audit = pytest.importorskip("pyautd3.link.audit")  # an emulated unit
+    names |= {"link": audit.Audit(), "segment": importlib.import_module("pyautd3.native_methods.autd3").Segment.S0}
+    run_blocks([other.replace("Nop()", "link") + "    held = link.drives_at(0, segment, 3)\n"], names)
+    phases, amplitudes = names["pattern"].frames()
+    assert np.array_equal(names["held"], [(255 * amplitudes[3]).astype(int), np.round(256 * phases[3] / (2 * np.pi)).astype(int) % 256])
+
+
 def test_the_notebook_runs(folder):
     for package in ("pandas", "matplotlib"):
         pytest.importorskip(package)
@@ -101,7 +114,7 @@ def test_page_names_everything():
 @pytest.mark.parametrize("function", [*FUNCTIONS, *METHODS, *CLASSES], ids=lambda function: function.__qualname__)
 def test_signature_and_docstring(function):
     assert function.__doc__.strip()
-    if function in (tf.Felt, tf.Run, tf.Motion, tf.Picture, tf.Sweep, tf.Solution):  # which are results
+    if function in (tf.Felt, tf.Run, tf.Motion, tf.Pattern, tf.Picture, tf.Sweep, tf.Solution):  # which are results
         return
     parameters = inspect.signature(function).parameters
     assert "Examples\n" in function.__doc__, "an example"

@@ -44,10 +44,10 @@ from ._arrays import Array
 from ._bodies import Mesh, hand
 from ._core import (DeviceError, Error, InputError, IoError, NotBuiltError, NumericalError, Picture, Problem, RadiationProblem,
                     Solution, TouchfieldNote, TouchfieldWarning, Wave, check, compare, evaluate, field, fit, force,
-                    paper, play, read_mesh, read_motion, read_run, scatter, scene, scenes, see, skin_waves, sphere, study, surface_slopes, transfer, unscattered)
+                    paper, pattern, play, read_mesh, read_motion, read_run, scatter, scene, scenes, see, skin_waves, sphere, study, surface_slopes, transfer, unscattered)
 from ._emission import send
 from ._exports import public as _public
-from ._models import Felt, Model, Motion, Run, run
+from ._models import Felt, Model, Motion, Pattern, Run, circle, line, run
 from ._phases import eigen, focus, gs, gs_pat, lbfgs, optimality_bound, radiation, surface, wgs
 from ._scans import Calibration, Scan, compare_scan, fit_calibration, fit_scan, read_scan
 from ._sweeps import Sweep, list_sweep, read_sweep, sweep

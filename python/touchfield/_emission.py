@@ -9,6 +9,7 @@ import numpy as np
 
 from . import _core
 from ._core import Array, Motion, Run, Solution
+from ._models import one_method
 from ._plain import named
 
 
@@ -34,35 +35,26 @@ def _frames(drives):
     return np.angle(drives), np.where(amplitudes <= 1 + 1e-9, np.minimum(amplitudes, 1), amplitudes)
 
 
-def _method(results, method):
-    names = results.methods
-    if method is None and len(names) == 1:
-        return names[0]
-    if method not in names:
-        raise _core.InputError(f"send: method = '{method}' must be one of {', '.join(names)}")
-    return method
-
-
 def _of_results(source, method):
     """The array, phases and amplitudes of a run, of several, or of a motion."""
     runs = [source] if isinstance(source, Run) else source
     if isinstance(source, Motion):
-        name = _method(source, method)
+        name = one_method(source, method, "send")
         return source.array, source.phases[name], source.amplitudes[name]
     if not isinstance(runs, (list, tuple)) or not runs or not all(isinstance(run, Run) for run in runs):
         raise TypeError(f"send: source must be an Array, a Run, a list of them or a Motion, not {type(source).__name__}")
-    names = [_method(run, method) for run in runs]
+    names = [one_method(run, method, "send") for run in runs]
     return (runs[0].array, np.array([run.phases[name] for run, name in zip(runs, names)]),
             np.array([run.amplitudes[name] for run, name in zip(runs, names)]))
 
 
-def send(source, drives=None, *, method=None, to="dry-run", emit=False, rate=10.0, seconds=None, repeat=False, level=None, max_level=0.5,
+def send(source, drives=None, *, method=None, to="dry-run", emit=False, rate=None, seconds=None, repeat=False, level=None, max_level=0.5,
          max_seconds=10.0, modulation=None, depth=1.0, force=False):
     """Checks and rounds phases for a device, by the rules of `touchfield send`. Emits no sound unless `emit` is true.
 
     Parameters
     ----------
-    source : Array, Run, list of Run, or Motion
+    source : Array, Run, list of Run, Motion or Pattern
         With an array `drives` are sent, otherwise what the results hold.
     drives : array_like, shape (N,) or (F, N), Solution, or list of Solution, optional
         Phases [rad] or complex drives; F frames are a sequence.
@@ -72,8 +64,8 @@ def send(source, drives=None, *, method=None, to="dry-run", emit=False, rate=10.
         Link to the device: dry-run, dry-run:FILE, sonicsurface:PORT, autd3-udp:ADDRESS, ...
     emit : bool
         Emit sound. It is done by a process of its own, with a guard that leaves the array silent whatever happens to it.
-    rate : float
-        Frames per second.
+    rate : float, optional
+        Frames per second; default: that of a pattern, or 10.
     seconds : float, optional
         Time of emission [s]; default: 1 for one frame, otherwise one pass.
     repeat : bool
@@ -118,6 +110,7 @@ def send(source, drives=None, *, method=None, to="dry-run", emit=False, rate=10.
         if drives is not None:
             raise TypeError("send: drives need an Array; results have their own")
         array, phases, amplitudes = _of_results(source, method)
+    rate = getattr(source, "frames_per_second", 10.0) if rate is None else rate
     options = {"to": to, "rate": rate, "seconds": seconds, "repeat": repeat, "level": level, "max_level": max_level,
                "max_seconds": max_seconds, "modulation": modulation, "depth": depth, "force": force}
     if not emit:

@@ -2,6 +2,8 @@
 
 import json
 
+import numpy as np
+
 from . import _core, _display
 from ._exports import extends
 from ._plain import file_content, millimetres, number, own_arguments, plain, read_content
@@ -46,6 +48,45 @@ def felt(self, *, layers=None, bone=None, shear=None, tan_delta=None, modulation
     return _felt_of(self, [f"felt.{key}={json.dumps(value, default=plain)}" for key, value in keys.items()])
 
 
+def one_method(results, method, function):
+    """The name of a method; of none that of the only one."""
+    names = results.methods
+    if method is None and len(names) == 1:
+        return names[0]
+    if method not in names:
+        raise _core.InputError(f"{function}: method = '{method}' must be one of {', '.join(names)}")
+    return method
+
+
+def frames(self, method=None):
+    """Phases and amplitudes in the order of the device: by `array.device`, then by `array.channel`.
+
+    A transducer at amplitude a and phase phi moves as a cos(omega t - phi), the real part of a exp(i phi) exp(-i omega t): a larger
+    phase is later. Phase 0 is that of the carrier, which all transducers share. `send` rounds to the step round(L phi / 2 pi) mod L
+    of a device with L phase levels. Amplitude 1 is the level at which the scene or `Array` drives the transducers.
+
+    Parameters
+    ----------
+    method : str, optional
+        Default: the only one.
+
+    Returns
+    -------
+    phases, amplitudes : numpy.ndarray, shape (F, N)
+        Of F frames, one of a run [rad], and 0 to 1.
+
+    Examples
+    --------
+    >>> run = tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]})
+    >>> phases, amplitudes = run.frames()
+    >>> phases.shape
+    (1, 256)
+    """
+    name = one_method(self, method, "frames")
+    order = np.lexsort((self.array.channel, self.array.device))
+    return np.atleast_2d(self.phases[name])[:, order], np.atleast_2d(self.amplitudes[name])[:, order]
+
+
 def _felt_of(result, changes):
     with own_arguments("felt"):
         made = _core._felt(result, changes)
@@ -62,6 +103,7 @@ class Felt(_core.Felt):
 @extends
 class Run(_core.Run):
     felt = felt
+    frames = frames
 
     def __reduce__(self):
         return _run_of_bytes, (file_content(self, "run.h5"),)
@@ -166,7 +208,7 @@ class Motion(_core.Motion):
         """
         import pandas
 
-        tables = self.frames if of == "frames" else self.scores
+        tables = _core.Motion.frames.__get__(self) if of == "frames" else self.scores
         return pandas.concat([pandas.DataFrame(table).assign(method=method) for method, table in tables.items()], ignore_index=True)
 
     def plot(self, metric="relative_error", ax=None):
@@ -221,6 +263,51 @@ class Motion(_core.Motion):
 
 def _motion_of_bytes(content):
     return read_content(content, "motion.h5", _core.read_motion)
+
+
+@extends
+class Pattern(_core.Pattern):
+    frames = frames
+
+
+def _place(at, argument):
+    return at if isinstance(at, str) else millimetres(at, argument)
+
+
+def circle(at, radius, hz):
+    """The keys of `pattern` in a scene for a spot that moves round a circle.
+
+    Parameters
+    ----------
+    at : str or array_like, shape (3,)
+        Centre: a landmark, or a point [m].
+    radius, hz : float
+        [m], and periods per second.
+
+    Examples
+    --------
+    >>> tf.circle("index_pad", 3e-3, 100)
+    {'circle': {'at': 'index_pad', 'radius_mm': 3.0, 'hz': 100}}
+    """
+    return {"circle": {"at": _place(at, "at"), "radius_mm": millimetres(radius, "radius"), "hz": hz}}
+
+
+def line(from_, to, hz):
+    """The same for a spot that moves to and fro at constant speed.
+
+    Parameters
+    ----------
+    from_, to : str or array_like, shape (3,)
+        Both ends: landmarks, or points [m].
+    hz : float
+        Periods per second.
+
+    Examples
+    --------
+    >>> tf.line([-4e-3, 0, 0.2], [4e-3, 0, 0.2], 50)
+    {'line': {'from': [-4.0, 0.0, 200.0], 'to': [4.0, 0.0, 200.0], 'hz': 50}}
+    """
+    return {"line": {"from": _place(from_, "from_"), "to": _place(to, "to"), "hz": hz}}
 
 
 def run(scene, set=None, device=None, threads=None, own=None, progress=None):

@@ -32,8 +32,6 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kHighest = 500;  // of the spectrum [Hz]
-
 /// What the frames of a pattern work on and are scored by.
 struct PatternProblem {
   PatternSpots spots;
@@ -301,7 +299,7 @@ void listen(const PatternProblem& problem, const std::vector<PatternPoint>& poin
       sound.pressure(k) = std::abs((row * drive(frame.solution)).value());
     }
     sound.radiation = pattern.motion.radiation_per_square * sound.pressure.cwiseAbs2();
-    sound.lines = lines_of_held(sound.radiation, pattern.clock.rate, kHighest);
+    sound.lines = lines_of_held(sound.radiation, pattern.clock.rate, kHighestLine);
     pattern.motion.methods.front().watched.emplace_back(point.name, sound.pressure);
     pattern.sounds.push_back(std::move(sound));
   }

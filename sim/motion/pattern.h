@@ -31,7 +31,8 @@ struct SpectralLine {
   double width = 0;    // of the bin, or to the next line [Hz]
 };
 
-inline constexpr double kBinsPerHz = 10;  // of spectra whose lines are closer than that
+inline constexpr double kHighestLine = 500;  // of spectra of patterns [Hz]
+inline constexpr double kBinsPerHz = 10;     // of spectra whose lines are closer than that
 
 /// The lines of a signal that holds each of its F values for 1/rate and then repeats (held_lines), 1/2 |c_m|^2 at
 /// m rate/F, above 0 and up to `highest`. Where they are closer than 1 / kBinsPerHz, those of a bin of that width are
@@ -137,7 +138,7 @@ struct PatternSound {
   PatternPoint point;
   Eigen::VectorXd pressure;         // |p|, F [Pa]
   Eigen::VectorXd radiation;        // F [Pa]
-  std::vector<SpectralLine> lines;  // of the radiation, to 500 Hz [Pa2]
+  std::vector<SpectralLine> lines;  // of the radiation, to kHighestLine [Pa2]
 
   double mean_square() const { return 0.5 * pressure.squaredNorm() / static_cast<double>(pressure.size()); }  // [Pa2]
 };
