@@ -417,6 +417,11 @@ True
       },
       nb::arg("name"), R"(The YAML text of a scene that comes with the package, to change or to save.
 
+Parameters
+----------
+name : str
+    One of `scenes()`.
+
 Examples
 --------
 >>> run = tf.run(tf.scene("quick").replace("pressure_pa: 4000", "pressure_pa: 3000"))
