@@ -100,17 +100,17 @@ class FlatPlane {
     }
     Eigen::ArrayXd weights;
     radial_nodes(finest, nodes_, weights);
-    const auto bessel = [](int order, double x) { return order == 0 ? ::j0(x) : ::j1(x); };
-    cut_.resize(static_cast<Index>(squares.size()), nodes_.size());
-    for (Index row = 0; row < cut_.rows(); ++row) {
-      const double a = step * std::sqrt(static_cast<double>(squares[static_cast<std::size_t>(row)]));
-      for (Index column = 0; column < cut_.cols(); ++column) {
-        const double b = nodes_(column);
-        const double lommel =
-            kCut * (a * bessel(1, a * kCut) * bessel(0, b * kCut) - b * bessel(0, a * kCut) * bessel(1, b * kCut)) /
-            (a * a - b * b);
-        cut_(row, column) = lommel * b * weights(column);
-      }
+    const auto count = static_cast<Index>(squares.size());
+    const Eigen::ArrayXd a =
+        step * Eigen::Map<const Eigen::Array<Index, Eigen::Dynamic, 1>>(squares.data(), count).cast<double>().sqrt();
+    const auto order_0 = [](double k) { return ::j0(k * kCut); };
+    const auto order_1 = [](double k) { return ::j1(k * kCut); };
+    const Eigen::ArrayXd a_0 = a.unaryExpr(order_0);
+    const Eigen::ArrayXd a_1 = a.unaryExpr(order_1);
+    cut_.resize(count, nodes_.size());
+    for (Index column = 0; column < cut_.cols(); ++column) {
+      const double b = nodes_(column);
+      cut_.col(column) = kCut * (a * a_1 * order_0(b) - b * a_0 * order_1(b)) / (a * a - b * b) * b * weights(column);
     }
   }
 
@@ -234,36 +234,38 @@ PressureLines modulated_lines(const Eigen::VectorXd& radiation, double hz) {
   return lines;
 }
 
-Eigen::MatrixXcd held_lines(const Eigen::MatrixXd& values, Index first, Index count) {
+Eigen::MatrixXcd held_lines(const Eigen::MatrixXd& values, double rate, double highest) {
+  constexpr Index kBlock = 64;  // of lines at once: long signals have many
   const Index frames = values.cols();
   const double turn = kTurn / static_cast<double>(frames);
   Eigen::VectorXcd roots(frames);  // by whole steps, so that long signals lose no digits
   for (Index k = 0; k < frames; ++k) {
     roots(k) = std::polar(2.0 / static_cast<double>(frames), turn * static_cast<double>(k));
   }
-  Eigen::MatrixXcd series(frames, count);
-  for (Index line = 0; line < count; ++line) {
-    const Index m = first + line;
-    const double half = 0.5 * turn * static_cast<double>(m);
-    const std::complex<double> held = std::polar(m % frames == 0 ? 0.0 : std::sin(half) / half, half);
-    for (Index k = 0, step = 0; k < frames; ++k, step = (step + m) % frames) {
-      series(k, line) = held * roots(step);
+  const double spacing = rate / static_cast<double>(frames);
+  const auto count = static_cast<Index>(std::floor(highest / spacing * (1.0 + 1e-12)));
+  Eigen::MatrixXcd lines(values.rows(), count);
+  for (Index first = 0; first < count; first += kBlock) {
+    Eigen::MatrixXcd series(frames, std::min(kBlock, count - first));
+    for (Index line = 0; line < series.cols(); ++line) {
+      const Index m = first + line + 1;
+      const double half = 0.5 * turn * static_cast<double>(m);
+      const std::complex<double> held = std::polar(m % frames == 0 ? 0.0 : std::sin(half) / half, half);
+      for (Index k = 0, step = 0; k < frames; ++k, step = (step + m) % frames) {
+        series(k, line) = held * roots(step);
+      }
     }
+    lines.middleCols(first, series.cols()) = values * series;
   }
-  return values * series;
+  return lines;
 }
 
 PressureLines frame_lines(const Eigen::MatrixXd& radiation, double rate, double highest) {
   constexpr double kLeast = 1e-8;
   constexpr double kRounding = 1e-24;
-  constexpr Index kBlock = 64;
   const double spacing = rate / static_cast<double>(radiation.cols());
-  const auto count = static_cast<Index>(std::floor(highest / spacing * (1.0 + 1e-12)));
-  Eigen::MatrixXcd all(radiation.rows(), count);
-  for (Index line = 0; line < count; line += kBlock) {
-    const Index some = std::min(kBlock, count - line);
-    all.middleCols(line, some) = held_lines(radiation, line + 1, some);
-  }
+  const Eigen::MatrixXcd all = held_lines(radiation, rate, highest);
+  const Index count = all.cols();
   const Eigen::VectorXd squares = all.cwiseAbs2().colwise().sum();
   const double least = count == 0 ? 0.0 : std::max(kLeast * squares.maxCoeff(), kRounding * radiation.squaredNorm());
   std::vector<Index> kept;

@@ -31,8 +31,9 @@ PressureLines modulated_lines(const Eigen::VectorXd& radiation, double hz);
 ///   c_m = 2 sinc(m/F) exp(i pi m/F) / F sum_k x_k exp(2 pi i m k/F),   x(t) = mean + Re sum_m c_m exp(-2 pi i m t/T)
 ///
 /// values   x, K x F
-/// returns  lines first .. first + count - 1, first > 0: K x count
-Eigen::MatrixXcd held_lines(const Eigen::MatrixXd& values, Eigen::Index first, Eigen::Index count);
+/// rate     values per second
+/// returns  c_1, c_2, ... up to `highest` [Hz]; line m is at m rate / F
+Eigen::MatrixXcd held_lines(const Eigen::MatrixXd& values, double rate, double highest);
 
 /// Those of frames, up to `highest` [Hz]. Lines with less than 1e-8 of the strongest one's sum of squares are left out,
 /// and those that are rounding alone.

@@ -235,8 +235,7 @@ std::string felt_text(const Felt& felt, const std::optional<Felt>& against) {
   }
   return aligned_table(table, {1}) +
          "largest rms on the skin; energy at the depths of receptors; p, ra: displacement weighted by the thresholds "
-         "of "
-         "two channels,\nrelative to " +
+         "of two channels,\nrelative to " +
          reference_name(felt, against) + "; skin none: the pressure itself\n\n" +
          relative_text(rows, reference_name(felt, against));
 }

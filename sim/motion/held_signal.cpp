@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <cmath>
 
 #include "sim/felt/skin_vibration.h"
@@ -7,26 +6,22 @@
 namespace touchfield {
 
 std::vector<SpectralLine> lines_of_held(const Eigen::VectorXd& values, double rate, double highest) {
-  constexpr Eigen::Index kBlock = 64;
   constexpr double kHair = 1e-9;  // a line on the edge of a bin begins it
   const double spacing = rate / static_cast<double>(values.size());
-  const auto count = static_cast<Eigen::Index>(std::floor(highest / spacing * (1.0 + 1e-12)));
+  const Eigen::RowVectorXcd series = held_lines(values.transpose(), rate, highest);
   std::vector<SpectralLine> lines;
-  for (Eigen::Index first = 1; first <= count; first += kBlock) {
-    const Eigen::RowVectorXcd block = held_lines(values.transpose(), first, std::min(kBlock, count - first + 1)).row(0);
-    for (Eigen::Index line = 0; line < block.size(); ++line) {
-      const double hz = static_cast<double>(first + line) * spacing;
-      const double square = 0.5 * std::norm(block(line));
-      if (spacing * kBinsPerHz >= 1.0) {
-        lines.push_back({hz, square, spacing});
-        continue;
-      }
-      const double low = std::floor(hz * kBinsPerHz + kHair) / kBinsPerHz;
-      if (lines.empty() || lines.back().hz < low) {
-        lines.push_back({low, 0.0, 1.0 / kBinsPerHz});
-      }
-      lines.back().mean_square += square;
+  for (Eigen::Index line = 0; line < series.size(); ++line) {
+    const double hz = static_cast<double>(line + 1) * spacing;
+    const double square = 0.5 * std::norm(series(line));
+    if (spacing * kBinsPerHz >= 1.0) {
+      lines.push_back({hz, square, spacing});
+      continue;
     }
+    const double low = std::floor(hz * kBinsPerHz + kHair) / kBinsPerHz;
+    if (lines.empty() || lines.back().hz < low) {
+      lines.push_back({low, 0.0, 1.0 / kBinsPerHz});
+    }
+    lines.back().mean_square += square;
   }
   return lines;
 }
