@@ -33,15 +33,6 @@ Vector3 normal_about(const TriangleMesh& mesh, Index face) {
   return sum.normalized();
 }
 
-Eigen::Matrix3d axes_about(const Vector3& normal) {
-  const Vector3 towards = std::abs(normal.x()) < 0.9 ? Vector3::UnitX() : Vector3::UnitY();
-  Eigen::Matrix3d axes;
-  axes.col(0) = (towards - towards.dot(normal) * normal).normalized();
-  axes.col(1) = normal.cross(axes.col(0));
-  axes.col(2) = normal;
-  return axes;
-}
-
 Eigen::Vector2d laid_flat(const SkinPatch& patch, const Vector3& at, const Vector3& normal) {
   const Vector3 from = at - patch.middle;
   const Eigen::Vector2d seen = patch.axes.leftCols<2>().transpose() * from;
@@ -66,6 +57,15 @@ std::vector<std::vector<Index>> neighbours(const TriangleMesh& mesh) {
 }
 
 }  // namespace
+
+Eigen::Matrix3d axes_about(const Vector3& normal) {
+  const Vector3 towards = std::abs(normal.x()) < 0.9 ? Vector3::UnitX() : Vector3::UnitY();
+  Eigen::Matrix3d axes;
+  axes.col(0) = (towards - towards.dot(normal) * normal).normalized();
+  axes.col(1) = normal.cross(axes.col(0));
+  axes.col(2) = normal;
+  return axes;
+}
 
 SkinPatch skin_patch(const TriangleMesh& mesh, Index face) {
   SkinPatch patch{.face = face,

@@ -10,6 +10,7 @@
 #include "sim/core/require.h"
 #include "sim/core/text.h"
 #include "sim/core/units.h"
+#include "sim/felt/skin_patch.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/motion/pattern.h"
 
@@ -165,9 +166,9 @@ class PathInSpace {
       normal += n.dot(side) > 0 ? Vector3(mesh.areas()(face) * n) : Vector3(Vector3::Zero());
     }
     normal.normalize();
-    const Vector3 towards = std::abs(normal.x()) < 0.9 ? Vector3::UnitX() : Vector3::UnitY();
-    right_ = (towards - towards.dot(normal) * normal).normalized();
-    up_ = normal.cross(right_);
+    const Eigen::Matrix3d axes = axes_about(normal);
+    right_ = axes.col(0);
+    up_ = axes.col(1);
   }
 
   const SkinStrokes& strokes_;
