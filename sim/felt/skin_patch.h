@@ -32,8 +32,8 @@ struct SkinPatch {
   std::optional<Eigen::Vector2d> place_of(const TriangleMesh& mesh, const Vector3& at) const;
 };
 
-/// Columns: the direction of the world's x axis along the skin, or of y where x is within 26 degrees of the normal; the
-/// second one at right angles; the unit normal.
+/// Columns: along the skin, at right angles to it along the skin, and the unit normal. The first goes towards the
+/// world's x axis, or y where x is within 26 degrees of the normal.
 Eigen::Matrix3d axes_about(const Vector3& normal);
 
 /// The faces that are joined to a face across edges, as far as kReach.
