@@ -1,5 +1,6 @@
-"""The wheels of scripts/wheel in a bare Debian 12 without compiler, libraries and fonts, and beside others' modules."""
+"""The wheel of scripts/wheel in a bare Debian 12 and 13 without compiler, libraries and fonts, and beside others' modules."""
 
+import json
 import os
 import pathlib
 import re
@@ -33,17 +34,19 @@ LICENCES = {
     "libx11-6": "MIT", "libxau6": "MIT", "libxcb-render0": "MIT", "libxcb-shm0": "MIT", "libxcb1": "MIT", "libxdmcp6": "MIT",
     "libxext6": "MIT", "libxrender1": "MIT", "libyaml-cpp0.7": "MIT", "libzstd1": "BSD-3-Clause", "zlib1g": "Zlib",
 }
-# Modules with some of the same libraries, and what loads them.
+# Modules with some of the same libraries, and what uses them: it prints the same with touchfield in the process.
 OTHERS = {
     "h5py": "h5py.File('beside.h5', 'w')['x'] = 1",
     "matplotlib.pyplot": "matplotlib.pyplot.plot([1]); matplotlib.pyplot.savefig('beside.pdf')",
-    "scipy.linalg": "scipy.linalg.lu_factor([[1, 2], [3, 4]])",
+    "scipy.linalg": "print(scipy.linalg.svdvals(scipy.linalg.hilbert(300)).sum())",
+    "sklearn.cluster": "print(sklearn.cluster.KMeans(2, n_init=1).fit([[i % 2, 0] for i in range(5000)]).inertia_)",
     "ssl": "ssl.create_default_context()",
-    "torch": "torch.ones(100, 100) @ torch.ones(100, 100)",
+    "torch": "a = torch.arange(90000.0).reshape(300, 300).sin(); print(torch.get_num_threads(), (a @ a).sum().item())",
     "vtk": "s = vtk.vtkSphereSource(); w = vtk.vtkXMLPolyDataWriter(); w.SetInputConnection(s.GetOutputPort()); "
            "w.SetFileName('beside.vtp'); w.Write()",
 }
 OWN = "print(touchfield.run('quick.yaml', set={'solve.iterations': 3}).metrics['surface']['relative_error'])"
+PYENV = pathlib.Path.home() / ".pyenv/versions"  # other Pythons, if it has some
 
 
 def run(*command, **options):
@@ -58,76 +61,99 @@ class Wheel(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="touchfield-wheel-"))
         cls.addClassCleanup(shutil.rmtree, cls.folder)
-        run(ROOT / "scripts/wheel", cls.folder / "wheels")
-        cls.wheels = sorted((cls.folder / "wheels").glob("*.whl"))
-        cls.package, cls.program = cls.wheels
-        cls.bare = cls.folder / "bare"
-        run("debootstrap", "--variant=minbase", "--include=python3-venv", "bookworm", cls.bare, "http://deb.debian.org/debian")
-        work = cls.bare / "work"
-        (work / "scenes").mkdir(parents=True)
-        for file in cls.wheels:
-            shutil.copy(file, work)
-        shutil.copy(ROOT / "scenes/quick.yaml", work / "scenes")
-        run(ROOT / "build/python/bin/python", "-m", "pip", "download", "--quiet", "--no-deps", "--only-binary=:all:", "--dest", work, "numpy")
+        run(ROOT / "scripts/wheel", cls.folder / "made")
+        cls.wheel, = (cls.folder / "made").glob("*.whl")
+        for suite in ["bookworm", "trixie"]:
+            run("debootstrap", "--variant=minbase", "--include=python3-venv", suite, cls.folder / suite, "http://deb.debian.org/debian")
+            (cls.folder / suite / "work/scenes").mkdir(parents=True)
+            shutil.copy(ROOT / "scenes/quick.yaml", cls.folder / suite / "work/scenes")
+            shutil.copy(cls.wheel, cls.folder / suite)
 
-    def inside(self, command):
-        """A shell's output in the bare system, without the network and with what mounts end with it."""
-        script = f'mount -t proc proc {self.bare}/proc && exec chroot {self.bare} env -i PATH=/usr/bin:/bin HOME=/root sh -c "cd /work; $0"'
+    def inside(self, suite, command):
+        """A shell's output in a bare system, without the network and with what mounts end with it."""
+        root = self.folder / suite
+        mounts = [f"mount -t proc proc {root}/proc"]
+        if PYENV.exists():
+            mounts.append(f"mkdir -p {root}{PYENV} && mount --bind {PYENV} {root}{PYENV}")
+        pip = "PIP_NO_INDEX=1 PIP_FIND_LINKS=/work"
+        script = f'{" && ".join(mounts)} && exec chroot {root} env -i PATH=/usr/bin:/bin HOME=/root {pip} sh -c "cd /work; $0"'
         return run("unshare", "--mount", "--net", "sh", "-ec", script, command)
 
+    def fetch_for(self, suite, python):
+        """What the wheel needs, as pip would."""
+        version = self.inside(suite, f"{python} -V").split()[1]
+        run(ROOT / "build/python/bin/python", "-m", "pip", "download", "--quiet", "--no-deps", "--only-binary=:all:",
+            "--python-version", version, "--dest", self.folder / suite / "work", "numpy", "nanobind-backend")
+
     def test_libraries_and_licences(self):
-        for file in self.wheels:
-            self.assertLess(file.stat().st_size, 70e6)
-            with zipfile.ZipFile(file) as archive:
-                names = archive.namelist()
-                share = "touchfield_program/share/licences"
-                packages = dict(line.split("\t") for line in archive.read(f"{share}/FILES").decode().splitlines())
-            for name in names:
-                if match := re.fullmatch(r"touchfield_program/lib/(.*)-[0-9a-f]{8}(\.so.*)", name):
-                    package = packages["".join(match.groups())]
-                    self.assertIn(package, LICENCES, f"read the licence of {package}")
-                    self.assertIn(f"{share}/{package}", names)
-                else:
-                    self.assertNotRegex(name, r"/lib/(?!libtouchfield)", name)
+        self.assertIn("-cp310-abi3-manylinux_2_36_x86_64", self.wheel.name)
+        self.assertLess(self.wheel.stat().st_size, 50e6)
+        with zipfile.ZipFile(self.wheel) as archive:
+            names = [name for name in archive.namelist() if not name.endswith("/")]
+            share = "touchfield_program/share/licences"
+            packages = dict(line.split("\t") for line in archive.read(f"{share}/FILES").decode().splitlines())
+        for name in names:
+            if match := re.fullmatch(r"touchfield_program/lib/(.*)-[0-9a-f]{8}(\.so.*)", name):
+                package = packages["".join(match.groups())]
+                self.assertIn(package, LICENCES, f"read the licence of {package}")
+                self.assertIn(f"{share}/{package}", names)
+            else:
+                self.assertNotRegex(name, r"/lib/(?!libtouchfield)", name)
 
-    def test_package_in_a_bare_system(self):
-        for path in ["usr/bin/gcc", "usr/share/fonts", "usr/lib/x86_64-linux-gnu/libgomp.so.1"]:
-            self.assertFalse((self.bare / path).exists(), path)
+    def test_package_in_bare_systems(self):
         lines = re.search(r"```python\n(import touchfield.*?)```", (ROOT / "README.md").read_text(), re.S)[1]
-        (self.bare / "work/six.py").write_text(lines)
-        self.inside("python3 -m venv v")
-        start = time.monotonic()
-        self.inside(f"v/bin/pip install --quiet --no-index --find-links . ./{self.package.name}")
-        print(f"pip install: {time.monotonic() - start:.1f} s", file=sys.stderr)
-        self.inside("v/bin/python six.py")
-        print(f"and a first picture: {time.monotonic() - start:.1f} s", file=sys.stderr)
-        self.inside("v/bin/touchfield run scenes/quick.yaml -o ran --set target.pressure_pa=3000 --quiet")
-        work = self.bare / "work"
-        pictures = sorted(path.name for path in (work / "ran").rglob("*.png"))
-        self.assertIn("overview.png", pictures)
-        for name in pictures:  # in the same font
-            first, second = ((work / run / name).read_bytes().partition(b"IDAT")[2] for run in ["ran", "quick_3000"])
-            self.assertTrue(first and first == second, name)
-        self.assertIn("text in DejaVu Sans", self.inside("v/bin/touchfield doctor"))
+        systems = [("bookworm", "python3"), ("trixie", "python3")]
+        for suite, python in systems + [("bookworm", path) for path in sorted(PYENV.glob("3.1?.*/bin/python3"))]:
+            with self.subTest(suite=suite, python=python):
+                work = self.folder / suite / "work"
+                for path in ["usr/bin/gcc", "usr/share/fonts", "usr/lib/x86_64-linux-gnu/libgomp.so.1"]:
+                    self.assertFalse((self.folder / suite / path).exists(), path)
+                (work / "six.py").write_text(lines)
+                self.fetch_for(suite, python)
+                self.inside(suite, f"rm -rf v ran quick_3000 && {python} -m venv v")
+                start = time.monotonic()
+                self.inside(suite, "v/bin/pip install --quiet /touchfield-*.whl")
+                installed = time.monotonic() - start
+                self.inside(suite, "v/bin/python six.py")
+                seconds = time.monotonic() - start
+                print(f"{suite}, {python}: pip install in {installed:.1f} s, the first picture after {seconds:.1f} s", file=sys.stderr)
+                self.inside(suite, "v/bin/touchfield run scenes/quick.yaml -o ran --set target.pressure_pa=3000 --quiet")
+                pictures = sorted(path.name for path in (work / "ran").rglob("*.png"))
+                self.assertIn("overview.png", pictures)
+                for name in pictures:  # in the same font
+                    first, second = ((work / folder / name).read_bytes().partition(b"IDAT")[2] for folder in ["ran", "quick_3000"])
+                    self.assertTrue(first and first == second, name)
+                self.assertIn("text in DejaVu Sans", self.inside(suite, "v/bin/touchfield doctor"))
 
-    def test_program_alone_in_a_bare_system(self):
-        self.inside("python3 -m venv p")
-        self.inside(f"p/bin/pip install --quiet --no-index ./{self.program.name}")
-        self.assertIn("text in DejaVu Sans", self.inside("p/bin/touchfield doctor"))
-        self.inside("p/bin/touchfield run scenes/quick.yaml -o alone --quiet")
+    def test_steps_of_the_recipes(self):
+        container, apptainer = ((self.folder / "made" / name).read_text() for name in ["Containerfile", "apptainer.def"])
+        steps = re.findall(r"^RUN (.*)", container, re.M)
+        self.assertEqual(apptainer.partition("%post\n")[2].partition("\n\n")[0].splitlines(), steps)
+        self.fetch_for("bookworm", "python3")
+        for step in steps:  # apt finds no network and all installed
+            self.inside("bookworm", step)
+        command = " ".join(json.loads(re.search(r"^ENTRYPOINT (.*)", container, re.M)[1]))
+        self.assertIn(f"exec {command} ", apptainer)
+        self.assertIn("text in DejaVu Sans", self.inside("bookworm", f"{command} doctor"))
 
     def test_beside_others(self):
-        run("/usr/bin/python3", "-m", "venv", "--system-site-packages", self.folder / "others")
-        python = self.folder / "others/bin/python"
-        run(python, "-m", "pip", "install", "--quiet", "--no-index", "--no-deps", self.package)
+        """Debian's modules and pip's, of two threads each."""
+        environment = {**os.environ, "OMP_NUM_THREADS": "2"}
         shutil.copy(ROOT / "scenes/quick.yaml", self.folder)
-        alone = run(python, "-c", f"import touchfield; {OWN}", cwd=self.folder)
-        for other, use in OTHERS.items():
-            if subprocess.run([python, "-c", f"import {other}"], capture_output=True, check=False).returncode != 0:
-                print(f"not beside {other}, which is not installed", file=sys.stderr)
-                continue
-            for lines in [f"import touchfield, {other}; {use}; {OWN}", f"import {other}, touchfield; {OWN}; {use}"]:
-                self.assertEqual(run(python, "-c", lines, cwd=self.folder), alone, lines)
+        for name, place in {"debian": "/usr/lib/python3/dist-packages", "pip": next(ROOT.glob("build/python/lib/*/site-packages"))}.items():
+            run("/usr/bin/python3", "-m", "venv", self.folder / name)
+            python = self.folder / name / "bin/python"
+            run(python, "-m", "pip", "install", "--quiet", "--no-deps", self.wheel, "nanobind-backend")
+            next(self.folder.glob(f"{name}/lib/*/site-packages")).joinpath("others.pth").write_text(f"{place}\n")
+            alone = run(python, "-c", f"import touchfield; {OWN}", cwd=self.folder, env=environment)
+            for other, use in OTHERS.items():
+                if subprocess.run([python, "-c", f"import {other}"], capture_output=True, check=False).returncode != 0:
+                    print(f"not beside {other} of {name}, which is not installed", file=sys.stderr)
+                    continue
+                said = run(python, "-c", f"import {other}; {use}", cwd=self.folder, env=environment)
+                for lines, expected in [(f"import touchfield, {other}; {use}; {OWN}", said + alone),
+                                        (f"import {other}, touchfield; {OWN}; {use}", alone + said)]:
+                    self.assertEqual(run(python, "-c", lines, cwd=self.folder, env=environment), expected, lines)
 
 
 if __name__ == "__main__":
