@@ -46,32 +46,32 @@ def test_ten_lines_run(folder, capsys):
     assert (folder / "capsule/run.h5").exists() and (folder / "overview.png").read_bytes()[:4] == b"\x89PNG"
 
 
-def test_own_method_and_separate_parts_run(folder, capsys):
-    run_blocks(blocks_of(PAGE, "A phase method of your own"), {"np": np, "tf": tf})
-    assert "mine" in capsys.readouterr().out
+def test_separate_parts_run(folder):
     names = run_blocks(blocks_of(PAGE, "Separate parts"), {"np": np, "tf": tf})
     assert names["problem"].cost(names["solution"].drives) >= names["proof"]["bound"] > 0
 
 
-def test_five_tasks_in_ten_lines_each(folder):
-    for package in ("pandas", "matplotlib", "trimesh"):
+def test_seven_tasks_in_ten_lines_each(folder, capsys):
+    for package in ("pandas", "matplotlib", "scipy", "trimesh"):
         pytest.importorskip(package)
-    blocks = blocks_of(PAGE, "Five tasks")
-    assert len(blocks) == 5 and max(len(block.strip().splitlines()) for block in blocks) <= 10
-    tf.hand("flat", edge=4e-3).save("hand.stl")  # the scan of the fourth task
+    blocks = blocks_of(PAGE, "Seven tasks")
+    assert len(blocks) == 7 and max(len(block.strip().splitlines()) for block in blocks) <= 10
+    scanned = tf.hand("flat", edge={"far": 8e-3, "near": {"palm_centre": 3e-3}})
+    scanned.save("hand.stl")
+    scanned.to_trimesh().export("hand.glb")
     names = run_blocks(blocks, {"np": np, "tf": tf})
-    assert (folder / "heights.png").read_bytes()[:4] == b"\x89PNG" and len(set(names["heights"]["body.place.at_mm.2"])) == 3
-    assert abs(names["free"][0]) == pytest.approx(abs(names["array"].transfer([[0, 0, 0.15]])).sum(), rel=1e-9)
-    assert names["pressure"].shape == (len(names["palm"]),)
-    own = np.exp(1j * np.angle(names["q"]))
-    assert abs(own.conj() @ names["gs"].drives) == pytest.approx(len(own), rel=1e-6)  # the same but for a common phase
-    assert set(names["run"].methods) == {"surface", "focus"}
+    assert np.abs(names["free"]).max() == pytest.approx(np.abs(names["array"].transfer([[0, 0, 0.15]])).sum(), rel=0.1)
+    assert names["pressure"].shape == (len(names["palm"]),) and np.abs(names["below"]).min() > 0
+    assert set(names["run"].methods) == {"surface", "focus"} and len(set(names["levels"])) == 3
+    assert len(set(names["heights"]["body.place.at_mm.2"])) == 3
+    assert names["hz"][names["rms"].argmax()] == 200
+    assert names["found"].fun < 1.02 * names["problem"].cost(tf.surface(names["problem"])) and "mine" in capsys.readouterr().out
+    assert names["result"].mesh.landmarks["palm"] == pytest.approx([0, 0, 0.15])
+    assert {path.name for path in folder.glob("*.png")} == {"focus.png", "palm.png", "heights.png"} and (folder / "glb_hand/run.h5").exists()
     run_blocks(blocks_of(PAGE, "Figures and pages"), names)
     assert {path.name for path in folder.glob("*.[ps][dv][fg]")} == {"capsule.pdf", "capsule.svg", "heights.pdf"}
     run_blocks(blocks_of(PAGE, "What the skin does"), names)
     assert np.nanmax(names["soft"]) > 0 and (folder / "felt.pdf").exists()
-    report = names["report"]
-    assert report["frames"] == 100 and not report["emitted"] and report["files"] > 0
 
 
 def test_frames_leave_for_other_code(folder):
