@@ -130,10 +130,10 @@ void add_felt(nb::module_& module) {
   nb::class_<SharedFelt>(module, "Felt", nb::dynamic_attr(),
                          R"(What the skin does under a result. ``felt[method, skin]`` has
 
-displacement, velocity   inwards, rms, maps with axes y and x of the patch from -12 to 12 mm [m, m/s]
-energy                   by receptor, sa1, ra, pc, at 0.3, 1.6, 2 mm, the mean strain energy density [J/m3]
-weighted                 by channel, p, ra, the displacement with lines weighted by thresholds; compare on one skin only
-hz, spectrum             of the lines; complex peak at each of the points, shape (P, L) [m]
+    displacement, velocity   inwards, rms, maps with axes y and x of the patch from -12 to 12 mm [m, m/s]
+    energy                   by receptor, sa1, ra, pc, at 0.3, 1.6, 2 mm, the mean strain energy density [J/m3]
+    weighted                 by channel, p, ra, the displacement with lines weighted by thresholds; compare on one skin
+    hz, spectrum             of the lines; complex peak at each of the points, shape (P, L) [m]
 
 Maps are NaN off the patch. With the skin ``none`` the pressure stands for the displacement, in Pa instead of m.)")
       .def_prop_ro(

@@ -3,7 +3,7 @@
 The word of a fenced block is its kind. `yaml` is a whole scene or sweep, as in scenes/. `python` runs in the folder of a run. `usage`
 is the synopsis of commands. `text` is an output or a layout and is not checked. No word means `sh`: one command per line, with
 placeholders for the reader's files. Another word, an indented command and an unknown kind of command fail. Scripts are only asked for
-their help. `cpp` must stand in a test of C++, word for word. Commands and file names in backticks in the running text are checked too.
+their help. `cpp` must stand in a test or an example of C++, word for word. Commands and file names in backticks in the running text are checked too.
 """
 
 import functools
@@ -90,7 +90,7 @@ class Docs(CommandTest):
                     self.run_ok("info", "run.h5")
 
     def test_cpp(self):
-        tests = [" ".join(path.read_text().split()) for path in SOURCE.glob("tests/**/*_test.cpp")]
+        tests = [" ".join(path.read_text().split()) for path in [*SOURCE.glob("tests/**/*_test.cpp"), *SOURCE.glob("examples/*.cpp")]]
         for page, body in each("cpp"):
             with self.subTest(page=page, body=body):
                 self.assertTrue(any(" ".join(body.split()) in test for test in tests))

@@ -73,6 +73,8 @@ class Library(unittest.TestCase):
             f"-DCMAKE_CXX_COMPILER={COMPILER}")
         run(CMAKE, "--build", build)
 
+        self.assertRegex(run(build / "first_run"), r"^surface: relative error \d+\.\d %\n")
+
         said = run(build / "sphere")
         errors = numbers(r"error ([\d.]+) %", said)
         self.assertEqual(len(errors), 3, said)

@@ -101,10 +101,11 @@ class Site(BuiltSite):
         lengths = (self.site / "reference/cpp/structtouchfield_1_1EdgeSpec.html").read_text()
         self.assertIn("within <code>within</code> of a landmark", lengths)
         self.assertNotIn("&lt; namespace", (self.site / "reference/cpp/namespacetouchfield.html").read_text())
-        python = (self.site / "reference/python.html").read_text()
         built = list(SOURCE.glob("build/python/lib/python*/site-packages/touchfield"))
-        for word in ("surface(h, target=None", "Mesh.vertices", "InputError") if built else ("scripts/setup_python",):
-            self.assertIn(word, python)
+        for page, word in {"python.html": "InputError", "python/methods.html": 'id="problemcost"',
+                           "python/parts.html": '<a href="results.html#run"><code>Run</code></a>'}.items():
+            self.assertIn(word if built else "scripts/setup_python", (self.site / "reference" / page).read_text())
+        self.assertIn("import touchfield", re.sub("<.*?>", "", (self.site / "docs/tutorials/notebook.html").read_text()))
 
     def test_formulas_are_marked_for_rendering(self):
         theory = (SOURCE / "docs/theory.md").read_text()
