@@ -10,23 +10,23 @@ import touchfield
 
 # Every public name, on its page. A page does not have two names that differ in case alone, as its anchors are lower case.
 SUBJECTS = {
-    "running": ("Running", "Scenes, sweeps, motions and patterns are computed. The [keys of scenes](../../scenes/README.md) are those of "
-                "scene files.", "run scenes scene check study evaluate sweep list_sweep play pattern circle line see fit"),
+    "running": ("Running", "Scenes, sweeps, motions and patterns. The [keys](../../scenes/README.md) of scenes are those of files.",
+                "run scenes scene check study evaluate sweep list_sweep play pattern circle line see fit"),
     "parts": ("Parts", "Bodies, arrays, targets, and the sound between them.",
               "Mesh hand sphere read_mesh Array Wave Target Model transfer scatter field force surface_slopes skin_waves"),
-    "methods": ("Phase methods", "[Phase methods](../../docs/phases.md) compares them.", "surface radiation lbfgs gs wgs gs_pat eigen focus "
-                "paper unscattered optimality_bound Problem RadiationProblem Solution"),
-    "results": ("Results", "Arrays are read-only views that stay as long as they are used. [Metrics](../../docs/metrics.md) defines the "
-                "numbers.", "Run Motion Pattern Felt Sweep Picture read_run read_motion read_sweep compare"),
-    "hardware": ("Hardware", "[Hardware](../../docs/hardware.md) has the rules of sending, [Transducers](../../docs/transducers.md) scans and "
-                 "calibration.", "send read_scan compare_scan fit_scan fit_calibration Scan Calibration"),
+    "methods": ("Phase methods", "[Phase methods](../../docs/phases.md) compares them.",
+                "surface radiation lbfgs gs wgs gs_pat eigen focus paper unscattered optimality_bound Problem RadiationProblem Solution"),
+    "results": ("Results", "[Metrics](../../docs/metrics.md) defines the numbers.",
+                "Run Motion Pattern Felt Sweep Picture read_run read_motion read_sweep compare"),
+    "hardware": ("Hardware", "Rules are in [Hardware](../../docs/hardware.md), scans in [Transducers](../../docs/transducers.md).",
+                 "send read_scan compare_scan fit_scan fit_calibration Scan Calibration"),
 }
 INDEX = """# Python API
 
-The public names of the package `touchfield`, in the examples `tf`. [Python](../docs/python.md) is the guide. Lengths are in m, pressures in Pa,
-phases in rad, rotations of bodies and arrays in degrees. The time factor is exp(-i omega t).
+The public names of the package `touchfield`, in the examples `tf`. [Python](../docs/python.md) is the guide. Lengths are in m, pressures
+in Pa, phases in rad, rotations of bodies and arrays in degrees. The time factor is exp(-i omega t).
 """
-ERRORS = [name for name in touchfield.__all__ if inspect.isclass(getattr(touchfield, name)) and issubclass(getattr(touchfield, name), Exception)]
+ERRORS = [name for name in touchfield.__all__ if isinstance(kind := getattr(touchfield, name), type) and issubclass(kind, Exception)]
 PLACES = {name: f"{page}.md#{name.lower()}" for page, (*_, names) in SUBJECTS.items() for name in names.split()}
 
 
@@ -39,7 +39,7 @@ def links():
     places = dict(PLACES) | {name: "../python.md#errors" for name in ERRORS}
     for name, place in PLACES.items():
         if inspect.isclass(kind := getattr(touchfield, name)):
-            places |= {f"{name}.{own}": f"{place}{own.lower()}" for own, member in members(kind).items() if inspect.isroutine(member)}
+            places |= {f"{name}.{own}": place + own.lower() for own, member in members(kind).items() if inspect.isroutine(member)}
     return places
 
 
@@ -100,18 +100,21 @@ def entry(name, value):
             text += f"| {title[:-1]} | Type | |\n| --- | --- | --- |\n"
             for head, said in items(sections[title]):
                 names, _, kind = head.partition(" : ")
-                text += f"| {', '.join(f'`{one}`' for one in names.split(', '))} | {linked_type(kind)} | {linked(said, owner, arguments)} |\n"
+                names = ", ".join(f"`{one}`" for one in names.split(", "))
+                text += f"| {names} | {linked_type(kind)} | {linked(said, owner, arguments)} |\n"
             text += "\n"
     if result not in ("", "None") and "Returns" not in sections and not inspect.isclass(value):
         sections["Returns"] = f"`{result}`" if "[" in result else result
     for title in ("Returns", "Raises"):
         for head, said in items(sections.get(title, "")):
-            text += f"{title} {linked_type(head.replace(' : ', ': '))}{': ' if said else ''}{linked(said, owner, arguments)}\n\n" if head else ""
+            said = linked(said, owner, arguments)
+            text += f"{title} {linked_type(head.replace(' : ', ': '))}{': ' if said else ''}{said}\n\n" if head else ""
     return text + (f"```python\n{example(sections['Examples'])}\n```\n\n" if "Examples" in sections else "")
 
 
 def class_entry(name, kind):
-    text = f"## {name}\n\n" + "".join(linked(f"A `{base.__name__}`.\n\n") for base in kind.__bases__ if base.__name__ in PLACES) + entry(name, kind)
+    bases = [linked(f"A `{base.__name__}`.") + "\n\n" for base in kind.__bases__ if base.__name__ in PLACES]
+    text = f"## {name}\n\n{''.join(bases)}{entry(name, kind)}"
     own = members(kind)
     values = [f"| `{member}` | {linked(inspect.getdoc(value), name)} |\n" for member, value in own.items() if isinstance(value, property)]
     text += "| Property | |\n| --- | --- |\n" + "".join(values) + "\n" if values else ""
@@ -134,7 +137,8 @@ def main(folder):
             summary = linked(inspect.getdoc(value).partition("\n\n")[0])
             index += f"| {linked(f'`{name}`')} | {summary} |\n".replace("](", "](python/").replace("python/../", "")
         (folder / f"python/{page}.md").write_text(text)
-    index += "\n## Errors\n\n| | |\n| --- | --- |\n" + "".join(f"| `{name}` | {inspect.getdoc(getattr(touchfield, name))} |\n" for name in ERRORS)
+    index += "\n## Errors\n\n| | |\n| --- | --- |\n"
+    index += "".join(f"| `{name}` | {inspect.getdoc(getattr(touchfield, name))} |\n" for name in ERRORS)
     (folder / "python.md").write_text(index)
 
 

@@ -112,7 +112,7 @@ def test_reference_has_everything(tmp_path):
         assert re.search(rf"^(## |\| `){name}\b", text + (tmp_path / "python.md").read_text(), re.MULTILINE), name
     for kind in CLASSES:
         for name in vars(kind):
-            assert name.startswith("_") or re.search(rf"^(### {kind.__name__}\.|\| `){name}\b", text, re.MULTILINE), f"{kind.__name__}.{name}"
+            assert name.startswith("_") or re.search(rf"^(### {kind.__name__}\.|\| `){name}\b", text, re.MULTILINE), (kind, name)
     assert not re.search(r"^(--+|>>> .*|\.\. .*)$", text, re.MULTILINE)  # nothing that is left as numpydoc
 
 

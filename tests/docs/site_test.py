@@ -103,8 +103,8 @@ class Site(BuiltSite):
         self.assertNotIn("&lt; namespace", (self.site / "reference/cpp/namespacetouchfield.html").read_text())
         built = list(SOURCE.glob("build/python/lib/python*/site-packages/touchfield"))
         for page, word in {"python.html": "InputError", "python/methods.html": 'id="problemcost"',
-                           "python/parts.html": '<a href="results.html#run"><code>Run</code></a>'}.items():
-            self.assertIn(word if built else "scripts/setup_python", (self.site / "reference" / page).read_text())
+                           "python/parts.html": '<a href="methods.html#solution"><code>Solution</code></a>'}.items():
+            self.assertIn(word if built else "setup_python", (self.site / "reference" / page).read_text())
         self.assertIn("import touchfield", re.sub("<.*?>", "", (self.site / "docs/tutorials/notebook.html").read_text()))
 
     def test_formulas_are_marked_for_rendering(self):
