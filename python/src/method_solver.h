@@ -1,15 +1,16 @@
 #pragma once
 
-#include <map>
+#include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "python/src/parts.h"
 #include "sim/core/require.h"
 #include "sim/run/methods.h"
 #include "sim/run/skin_scattering.h"
 #include "sim/run/solve_model.h"
-#include "solvers/phase/optimality_bound.h"
+#include "solvers/phase/radiation.h"
 #include "solvers/phase/surface.h"
 
 namespace touchfield::python {
@@ -39,13 +40,20 @@ auto asked(const Model& model, Scheme scheme, const SolveSpec& spec, Progress& p
   return ask(solver, target);
 }
 
-Values values_of(const OptimalityBound& found);
+/// The problem of H of every face, with the skin outside the target reduced to a few rows, or of the target's faces.
+SharedProblem skin_problem(std::string_view who, nb::handle h, const SharedTarget& target, double outside_weight,
+                           std::optional<int> threads);
 
-/// throws   InputError unless there is a step to make
-void require_steps(std::string_view who, int iterations);
+/// All pressures are rows of the problem's F; its R is empty.
+struct SkinRadiation {
+  RadiationProblem problem;
+  std::vector<std::int64_t> faces;  // of the mesh, which P is of; empty: not said
+};
+using SharedRadiation = Shared<SkinRadiation>;
 
-/// throws   InputError on a name that is not phase, gain or dead, or a value out of range
-ChannelTolerances tolerances_of(const std::map<std::string, double>& given);
+/// The same for the radiation pressure, of H of every face.
+SharedRadiation radiation_problem(std::string_view who, nb::handle h, const SharedTarget& target, double outside_weight,
+                                  const std::optional<Wave>& wave, std::optional<int> threads);
 
 /// Drives q of one solution, for a function `what`.
 /// throws   InputError unless there is one per channel

@@ -119,6 +119,7 @@ NB_MODULE(_core, module) {
   add_models(module);
   add_problems(module);
   add_radiation(module);
+  add_methods(module);
   add_scattering(module);
   add_runs(module);
   add_motions(module);

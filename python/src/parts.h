@@ -69,6 +69,7 @@ using SharedSolution = Shared<PhaseSolution>;
 
 void add_shapes(nb::module_& module);
 void add_arrays(nb::module_& module);
+void add_methods(nb::module_& module);
 void add_models(nb::module_& module);
 void add_problems(nb::module_& module);
 void add_radiation(nb::module_& module);

@@ -1,6 +1,4 @@
 #include <cmath>
-#include <map>
-#include <nanobind/stl/map.h>
 #include <string>
 #include <string_view>
 
@@ -14,14 +12,11 @@
 #include "sim/core/require.h"
 #include "sim/field/skin_problems.h"
 #include "sim/run/solve_model.h"
-#include "solvers/phase/optimality_bound.h"
 #include "solvers/phase/skin_problem.h"
 
 namespace touchfield::python {
 
 namespace {
-
-using StartLike = Said<"str | numpy.typing.ArrayLike | Solution">;
 
 SharedProblem problem_of_model(const SharedModel& model, std::optional<int> threads) {
   return computed(thread_count(threads), [model](Progress& progress) {
@@ -45,107 +40,6 @@ SharedProblem problem_of(nb::handle target, nb::handle amplitudes, nb::handle we
   problem.shares = shares.is_none() ? Eigen::VectorXd() : Eigen::VectorXd(real_list(shares, "Problem: shares"));
   require_valid(problem, "Problem");
   return shared(std::move(problem));
-}
-
-/// Of H of every face, with the skin outside the target reduced to a few rows, or of the faces of the target alone.
-SharedProblem problem_of_transfer(const ArrayLike& h, const SharedTarget& target, double outside_weight,
-                                  std::optional<int> threads) {
-  const auto mesh = target.skin.mesh;
-  const Eigen::VectorXd& wanted = target.amplitudes();
-  Eigen::MatrixXcd rows = complex_table(h, "Problem.of: h");
-  if (rows.rows() == target->size()) {
-    SkinProblem problem{std::move(rows), wanted, target->areas(mesh->areas()), Eigen::MatrixXcd(0, 0)};
-    problem.outside.resize(0, problem.target.cols());
-    problem.shares = target->shares;
-    require_valid(problem, "Problem");
-    return shared(std::move(problem));
-  }
-  require_count("Problem.of: h", rows.rows(), mesh->face_count(), "per face");
-  if (!(outside_weight >= 0 && std::isfinite(outside_weight))) {
-    throw InputError(fmt::format("Problem.of: outside_weight = {:g} must be >= 0", outside_weight));
-  }
-  Eigen::VectorXd outside;
-  if (outside_weight > 0) {
-    outside = OutsideSkin().face_weights(mesh->areas(), *target, outside_weight);
-  }
-  return computed(thread_count(threads), [=](Progress&) {
-    const Eigen::MatrixXcd each = Eigen::MatrixXcd::Identity(rows.cols(), rows.cols());
-    return shared(reduced_skin_problem(rows, each, mesh->areas(), *target, outside, kOutsideTolerance).problem);
-  });
-}
-
-/// Drives to start from by name, or as they are: one column; none where the method finds its own.
-Eigen::MatrixXcd start_of(nb::handle start, const SharedProblem& problem, const PhaseMethod& method) {
-  const Eigen::Index channels = problem->channel_count();
-  const std::string what = fmt::format("{}: start", method.name);
-  if (start.is_none()) {
-    return method.searches ? Eigen::MatrixXcd(channels, 0) : Eigen::MatrixXcd::Ones(channels, 1);
-  }
-  if (!nb::isinstance<nb::str>(start)) {
-    return one_drive(start, what, channels);
-  }
-  const auto name = nb::cast<std::string>(start);
-  if (name == "adjoint") {
-    return adjoint_start(*problem);
-  }
-  if (name == "spectral") {
-    return spectral_start(*problem);
-  }
-  if (name == "zero") {
-    return Eigen::MatrixXcd::Ones(channels, 1);
-  }
-  throw InputError(fmt::format("{} = '{}' must be adjoint, spectral, zero or a drive vector", what, name));
-}
-
-SharedSolution solve_on_skin(const std::string& name, const SharedProblem& problem, int iterations,
-                             const StartLike& start, bool free_amplitudes, bool free_level,
-                             const std::map<std::string, double>& tolerances, std::optional<int> threads) {
-  const PhaseMethod& method = phase_method(name);
-  if (method.solve == nullptr) {
-    throw InputError(fmt::format("{}: it does not work on a Problem", name));
-  }
-  require_steps(method.name, iterations);
-  const MethodSettings settings{.iterations = iterations,
-                                .free_amplitudes = free_amplitudes,
-                                .free_level = free_level,
-                                .tolerances = tolerances_of(tolerances),
-                                .search = method.searches && start.is_none()};
-  const Eigen::MatrixXcd starts = start_of(start, problem, method);
-  return computed(thread_count(threads), [=, &method](Progress& progress) {
-    progress.begin(method.name);
-    return shared(method.solve(*problem, starts, settings,
-                               [&](int done, double) { progress.advance(static_cast<double>(done) / iterations); }));
-  });
-}
-
-/// Phase conjugation: every channel arrives in phase where a row of H is from.
-SharedSolution focus_of_row(nb::handle row) { return shared(full_drive(-complex_list(row, "focus: row").cwiseArg())); }
-
-/// Method `paper` or `unscattered`.
-template <bool scattered>
-SharedSolution solve_by_paper(const SharedModel& model, int iterations, const std::string& faces,
-                              std::optional<int> threads, const Callback& progress) {
-  MethodSpec method;
-  method.kind = &phase_method(scattered ? "paper" : "unscattered");
-  method.name = method.kind->name;
-  require_steps(method.name, iterations);
-  if (faces != "equal" && faces != "area") {
-    throw InputError(fmt::format("{}: faces = '{}' must be equal or area", method.name, faces));
-  }
-  const Reporting reporting(progress);
-  method.scheme = model->fixed->scene.solve.scheme;
-  method.iterations = iterations;
-  method.faces = faces == "area" ? FaceWeights::kArea : FaceWeights::kEqual;
-  return computed(thread_count(threads), [=](Progress& task) {
-    return asked(*model, method.scheme, model->fixed->scene.solve, task,
-                 [&](MethodSolver& solver, const Target& target) {
-                   return shared(solver.solve(method, target.amplitudes, task));
-                 });
-  });
-}
-
-Values bound_of(const SharedProblem& problem, std::optional<int> threads) {
-  return values_of(computed(thread_count(threads), [problem](Progress&) { return prove_bound(*problem); }));
 }
 
 Numbers evaluate_phases(const SharedModel& model, const DrivesLike& drives, std::optional<int> threads) {
@@ -238,8 +132,13 @@ Examples
           nb::sig("def __init__(self, target: numpy.typing.ArrayLike, amplitudes: numpy.typing.ArrayLike, weights: "
                   "numpy.typing.ArrayLike, outside: numpy.typing.ArrayLike | None = None, shares: "
                   "numpy.typing.ArrayLike | None = None) -> None"))
-      .def_static("of", &problem_of_transfer, nb::arg("h"), nb::arg("target"), nb::arg("outside_weight") = 1.0,
-                  nb::arg("threads") = nb::none(), R"(The problem of a transfer matrix and a target.
+      .def_static(
+          "of",
+          [](const ArrayLike& h, const SharedTarget& target, double outside_weight, std::optional<int> threads) {
+            return skin_problem("Problem.of", h, target, outside_weight, threads);
+          },
+          nb::arg("h"), nb::arg("target"), nb::arg("outside_weight") = 1.0, nb::arg("threads") = nb::none(),
+          R"(The problem of a transfer matrix and a target.
 
 Parameters
 ----------
@@ -343,6 +242,32 @@ void add_solution(nb::module_& module) {
 
 }  // namespace
 
+SharedProblem skin_problem(std::string_view who, nb::handle h, const SharedTarget& target, double outside_weight,
+                           std::optional<int> threads) {
+  const auto mesh = target.skin.mesh;
+  const std::string what = std::string(who) + ": h";
+  const Eigen::VectorXd& wanted = target.amplitudes();
+  Eigen::MatrixXcd rows = complex_table(h, what);
+  if (rows.rows() == target->size()) {
+    SkinProblem problem{std::move(rows), wanted, target->areas(mesh->areas()), Eigen::MatrixXcd(0, 0)};
+    problem.outside.resize(0, problem.target.cols());
+    problem.shares = target->shares;
+    require_valid(problem, "Problem");
+    return shared(std::move(problem));
+  }
+  require_count(what, rows.rows(), mesh->face_count(), "per face");
+  require(outside_weight >= 0 && std::isfinite(outside_weight), "{}: outside_weight = {:g} must be >= 0", who,
+          outside_weight);
+  Eigen::VectorXd outside;
+  if (outside_weight > 0) {
+    outside = OutsideSkin().face_weights(mesh->areas(), *target, outside_weight);
+  }
+  return computed(thread_count(threads), [=](Progress&) {
+    const Eigen::MatrixXcd each = Eigen::MatrixXcd::Identity(rows.cols(), rows.cols());
+    return shared(reduced_skin_problem(rows, each, mesh->areas(), *target, outside, kOutsideTolerance).problem);
+  });
+}
+
 double best_scale_of(const Model& model, Progress& progress) {
   const Scene& scene = model.fixed->scene;
   const MethodSpec& first = scene.solve.methods.front();
@@ -354,36 +279,6 @@ double best_scale_of(const Model& model, Progress& progress) {
   return solver.best_scale(first, model.body.mesh, model.boxes, progress);
 }
 
-Values values_of(const OptimalityBound& found) {
-  nb::dict values;
-  values["bound"] = found.bound;
-  values["relaxed"] = found.relaxed;
-  values["iterations"] = found.iterations;
-  values["converged"] = found.converged;
-  return values;
-}
-
-void require_steps(std::string_view who, int iterations) {
-  if (iterations < 1) {
-    throw InputError(fmt::format("{}: iterations = {} must be >= 1", who, iterations));
-  }
-}
-
-ChannelTolerances tolerances_of(const std::map<std::string, double>& given) {
-  ChannelTolerances tolerances;
-  for (const auto& [name, value] : given) {
-    double* member = name == "phase"  ? &tolerances.phase
-                     : name == "gain" ? &tolerances.gain
-                     : name == "dead" ? &tolerances.dead
-                                      : nullptr;
-    require(member != nullptr, "tolerances: '{}' must be phase, gain or dead", name);
-    require(value >= 0 && std::isfinite(value) && (name != "dead" || value < 1), "tolerances: {} = {:g} must be >= 0{}",
-            name, value, name == "dead" ? " and below 1" : "");
-    *member = value;
-  }
-  return tolerances;
-}
-
 Eigen::VectorXcd one_drive(nb::handle drives, const std::string& what, Eigen::Index channels) {
   Eigen::VectorXcd q = complex_list(drives, what);
   require_count(what, q.size(), channels, "per channel");
@@ -393,46 +288,6 @@ Eigen::VectorXcd one_drive(nb::handle drives, const std::string& what, Eigen::In
 void add_problems(nb::module_& module) {
   add_problem(module);
   add_solution(module);
-  module.def("_solve", &solve_on_skin, nb::arg("method"), nb::arg("problem"), nb::kw_only(),
-             nb::arg("iterations") = kUsualIterations, nb::arg("start") = nb::none(),
-             nb::arg("free_amplitudes") = MethodSettings{}.free_amplitudes,
-             nb::arg("free_level") = MethodSettings{}.free_level, nb::arg("tolerances") = nb::dict(),
-             nb::arg("threads") = nb::none(), "A phase method that works on rows of H, by its name in scenes.");
-  module.def("_focus", &focus_of_row, nb::arg("row"),
-             "Phases with which the sound of all channels arrives in phase, by the row of H of that place.");
-  module.def(
-      "paper", &solve_by_paper<true>, nb::arg("model"), nb::kw_only(), nb::arg("iterations") = kUsualIterations,
-      nb::arg("faces") = "equal", nb::arg("threads") = nb::none(), nb::arg("progress") = nb::none(),
-      R"(The published optimisation of the scattered field. It works on the equations of the skin itself, not on H.
-
-Parameters
-----------
-model : Model
-    Of a scene; of parts: ``Model({"array": array, "body": mesh, "target": target, "solve": {"methods": ["paper"]}})``.
-iterations : int
-faces : {"equal", "area"}
-    Weights of the faces in the misfit: as published, or their areas.
-threads : int, optional
-progress : callable or bool, optional
-
-Examples
---------
->>> solution = tf.paper(tf.Model("scenes/capsule.yaml"), iterations=3)
-)");
-  module.def("unscattered", &solve_by_paper<false>, nb::arg("model"), nb::kw_only(),
-             nb::arg("iterations") = kUsualIterations, nb::arg("faces") = "equal", nb::arg("threads") = nb::none(),
-             nb::arg("progress") = nb::none(), R"(The method `paper` as if the body did not scatter, for comparison.
-
-Parameters
-----------
-model, iterations, faces, threads, progress
-    As of `paper`.
-
-Examples
---------
->>> solution = tf.unscattered(tf.Model("scenes/capsule.yaml"), iterations=3)
-)");
-  module.def("_bound", &bound_of, nb::arg("problem"), nb::arg("threads") = nb::none(), "Of a Problem.");
   module.def("evaluate", &evaluate_phases, nb::arg("model"), nb::arg("drives"), nb::arg("threads") = nb::none(),
              R"(The metrics of phases on the evaluation mesh of a scene, as for a method of the program.
 

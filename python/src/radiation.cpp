@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <map>
 #include <memory>
-#include <nanobind/stl/map.h>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -18,7 +16,6 @@
 #include "sim/field/radiation_skin.h"
 #include "sim/field/skin_problems.h"
 #include "sim/field/surface_gradient.h"
-#include "solvers/phase/radiation_bound.h"
 
 namespace touchfield::python {
 
@@ -26,13 +23,6 @@ namespace {
 
 using SlopesLike = Said<"scipy.sparse.sparray | tuple">;
 using SlopesParts = Said<"tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray]">;
-
-/// All pressures are rows of the problem's F; its R is empty.
-struct SkinRadiation {
-  RadiationProblem problem;
-  std::vector<std::int64_t> faces;  // of the mesh, which P is of; empty: not said
-};
-using SharedRadiation = Shared<SkinRadiation>;
 
 /// As scipy.sparse.csr_array takes them.
 SlopesParts parts_of(const SkinSlopes& slopes) {
@@ -107,29 +97,6 @@ SharedRadiation joined(RadiationProblem problem, const std::vector<Eigen::Index>
   return shared(SkinRadiation{std::move(problem), {faces.begin(), faces.begin() + count}});
 }
 
-/// Of H of every face.
-SharedRadiation problem_of_transfer(const ArrayLike& h, const SharedTarget& target, double outside_weight,
-                                    const std::optional<Wave>& wave, std::optional<int> threads) {
-  const auto mesh = target.skin.mesh;
-  const Eigen::MatrixXcd rows = complex_table(h, "RadiationProblem.of: h");
-  require_count("RadiationProblem.of: h", rows.rows(), mesh->face_count(), "per face");
-  require(outside_weight >= 0 && std::isfinite(outside_weight),
-          "RadiationProblem.of: outside_weight = {:g} must be >= 0", outside_weight);
-  return computed(thread_count(threads), [=, sound = wave_or_default(wave)](Progress&) {
-    const NearSkin near = near_skin(*mesh, *target, sound);
-    const OutsideSkin outside;
-    RadiationProblem problem{.rows = rows(near.faces, Eigen::all)};
-    const Eigen::MatrixXcd each = Eigen::MatrixXcd::Identity(rows.cols(), rows.cols());
-    problem.outside = reduced_skin_problem(rows, each, mesh->areas(), *target,
-                                           outside.face_weights(mesh->areas(), *target, 1.0), kOutsideTolerance)
-                          .problem.outside;
-    Eigen::VectorXd counted = Eigen::VectorXd::Zero(problem.rows.rows() + problem.outside.rows());
-    counted.tail(problem.outside.rows()).setOnes();
-    problem.skin = radiation_skin(near, *mesh, *target, target.amplitudes(), outside, sound, outside_weight, counted);
-    return joined(std::move(problem), near.faces);
-  });
-}
-
 /// Method radiation of a scene, the first one, or with its defaults.
 MethodSpec radiation_of(const SolveSpec& spec) {
   const auto found =
@@ -154,31 +121,6 @@ SharedRadiation problem_of_model(const SharedModel& model, std::optional<int> th
                     near_skin(model->body.mesh, target, model->fixed->wave).faces);
     });
   });
-}
-
-SharedSolution solve_for_radiation(const SharedRadiation& problem, int iterations, nb::handle start,
-                                   bool free_amplitudes, bool free_level,
-                                   const std::map<std::string, double>& tolerances, std::optional<int> threads) {
-  require_steps("radiation", iterations);
-  const Eigen::Index channels = problem->problem.channel_count();
-  const Eigen::MatrixXcd given =
-      start.is_none() ? Eigen::MatrixXcd(channels, 0) : drive_columns(start, "radiation: start", channels);
-  const ChannelTolerances deviations = tolerances_of(tolerances);
-  const RadiationOptions options{
-      .iterations = iterations, .free_amplitudes = free_amplitudes, .free_level = free_level};
-  return computed(thread_count(threads), [=](Progress& progress) {
-    progress.begin("radiation");
-    const RadiationProblem expected =
-        deviations.any() ? with_tolerances(problem->problem, deviations) : problem->problem;
-    return shared(solve_radiation(expected, given.cols() > 0 ? given : radiation_starts(expected), options,
-                                  [&](int done, double) { progress.advance(static_cast<double>(done) / iterations); }));
-  });
-}
-
-Values bound_of(const SharedRadiation& problem, const DrivesLike& start, std::optional<int> threads) {
-  const Eigen::VectorXcd near = one_drive(start, "optimality_bound: start", problem->problem.channel_count());
-  return values_of(
-      computed(thread_count(threads), [=](Progress&) { return prove_radiation_bound(problem->problem, near); }));
 }
 
 Eigen::VectorXcd drives_of(const SharedRadiation& problem, const DrivesLike& drives, const char* what) {
@@ -294,6 +236,29 @@ array([7.05])
 
 }  // namespace
 
+SharedRadiation radiation_problem(std::string_view who, nb::handle h, const SharedTarget& target, double outside_weight,
+                                  const std::optional<Wave>& wave, std::optional<int> threads) {
+  const std::string what = std::string(who) + ": h";
+  const auto mesh = target.skin.mesh;
+  const Eigen::MatrixXcd rows = complex_table(h, what);
+  require_count(what, rows.rows(), mesh->face_count(), "per face");
+  require(outside_weight >= 0 && std::isfinite(outside_weight), "{}: outside_weight = {:g} must be >= 0", who,
+          outside_weight);
+  return computed(thread_count(threads), [=, sound = wave_or_default(wave)](Progress&) {
+    const NearSkin near = near_skin(*mesh, *target, sound);
+    const OutsideSkin outside;
+    RadiationProblem problem{.rows = rows(near.faces, Eigen::all)};
+    const Eigen::MatrixXcd each = Eigen::MatrixXcd::Identity(rows.cols(), rows.cols());
+    problem.outside = reduced_skin_problem(rows, each, mesh->areas(), *target,
+                                           outside.face_weights(mesh->areas(), *target, 1.0), kOutsideTolerance)
+                          .problem.outside;
+    Eigen::VectorXd counted = Eigen::VectorXd::Zero(problem.rows.rows() + problem.outside.rows());
+    counted.tail(problem.outside.rows()).setOnes();
+    problem.skin = radiation_skin(near, *mesh, *target, target.amplitudes(), outside, sound, outside_weight, counted);
+    return joined(std::move(problem), near.faces);
+  });
+}
+
 void add_radiation(nb::module_& module) {
   nb::class_<SharedRadiation> kind(module, "RadiationProblem",
                                    R"(The misfit of the radiation pressure, which `radiation` minimises:
@@ -341,9 +306,15 @@ Examples
           nb::sig("def __init__(self, h: numpy.typing.ArrayLike, slopes: scipy.sparse.sparray | tuple, wanted: "
                   "numpy.typing.ArrayLike, weights: numpy.typing.ArrayLike, energies: numpy.typing.ArrayLike | None = "
                   "None, wave: Wave | None = None) -> None"))
-      .def_static("of", &problem_of_transfer, nb::arg("h"), nb::arg("target"),
-                  nb::arg("outside_weight") = MethodSpec{}.outside_weight, nb::arg("wave") = nb::none(),
-                  nb::arg("threads") = nb::none(), R"(The problem of a transfer matrix and a target.
+      .def_static(
+          "of",
+          [](const ArrayLike& h, const SharedTarget& target, double outside_weight, const std::optional<Wave>& wave,
+             std::optional<int> threads) {
+            return radiation_problem("RadiationProblem.of", h, target, outside_weight, wave, threads);
+          },
+          nb::arg("h"), nb::arg("target"), nb::arg("outside_weight") = MethodSpec{}.outside_weight,
+          nb::arg("wave") = nb::none(), nb::arg("threads") = nb::none(),
+          R"(The problem of a transfer matrix and a target.
 
 Faces within a wavelength of the target count by their P, all skin outside the target by its energy too:
 
@@ -389,12 +360,6 @@ Examples
 )");
   add_parts(kind);
   add_functions(kind);
-  module.def("_radiation", &solve_for_radiation, nb::arg("problem"), nb::kw_only(),
-             nb::arg("iterations") = kUsualDescents, nb::arg("start") = nb::none(), nb::arg("free_amplitudes") = false,
-             nb::arg("free_level") = MethodSpec{}.free_level, nb::arg("tolerances") = nb::dict(),
-             nb::arg("threads") = nb::none(), "Method radiation.");
-  module.def("_radiation_bound", &bound_of, nb::arg("problem"), nb::arg("start"), nb::arg("threads") = nb::none(),
-             "Of a RadiationProblem.");
   module.def("surface_slopes", &slopes_of_mesh, nb::arg("mesh"), nb::arg("wave") = nb::none(),
              nb::arg("threads") = nb::none(), R"(The gradient of a pressure along the skin, as a sparse matrix D.
 

@@ -1,12 +1,9 @@
 """What is refused, and that the message names argument, value and rule."""
 
-import inspect
-
 import numpy as np
 import pytest
 
 import touchfield as tf
-from touchfield import _exports
 
 VERTICES = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]) * 1e-2
 TRIANGLES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
@@ -197,13 +194,3 @@ def test_what_cannot_be_written(ball, run, tmp_path):
         ball.save("/dev/null/ball.stl")
     with pytest.raises(tf.InputError, match="ball.txt"):
         ball.save("ball.txt")
-
-
-@pytest.mark.parametrize("function, inner", [(tf.surface, "_solve"), (tf.radiation, "_radiation")])
-def test_defaults_are_those_of_the_library(function, inner):
-    library = _exports._signature(getattr(tf._core, inner))[0].parameters
-    for name, parameter in inspect.signature(function).parameters.items():
-        if name in library and name not in ("tolerances", "threads"):
-            assert parameter.default == library[name].default, name
-    of = inspect.signature(tf.RadiationProblem.of).parameters["outside_weight"].default
-    assert inspect.signature(tf.radiation).parameters["outside_weight"].default == of

@@ -1,7 +1,6 @@
 """What the extension asks of Python, and helpers without a subject of their own."""
 
 import contextlib
-import functools
 import math
 import os
 import re
@@ -112,19 +111,6 @@ def named(value):
     if isinstance(value, dict):
         return Names((key, named(item)) for key, item in value.items())
     return [named(item) for item in value] if isinstance(value, list) else value
-
-
-def new_arguments(function):
-    """An argument of release 0.3 that has changed is an error with the new name."""
-
-    @functools.wraps(function)
-    def call(*values, **arguments):
-        for name in arguments:
-            if now := _core._new_name("argument", name):
-                raise TypeError(f"{function.__name__}: the argument {name} is called {now}")
-        return function(*values, **arguments)
-
-    return call
 
 
 def require(part, kind, argument):
