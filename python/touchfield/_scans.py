@@ -223,7 +223,7 @@ def fit_scan(run, points, pressure, fit=("place", "turn"), *, method=None, start
 
     Parameters
     ----------
-    run, points, pressure, method :
+    run, points, pressure, method
         As of `compare_scan`.
     fit : sequence of {"place", "turn", "size", "receiver", "sound_speed"}
     start : dict, optional
