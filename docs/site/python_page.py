@@ -62,16 +62,12 @@ def linked_type(text):
 
 
 def called(name, value):
-    """A call with the defaults, in lines of 90 characters, and the annotation of its result."""
+    """A call with the defaults, in lines of 88 characters, and the annotation of its result."""
     signature = inspect.signature(value)
     parameters = [parameter for parameter in signature.parameters.values() if parameter.name != "self"]
-    parts = [str(parameter.replace(annotation=parameter.empty)).replace(" ", "\0") for parameter in parameters]
-    named = next((i for i, parameter in enumerate(parameters) if parameter.kind == parameter.KEYWORD_ONLY), None)
-    if named is not None:
-        parts.insert(named, "*")
-    lines = textwrap.fill(", ".join(parts), 88 - len(name), break_on_hyphens=False, break_long_words=False).replace("\0", " ")
-    result = signature.return_annotation
-    return f"{name}({lines})".replace("\n", "\n" + " " * (len(name) + 1)), "" if result is signature.empty else str(result)
+    call = f"{name}{signature.replace(parameters=parameters, return_annotation=signature.empty)}"
+    result = "" if signature.return_annotation is signature.empty else str(signature.return_annotation)
+    return textwrap.fill(call, 88, subsequent_indent=" " * (len(name) + 1), break_on_hyphens=False), result
 
 
 def items(body):
