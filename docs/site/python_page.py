@@ -13,7 +13,7 @@ SUBJECTS = {
     "running": ("Running", "Scenes, sweeps, motions and patterns. The [keys](../../scenes/README.md) of scenes are those of files.",
                 "run scenes scene check study evaluate sweep list_sweep play pattern circle line see fit"),
     "parts": ("Parts", "Bodies, arrays, targets, and the sound between them.",
-              "Mesh hand sphere read_mesh Array Wave Target Model transfer scatter field force surface_slopes skin_waves"),
+              "Mesh hand sphere read_mesh Array Wave Target Model transfer scatter Scattering field force surface_slopes skin_waves"),
     "methods": ("Phase methods", "[Phase methods](../../docs/phases.md) compares them.",
                 "surface radiation lbfgs gs wgs gs_pat eigen focus paper unscattered optimality_bound Problem RadiationProblem Solution"),
     "results": ("Results", "[Metrics](../../docs/metrics.md) defines the numbers.",

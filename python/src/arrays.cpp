@@ -123,10 +123,10 @@ bool is_one_drive(nb::handle value) {
   return nb::cast<int>(nb::module_::import_("numpy").attr("ndim")(given<Complex>(value))) < 2;
 }
 
-Eigen::MatrixXcd drive_columns(nb::handle value, const std::string& what, Eigen::Index channels) {
+Eigen::MatrixXcd drive_columns(nb::handle value, const std::string& what, Eigen::Index count, const char* of) {
   Eigen::MatrixXcd drives =
       is_one_drive(value) ? Eigen::MatrixXcd(complex_list(value, what)) : complex_table(value, what);
-  require_count(what, drives.rows(), channels, "per channel");
+  require_count(what, drives.rows(), count, of);
   return drives;
 }
 

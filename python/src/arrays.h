@@ -136,9 +136,10 @@ Eigen::VectorXd real_list(nb::handle value, const std::string& what);
 Points point_rows(nb::handle value, const std::string& what);
 Eigen::Matrix3Xi triangle_rows(nb::handle value, const std::string& what);
 
-/// Drives of one solution, N, or of several, N x S, a column each.
-/// throws   also InputError unless there is one per channel
-Eigen::MatrixXcd drive_columns(nb::handle value, const std::string& what, Eigen::Index channels);
+/// Drives of one solution, N, or of several, N x S, a column each; or values of which there is one of something else.
+/// throws   also InputError unless there are `count`
+Eigen::MatrixXcd drive_columns(nb::handle value, const std::string& what, Eigen::Index count,
+                               const char* of = "per channel");
 bool is_one_drive(nb::handle value);
 
 /// Numbers of things of which there are `count`.

@@ -12,6 +12,7 @@
 #include "sim/core/require.h"
 #include "sim/field/skin_problems.h"
 #include "sim/run/solve_model.h"
+#include "solvers/phase/skin_jacobian.h"
 #include "solvers/phase/skin_problem.h"
 
 namespace touchfield::python {
@@ -68,6 +69,11 @@ Numbers evaluate_phases(const SharedModel& model, const DrivesLike& drives, std:
 
 double cost(const SharedProblem& problem, const DrivesLike& drives) {
   return skin_cost(*problem, one_drive(drives, "cost: drives", problem->channel_count()));
+}
+
+ComplexArray gradient(const SharedProblem& problem, const DrivesLike& drives, std::optional<int> threads) {
+  const Eigen::VectorXcd q = one_drive(drives, "gradient: drives", problem->channel_count());
+  return owned(computed(thread_count(threads), [=](Progress&) { return skin_gradient(*problem, q); }));
 }
 
 [[noreturn]] void refuse_argument(const char* who, const std::string& name) {
@@ -206,6 +212,27 @@ Examples
 --------
 >>> tf.Problem([[1, 1]], [1], [1]).cost([1, 1])
 1.0
+)")
+      .def("gradient", &gradient, nb::arg("drives"), nb::arg("threads") = nb::none(),
+           R"(The gradient of the cost by the drives q = a exp(i phi): g = dC/d Re q + i dC/d Im q.
+
+The cost of q + dq is that of q plus ``sum(real(conj(g) * dq))``. So dC/d phi is ``imag(conj(q) * g)``, and dC/d a is
+``real(exp(-1j * phi) * g)``.
+
+Parameters
+----------
+drives : array_like of complex, shape (N,), or Solution
+threads : int, optional
+
+Returns
+-------
+numpy.ndarray of complex, shape (N,)
+    [Pa2 m2]. Where the pressure on a face of the target is 0 the cost has a kink: one of its subgradients.
+
+Examples
+--------
+>>> tf.Problem([[1, 1]], [1], [1]).gradient([1, 1])
+array([2.+0.j, 2.+0.j])
 )")
       .def("__repr__", [](const SharedProblem& self) {
         return fmt::format("<touchfield.Problem: {} faces, {} channels, {} rows for the skin outside>",

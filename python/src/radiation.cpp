@@ -127,6 +127,11 @@ Eigen::VectorXcd drives_of(const SharedRadiation& problem, const DrivesLike& dri
   return one_drive(drives, what, problem->problem.channel_count());
 }
 
+ComplexArray gradient(const SharedRadiation& problem, const DrivesLike& drives, std::optional<int> threads) {
+  const Eigen::VectorXcd q = drives_of(problem, drives, "gradient: drives");
+  return owned(computed(thread_count(threads), [=](Progress&) { return radiation_gradient(problem->problem, q); }));
+}
+
 template <auto part>
 auto view_of_skin() {
   return [](nb::handle_t<SharedRadiation> self) {
@@ -202,6 +207,25 @@ Examples
 >>> problem = tf.RadiationProblem([[1, 1]], ([], [], [0, 0, 0]), wanted=[2], weights=[0.25])
 >>> problem.cost([0, 0])
 1.0
+)")
+      .def("gradient", &gradient, nb::arg("drives"), nb::arg("threads") = nb::none(),
+           R"(The gradient of the cost by the drives, as `Problem.gradient`.
+
+Parameters
+----------
+drives : array_like of complex, shape (N,), or Solution
+threads : int, optional
+
+Returns
+-------
+numpy.ndarray of complex, shape (N,)
+    dC/d Re q + i dC/d Im q.
+
+Examples
+--------
+>>> problem = tf.RadiationProblem([[1, 1]], ([], [], [0, 0, 0]), wanted=[2], weights=[0.25])
+>>> problem.gradient([0, 0])
+array([0.+0.j, 0.+0.j])
 )")
       .def(
           "radiation",

@@ -103,6 +103,87 @@ ComplexArray scatter(const SkinMesh& skin, const SharedArray& array, const Drive
   return is_one_drive(drives) ? owned(Eigen::VectorXcd(found.col(0))) : owned(std::move(found));
 }
 
+/// H of a body and an array, by products: the solver of the body is kept.
+class Operator {
+ public:
+  Operator(std::shared_ptr<SkinModel> model, TransducerArray array)
+      : model_(std::move(model)), scattering_(model_, std::move(array), records_, silent_) {}
+
+  std::shared_ptr<SkinModel> model() const { return model_; }
+
+  Eigen::MatrixXcd product(const Eigen::MatrixXcd& drives) {
+    Eigen::MatrixXcd pressure = scattering_.pressure(drives, "Scattering");
+    require_finite("Scattering", pressure);
+    return pressure;
+  }
+
+  /// H^H v, N x S.
+  Eigen::MatrixXcd adjoint(const Eigen::MatrixXcd& v) {
+    Eigen::MatrixXcd back = scattering_.weighted_rows(v.conjugate(), "Scattering").adjoint();
+    require_finite("Scattering", back);
+    return back;
+  }
+
+ private:
+  std::shared_ptr<SkinModel> model_;
+  std::vector<SolveRecord> records_;
+  Progress silent_;  // as those of calls end with them
+  SkinScattering scattering_;
+};
+
+/// What Python holds of it, and what it is made of.
+struct SharedOperator {
+  SkinMesh skin;
+  SharedArray array;
+  std::optional<Wave> wave;
+  std::string scheme;
+  std::optional<int> threads;
+  std::shared_ptr<Operator> made{};
+
+  nb::tuple parts() const { return nb::make_tuple(skin, array, wave, scheme, threads); }
+};
+
+/// Of the body of another where there is one.
+SharedOperator scattering_of(SharedOperator parts, const Callback& progress,
+                             const std::shared_ptr<Operator>& other = nullptr) {
+  constexpr Eigen::Index kProducts = 100;  // that are expected
+  const Reporting reporting(progress);
+  const SolverSpec spec{.device = {.kind = ComputeDevice::Kind::kCpu}, .tolerance = 1e-6};
+  parts.made = computed(thread_count(parts.threads),
+                        [=, chosen = scheme_of_name("Scattering", parts.scheme), sound = wave_or_default(parts.wave),
+                         mesh = parts.skin.mesh, array = parts.array](Progress& task) {
+                          require_scatterer(*mesh, *array, "Scattering");
+                          if (other != nullptr) {
+                            return std::make_shared<Operator>(other->model(), *array);
+                          }
+                          auto model = std::make_shared<SkinModel>(*mesh, sound, chosen, spec, kProducts);
+                          std::vector<SolveRecord> records;
+                          SkinScattering(model, *array, records, task).prepare();
+                          return std::make_shared<Operator>(std::move(model), *array);
+                        });
+  return parts;
+}
+
+/// H q, or the adjoint's product: one column or several.
+///
+/// size, of   as of drive_columns
+template <auto product>
+ComplexArray multiplied(const SharedOperator& self, const DrivesLike& values, const char* what, Eigen::Index size,
+                        const char* of) {
+  const Eigen::MatrixXcd columns = drive_columns(values, what, size, of);
+  Eigen::MatrixXcd made = computed(thread_count(self.threads),
+                                   [=, made = self.made](Progress&) { return std::invoke(product, *made, columns); });
+  return is_one_drive(values) ? owned(Eigen::VectorXcd(made.col(0))) : owned(std::move(made));
+}
+
+ComplexArray pressures(const SharedOperator& self, const DrivesLike& drives) {
+  return multiplied<&Operator::product>(self, drives, "Scattering: drives", self.array->size(), "per channel");
+}
+
+ComplexArray sent_back(const SharedOperator& self, const ArrayLike& v) {
+  return multiplied<&Operator::adjoint>(self, v, "Scattering: v", self.skin.mesh->face_count(), "per face");
+}
+
 RealArray force(const SkinMesh& skin, const ArrayLike& pressure, const std::optional<Wave>& wave) {
   const Eigen::VectorXcd p = complex_list(pressure, "force: pressure");
   require_count("force: pressure", p.size(), skin.mesh->face_count(), "per face");
@@ -127,9 +208,127 @@ ComplexArray field(const SkinMesh& skin, const SharedArray& array, const ArrayLi
   }));
 }
 
+void add_operator(nb::module_& module) {
+  nb::class_<SharedOperator>(module, "Scattering",
+
+                             R"(H of `transfer` without its numbers: products by it and its adjoint.
+
+It keeps the solver of the body. The first product by the adjoint also makes the field of every channel and keeps it: 32
+bytes per face and channel. Each product solves once, on the processor, to a residual of 1e-6.
+``scipy.sparse.linalg.aslinearoperator`` takes it.
+
+Parameters
+----------
+mesh : Mesh
+    A closed surface.
+array : Array
+wave, scheme, threads, progress
+    As of `transfer`; `threads` is for all products.
+
+Raises
+------
+InputError, NumericalError
+    As `transfer`.
+
+Examples
+--------
+>>> ball, array = tf.sphere(8e-3, 3e-3), tf.Array.grid(4, 4, at=[0, 0, -0.1])
+>>> scattering = tf.Scattering(ball, array)
+>>> pressure = scattering @ array.focus([0, 0, -8e-3])
+>>> scattering.rmatvec(pressure).shape
+(16,)
+)")
+      .def(
+          "__init__",
+          [](SharedOperator* self, const SkinMesh& mesh, const SharedArray& array, const std::optional<Wave>& wave,
+             const std::string& scheme, std::optional<int> threads, const Callback& progress) {
+            new (self) SharedOperator(scattering_of({mesh, array, wave, scheme, threads}, progress));
+          },
+          nb::arg("mesh"), nb::arg("array"), nb::arg("wave") = nb::none(), nb::kw_only(),
+          nb::arg("scheme") = to_string(kDefaultScheme), nb::arg("threads") = nb::none(),
+          nb::arg("progress") = nb::none())
+      .def_prop_ro(
+          "shape",
+          [](const SharedOperator& self) { return nb::make_tuple(self.skin.mesh->face_count(), self.array->size()); },
+          "(faces, channels).")
+      .def_prop_ro(
+          "dtype", [](const SharedOperator&) { return nb::module_::import_("numpy").attr("dtype")("complex128"); },
+          "complex128.")
+      .def("__matmul__", &pressures, nb::arg("drives"))
+      .def("matvec", &pressures, nb::arg("drives"), R"(H q, pressures on the skin; ``scattering @ drives`` is the same.
+
+Parameters
+----------
+drives : array_like of complex, shape (N,) or (N, S), or Solution
+
+Returns
+-------
+numpy.ndarray of complex, shape (M,) or (M, S)
+    [Pa]
+
+Examples
+--------
+>>> ball, array = tf.sphere(8e-3, 3e-3), tf.Array.grid(4, 4, at=[0, 0, -0.1])
+>>> pressure = tf.Scattering(ball, array).matvec(np.ones(16))
+)")
+      .def("rmatvec", &sent_back, nb::arg("v"), R"(H^H v, the adjoint's product, by a transposed solve.
+
+A cost L of the pressures p = H q has the gradient dL/d Re q + i dL/d Im q = H^H v, with v = dL/d Re p + i dL/d Im p.
+
+Parameters
+----------
+v : array_like of complex, shape (M,) or (M, S)
+    On every face.
+
+Returns
+-------
+numpy.ndarray of complex, shape (N,) or (N, S)
+
+Examples
+--------
+>>> ball, array = tf.sphere(8e-3, 3e-3), tf.Array.grid(4, 4, at=[0, 0, -0.1])
+>>> back = tf.Scattering(ball, array).rmatvec(np.ones(len(ball)))
+)")
+      .def(
+          "with_array",
+          [](const SharedOperator& self, const SharedArray& array) {
+            return scattering_of({self.skin, array, self.wave, self.scheme, self.threads}, nb::none(), self.made);
+          },
+          nb::arg("array"), R"(Of the same body with another array, or with this one moved: nothing is factorised again.
+
+Parameters
+----------
+array : Array
+
+Returns
+-------
+Scattering
+
+Examples
+--------
+>>> ball, array = tf.sphere(8e-3, 3e-3), tf.Array.grid(4, 4, at=[0, 0, -0.1])
+>>> scattering = tf.Scattering(ball, array)
+>>> higher = scattering.with_array(tf.Array.grid(4, 4, at=[0, 0, -0.09]))
+)")
+      .def("__getstate__", &SharedOperator::parts)
+      .def("__setstate__",
+           [](SharedOperator& self, const nb::tuple& state) {
+             new (&self)
+                 SharedOperator(scattering_of({nb::cast<SkinMesh>(state[0]), nb::cast<SharedArray>(state[1]),
+                                               nb::cast<std::optional<Wave>>(state[2]), nb::cast<std::string>(state[3]),
+                                               nb::cast<std::optional<int>>(state[4])},
+                                              nb::none()));
+           })
+      .def("__repr__", [](const SharedOperator& self) {
+        return fmt::format("<touchfield.Scattering: {} faces, {} channels>", self.skin.mesh->face_count(),
+                           self.array->size());
+      });
+}
+
 }  // namespace
 
 void add_scattering(nb::module_& module) {
+  add_operator(module);
   module.def("transfer", &transfer, nb::arg("mesh"), nb::arg("array"), nb::arg("wave") = nb::none(), nb::kw_only(),
              nb::arg("faces") = nb::none(), nb::arg("scheme") = to_string(kDefaultScheme),
              nb::arg("device") = nb::none(), nb::arg("threads") = nb::none(), nb::arg("progress") = nb::none(),

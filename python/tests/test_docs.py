@@ -16,7 +16,7 @@ import touchfield as tf
 from conftest import SOURCE
 
 PAGE = (SOURCE / "docs/python.md").read_text()
-CLASSES = [tf.Array, tf.Felt, tf.Mesh, tf.Model, tf.Motion, tf.Pattern, tf.Picture, tf.Problem, tf.RadiationProblem, tf.Run, tf.Solution, tf.Sweep, tf.Target,
+CLASSES = [tf.Array, tf.Felt, tf.Mesh, tf.Model, tf.Motion, tf.Pattern, tf.Picture, tf.Problem, tf.RadiationProblem, tf.Run, tf.Scattering, tf.Solution, tf.Sweep, tf.Target,
            tf.Wave]
 FUNCTIONS = [getattr(tf, name) for name in tf.__all__ if inspect.isfunction(getattr(tf, name))]
 METHODS = [getattr(kind, name) for kind in CLASSES for name in vars(kind)
@@ -51,6 +51,7 @@ def test_ten_lines_run(folder, capsys):
 def test_separate_parts_run(folder):
     names = run_blocks(blocks_of(PAGE, "Separate parts"), {"np": np, "tf": tf})
     assert names["problem"].cost(names["solution"].drives) >= names["proof"]["bound"] > 0
+    run_blocks(blocks_of(PAGE, "Gradients")[1:], names)
 
 
 def test_seven_tasks_in_ten_lines_each(folder, capsys):

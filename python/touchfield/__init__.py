@@ -43,9 +43,10 @@ finally:
 from ._arrays import Array
 from ._bodies import Mesh, hand
 from ._core import (DeviceError, Error, InputError, IoError, NotBuiltError, NumericalError, Picture, Problem, RadiationProblem,
-                    Solution, TouchfieldNote, TouchfieldWarning, Wave, check, compare, eigen, evaluate, field, fit, focus, force, gs,
-                    gs_pat, lbfgs, optimality_bound, paper, pattern, play, radiation, read_mesh, read_motion, read_run, scatter, scene,
-                    scenes, see, skin_waves, sphere, study, surface, surface_slopes, transfer, unscattered, wgs)
+                    Scattering, Solution, TouchfieldNote, TouchfieldWarning, Wave, check, compare, eigen, evaluate, field, fit,
+                    focus, force, gs, gs_pat, lbfgs, optimality_bound, paper, pattern, play, radiation, read_mesh, read_motion,
+                    read_run, scatter, scene, scenes, see, skin_waves, sphere, study, surface, surface_slopes, transfer,
+                    unscattered, wgs)
 from ._emission import send
 from ._exports import public as _public
 from ._models import Felt, Model, Motion, Pattern, Run, circle, line, run

@@ -26,14 +26,6 @@ Eigen::VectorXcd burton_miller_diagonal(const TriangleMesh& mesh, const Complex&
   return diagonal;
 }
 
-Eigen::MatrixXcd unit_columns(Eigen::Index rows, const std::vector<Eigen::Index>& faces) {
-  Eigen::MatrixXcd unit = Eigen::MatrixXcd::Zero(rows, static_cast<Eigen::Index>(faces.size()));
-  for (std::size_t c = 0; c < faces.size(); ++c) {
-    unit(faces[c], static_cast<Eigen::Index>(c)) = 1.0;
-  }
-  return unit;
-}
-
 /// One layer's product with near integrals done by the rule; the self terms are the caller's.
 Eigen::MatrixXcd layer_product(const ScatteringSystem& system, Layer layer, const Eigen::MatrixXcd& x) {
   const Complex wavenumber = system.wave().wavenumber();
@@ -234,8 +226,8 @@ Eigen::MatrixXcd ScatteringSystem::pressure(const Eigen::MatrixXcd& solution, co
   return p;
 }
 
-Eigen::MatrixXcd ScatteringSystem::transposed_right_hand_side(const std::vector<Eigen::Index>& faces) const {
-  Eigen::MatrixXcd r = unit_columns(this->faces(), faces);
+Eigen::MatrixXcd ScatteringSystem::transposed_right_hand_side(const Eigen::MatrixXcd& weights) const {
+  Eigen::MatrixXcd r = weights;
   if (operators().polisher) {  // H = (1 - B_c)^2 H_BM + (2 - B_c) G
     for (int step = 0; step < kPolishingSteps; ++step) {
       r -= operators().polisher->apply_transpose(r);
@@ -244,10 +236,9 @@ Eigen::MatrixXcd ScatteringSystem::transposed_right_hand_side(const std::vector<
   return r;
 }
 
-Eigen::MatrixXcd ScatteringSystem::transfer_rows(const std::vector<Eigen::Index>& faces, const Eigen::MatrixXcd& x,
+Eigen::MatrixXcd ScatteringSystem::weighted_rows(const Eigen::MatrixXcd& weights, const Eigen::MatrixXcd& x,
                                                  const IncidentField& unit) const {
   // b's parts one by one: b itself for N channels would be another M x N matrix.
-  const Eigen::Index m = mesh_.face_count();
   Eigen::MatrixXcd rows = x.transpose() * unit.pressure;
   if (traits(scheme_).burton_miller) {
     rows += Complex(0, gamma()) * (x.transpose() * unit.slope);
@@ -256,8 +247,7 @@ Eigen::MatrixXcd ScatteringSystem::transfer_rows(const std::vector<Eigen::Index>
     rows += (chief_scale_.asDiagonal() * (chief_rows_.conjugate() * x)).transpose() * unit.interior;
   }
   if (operators().polisher) {
-    const Eigen::MatrixXcd e = unit_columns(m, faces);
-    rows += (2.0 * e - operators().polisher->apply_transpose(e)).transpose() * unit.pressure;
+    rows += (2.0 * weights - operators().polisher->apply_transpose(weights)).transpose() * unit.pressure;
   }
   return rows;
 }

@@ -74,11 +74,11 @@ class ScatteringSystem {
   /// Whether pressure() reads incident.pressure; it reads nothing else of it.
   bool needs_incident_pressure() const { return traits(scheme_).polished; }
 
-  /// Rows of H, p = H q, by transposed solves. The first function gives the right-hand sides, M x K, of
-  /// B^T x = r for the pressures of the given faces. The second gives the rows, K x N [Pa], from those x and the unit
-  /// field.
-  Eigen::MatrixXcd transposed_right_hand_side(const std::vector<Eigen::Index>& faces) const;
-  Eigen::MatrixXcd transfer_rows(const std::vector<Eigen::Index>& faces, const Eigen::MatrixXcd& x,
+  /// W^T H, p = H q, by transposed solves: sums over the rows of H with weights W, M x S. Unit columns give rows. The
+  /// first function gives the right-hand sides, M x S, of B^T x = r. The second gives the sums, S x N [Pa], from those
+  /// x and the unit field.
+  Eigen::MatrixXcd transposed_right_hand_side(const Eigen::MatrixXcd& weights) const;
+  Eigen::MatrixXcd weighted_rows(const Eigen::MatrixXcd& weights, const Eigen::MatrixXcd& x,
                                  const IncidentField& unit) const;
 
   /// The columns of B of the given faces, M x K.

@@ -315,11 +315,20 @@ Eigen::MatrixXcd SkinScattering::transfer_rows(const std::vector<Eigen::Index>& 
       })) {
     return rows;
   }
-  const Eigen::MatrixXcd b = system().transposed_right_hand_side(faces);
+  const auto count = static_cast<Eigen::Index>(faces.size());
+  Eigen::MatrixXcd unit = Eigen::MatrixXcd::Zero(system().faces(), count);
+  for (Eigen::Index j = 0; j < count; ++j) {
+    unit(faces[static_cast<std::size_t>(j)], j) = 1.0;
+  }
+  return weighted_rows(unit, stage);
+}
+
+Eigen::MatrixXcd SkinScattering::weighted_rows(const Eigen::MatrixXcd& weights, const std::string& stage) {
+  const Eigen::MatrixXcd b = system().transposed_right_hand_side(weights);
   const auto start = std::chrono::steady_clock::now();
   const Solved solved = prepare_solver().solve_transpose(b, reporter());
   record(stage, b.cols(), solved.report, seconds_since(start));
-  return system().transfer_rows(faces, solved.x, unit_field());
+  return system().weighted_rows(weights, solved.x, unit_field());
 }
 
 std::string describe_decision(const SkinScattering& scattering) {

@@ -111,6 +111,9 @@ class SkinScattering {
   /// Rows of H of the given faces, K x N [Pa]: the pressure of every channel there.
   Eigen::MatrixXcd transfer_rows(const std::vector<Eigen::Index>& faces, const std::string& stage);
 
+  /// W^T H, S x N [Pa], of weights W of the faces, M x S, on the processor. H^H v is the conjugate of that of conj(v).
+  Eigen::MatrixXcd weighted_rows(const Eigen::MatrixXcd& weights, const std::string& stage);
+
   double reciprocal_condition() const { return model_->reciprocal_condition(); }
 
   /// From now on a solution is returned however poor it is: for a study and for comparisons of schemes.

@@ -63,6 +63,29 @@ double best_square(const RadiationSkin& skin, const VectorXd& radiation, double 
   return curvature > 0 ? (weighted.dot(skin.wanted) - 0.5 * energy) / curvature : 1.0;
 }
 
+/// v, by which the cost changes by 2 Re v^H dp with the pressures at level 1: of what they make there, in either
+/// precision.
+///
+/// slopes   D
+/// level    a^2
+template <class Real>
+auto push(const RadiationSkin& skin, const Eigen::SparseMatrix<Real, Eigen::RowMajor>& slopes,
+          const Eigen::Vector<std::complex<Real>, Eigen::Dynamic>& pressure,
+          const Eigen::Vector<std::complex<Real>, Eigen::Dynamic>& sloped, const VectorXd& radiation, double level) {
+  const Index faces = skin.face_count();
+  const VectorXd force = 2.0 * level * skin.weights.cwiseProduct(level * radiation - skin.wanted);  // dcost / dP
+  Eigen::Vector<std::complex<Real>, Eigen::Dynamic> v =
+      (level * skin.energies).template cast<Real>().cwiseProduct(pressure);
+  Eigen::Vector<std::complex<Real>, Eigen::Dynamic> flows(2 * faces);
+  for (Index j = 0; j < faces; ++j) {
+    v(j) += static_cast<Real>(skin.press * force(j)) * pressure(j);
+    flows(2 * j) = static_cast<Real>(-skin.flow * force(j)) * sloped(2 * j);
+    flows(2 * j + 1) = static_cast<Real>(-skin.flow * force(j)) * sloped(2 * j + 1);
+  }
+  v.head(slopes.cols()) += slopes.transpose() * flows;
+  return v;
+}
+
 /// What drives make, with the deviations.
 struct Pressed {
   VectorXd radiation;
@@ -116,6 +139,20 @@ VectorXd radiation_of(const RadiationSkin& skin, const VectorXcd& pressure) {
 double radiation_cost(const RadiationProblem& problem, const VectorXcd& q) {
   const Pressed made = pressed_by(problem, q);
   return cost_of(problem.skin, made.radiation, made.energy);
+}
+
+VectorXcd radiation_gradient(const RadiationProblem& problem, const VectorXcd& q) {
+  const RadiationSkin& skin = problem.skin;
+  if (skin.deviations.size() > 0) {
+    throw std::invalid_argument("radiation_gradient: the problem has tolerances");
+  }
+  const Eigen::SparseMatrix<double, Eigen::RowMajor> slopes = skin.slopes->cast<double>();
+  VectorXcd pressure(problem.rows.rows() + problem.outside.rows());
+  pressure << problem.rows * q, problem.outside * q;
+  const VectorXcd sloped = slopes * pressure.head(slopes.cols());
+  const VectorXcd v = push(skin, slopes, pressure, sloped, pressed(skin, pressure, sloped), 1.0);
+  return 2.0 * (problem.rows.adjoint() * v.head(problem.rows.rows()) +
+                problem.outside.adjoint() * v.tail(problem.outside.rows()));
 }
 
 double best_level(const RadiationProblem& problem, const VectorXcd& q) {
@@ -174,17 +211,7 @@ RadiationMisfit::Point RadiationMisfit::at(VectorXd phases) const {
 }
 
 VectorXd RadiationMisfit::gradient(const Point& point) const {
-  const Index faces = skin_.face_count();
-  const VectorXd force =
-      2.0 * point.level * skin_.weights.cwiseProduct(point.level * point.radiation - skin_.wanted);  // dcost / dP
-  VectorXcf v = (point.level * skin_.energies).cast<float>().cwiseProduct(point.pressure);
-  VectorXcf flows(2 * faces);
-  for (Index j = 0; j < faces; ++j) {
-    v(j) += static_cast<float>(skin_.press * force(j)) * point.pressure(j);
-    flows(2 * j) = static_cast<float>(-skin_.flow * force(j)) * point.slopes(2 * j);
-    flows(2 * j + 1) = static_cast<float>(-skin_.flow * force(j)) * point.slopes(2 * j + 1);
-  }
-  v.head(skin_.slopes->cols()) += skin_.slopes->transpose() * flows;
+  const VectorXcf v = push(skin_, *skin_.slopes, point.pressure, point.slopes, point.radiation, point.level);
   const VectorXcd back = map_.sent_back(v).cast<std::complex<double>>();
   const Index channels = point.drives.size();
   VectorXd gradient(point.phases.size());

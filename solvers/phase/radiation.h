@@ -63,6 +63,11 @@ Eigen::VectorXd radiation_of(const RadiationSkin& skin, const Eigen::VectorXcd& 
 /// The cost at drives q (N), in double precision. A problem with tolerances takes q for drives of one amplitude.
 double radiation_cost(const RadiationProblem& problem, const Eigen::VectorXcd& q);
 
+/// dC/d Re q + i dC/d Im q of C = radiation_cost at drives q, N, in double precision.
+///
+/// throws   std::invalid_argument if the problem has tolerances
+Eigen::VectorXcd radiation_gradient(const RadiationProblem& problem, const Eigen::VectorXcd& q);
+
 /// The level a in 0..1/max|q| at which that of a q is least.
 double best_level(const RadiationProblem& problem, const Eigen::VectorXcd& q);
 

@@ -11,6 +11,7 @@
 
 #include "solvers/linear/blas_product.h"
 #include "solvers/linear/factorisations.h"
+#include "solvers/phase/phase_solution.h"
 
 namespace touchfield {
 
@@ -108,6 +109,14 @@ void SkinJacobian::set(const SkinField& field, const Eigen::VectorXcd& phasors) 
   field_.target = residual_.head(faces).array() * directions_.array();
   field_.outside = field.outside;
   send_back(problem_, field_, drive_gradient_);
+}
+
+Eigen::VectorXcd skin_gradient(const SkinProblem& problem, const Eigen::VectorXcd& q) {
+  SkinField field;
+  send(problem, q, field);
+  SkinJacobian jacobian(problem);
+  jacobian.set(field, phasors_of(q));
+  return 2.0 * jacobian.drive_gradient();
 }
 
 void SkinJacobian::leave_out_up_to(double most) {

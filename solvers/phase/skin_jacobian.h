@@ -109,6 +109,10 @@ class SkinJacobian {
   mutable std::vector<SkinField> shares_;  // of the threads
 };
 
+/// dC/d Re q + i dC/d Im q of C = skin_cost at drives q, N. Where a face of the target is silent: a subgradient, by
+/// pressure_directions.
+Eigen::VectorXcd skin_gradient(const SkinProblem& problem, const Eigen::VectorXcd& q);
+
 /// Solves (J^T J + diag(d)) h = -(J^T f + e) on the smaller side, e the gradient of the rows that are left out of f and
 /// J. With S = diag(d)^-1/2, L = J S:
 ///

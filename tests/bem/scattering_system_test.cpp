@@ -66,8 +66,10 @@ TEST_P(EveryScheme, TransferRowsAreThoseOfTheMatrixMadeColumnByColumn) {
     h.col(n) = system_.pressure(lu.solve(system_.right_hand_side(one)), one);
   }
   const std::vector<Eigen::Index> faces = {100, 3, 179};
-  const Eigen::MatrixXcd x = lu.solve_transpose(system_.transposed_right_hand_side(faces));
-  const Eigen::MatrixXcd rows = system_.transfer_rows(faces, x, unit_);
+  const Eigen::Index m = system_.faces();
+  const Eigen::MatrixXcd weights = Eigen::MatrixXcd::Identity(m, m)(Eigen::all, faces);
+  const Eigen::MatrixXcd x = lu.solve_transpose(system_.transposed_right_hand_side(weights));
+  const Eigen::MatrixXcd rows = system_.weighted_rows(weights, x, unit_);
   // Polishing multiplies in single precision.
   const double tolerance = GetParam() == Scheme::kBurtonMillerPolished ? 1e-5 : 1e-11;
   EXPECT_LT((rows - h(faces, Eigen::all)).norm(), tolerance * rows.norm());
