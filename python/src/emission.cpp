@@ -90,6 +90,7 @@ Values send(const SharedArray& array, const ArrayLike& phases, const ArrayLike& 
 }  // namespace
 
 void add_emission(nb::module_& module) {
+  module.attr("_amplitude_rounding") = kAmplitudeRounding;
   const EmissionRequest usual;
   module.def("_send", &send, nb::arg("array"), nb::arg("phases"), nb::arg("amplitudes"), nb::kw_only(),
              nb::arg("to") = DeviceChoice{}.link, nb::arg("rate") = 10.0, nb::arg("seconds") = nb::none(),

@@ -45,7 +45,7 @@ std::optional<SharedTarget> target_of(const SharedModel& model) {
     return std::nullopt;
   }
   Target target = build_target(*model);
-  if (!model->posture.target->pressure) {
+  if (asks_for_best(*model)) {
     target.amplitudes.setConstant(kNotComputed);
   }
   return SharedTarget{shared(std::move(target)), skin_of(model)};
@@ -162,11 +162,8 @@ Numbers score(const SharedModel& model, const ArrayLike& pressure) {
     const Wave& wave = model->fixed->wave;
     return metrics_dict(metrics_of(mesh, p, radiation_pressure(SurfaceGradient(mesh, wave.k()), wave, p)));
   }
-  Metrics metrics = metrics_of(mesh, model->fixed->wave, model->boxes, build_target(*model), p);
-  if (!model->posture.target->pressure) {  // they are of 1 Pa
-    metrics.reached_share = metrics.relative_error_raw = kNotComputed;
-  }
-  return metrics_dict(metrics);
+  const Metrics metrics = metrics_of(mesh, model->fixed->wave, model->boxes, build_target(*model), p);
+  return asks_for_best(*model) ? metrics_dict_without_wanted(metrics) : metrics_dict(metrics);
 }
 
 }  // namespace
@@ -184,6 +181,13 @@ Numbers metrics_dict(const Metrics& metrics) {
     values[field.name] = metrics.*field.value;
   }
   return named(values);
+}
+
+bool asks_for_best(const Model& model) { return model.posture.target && !model.posture.target->pressure; }
+
+Numbers metrics_dict_without_wanted(Metrics metrics) {
+  metrics.reached_share = metrics.relative_error_raw = kNotComputed;
+  return metrics_dict(metrics);
 }
 
 std::string path_of(nb::handle path) {
@@ -247,31 +251,36 @@ std::vector<std::string> overrides_of(nb::handle set, const std::optional<std::s
   return overrides;
 }
 
-std::pair<Eigen::VectorXd, Eigen::VectorXd> drive_parts(nb::handle drives, const std::string& what) {
+OwnMethod own_method(const std::string& name, nb::handle drives, const std::string& what) {
+  OwnMethod own{what, {}};
+  MethodSpec& method = own.method;
+  method.kind = &phase_method("fixed");
+  method.name = name;
+  const auto keep = [&](const auto& phases, const auto& amplitudes) {
+    method.phases.assign(phases.begin(), phases.end());
+    method.amplitudes.assign(amplitudes.begin(), amplitudes.end());
+  };
   if (nb::isinstance<SharedSolution>(drives)) {  // to the last bit
     const auto& solution = nb::cast<const SharedSolution&>(drives);
-    return {solution->phases, solution->amplitudes};
+    keep(solution->phases, solution->amplitudes);
+  } else if (nb::cast<bool>(nb::module_::import_("numpy").attr("iscomplexobj")(drives))) {
+    const Eigen::VectorXcd q = complex_list(drives, what);
+    keep(q.cwiseArg().eval(), q.cwiseAbs()
+                                  .unaryExpr([](double amplitude) {
+                                    return std::abs(amplitude - 1) <= kAmplitudeRounding ? 1.0 : amplitude;
+                                  })
+                                  .eval());
+  } else {
+    keep(real_list(drives, what), Eigen::VectorXd::Ones(1));
   }
-  if (!nb::cast<bool>(nb::module_::import_("numpy").attr("iscomplexobj")(drives))) {
-    const Eigen::VectorXd phases = real_list(drives, what);
-    return {phases, Eigen::VectorXd::Ones(phases.size())};
+  for (std::size_t n = 0; n < method.amplitudes.size(); ++n) {
+    require(method.amplitudes[n] >= 0 && method.amplitudes[n] <= 1, "{}[{}]: the amplitude {:.9g} must be 0 to 1", what,
+            n, method.amplitudes[n]);
   }
-  const Eigen::VectorXcd q = complex_list(drives, what);
-  return {q.cwiseArg(), q.cwiseAbs()};
-}
-
-OwnMethod own_method(const std::string& name, nb::handle drives, const std::string& what) {
-  constexpr double kRounding = 1e-9;
-  auto [phases, amplitudes] = drive_parts(drives, what);
-  for (Eigen::Index n = 0; n < amplitudes.size(); ++n) {
-    if (std::abs(amplitudes(n) - 1) > kRounding) {
-      throw InputError(fmt::format(
-          "{}[{}] has the amplitude {:g}; here channels are at full drive, with amplitude 1. evaluate() takes "
-          "amplitudes of 0 to 1, and Model.score() of scatter() any",
-          what, n, amplitudes(n)));
-    }
+  if (std::ranges::adjacent_find(method.amplitudes, std::not_equal_to<>()) == method.amplitudes.end()) {
+    method.amplitudes.resize(1);  // as a scene says it of all channels
   }
-  return {name, std::move(phases)};
+  return own;
 }
 
 Model with_own(const Model& model, const OwnMethods& own) {
@@ -280,14 +289,10 @@ Model with_own(const Model& model, const OwnMethods& own) {
   for (const MethodSpec& method : model.fixed->scene.solve.methods) {
     taken.insert(method.name);
   }
-  for (const auto& [name, phases] : own) {
-    require_name("own method", name, taken);
-    MethodSpec method;
-    method.kind = &phase_method("fixed");
-    method.name = name;
-    method.phases.assign(phases.begin(), phases.end());
-    require_fitting_phases(method, model.fixed->array.size());
-    fixed.scene.solve.methods.push_back(std::move(method));
+  for (const auto& [what, method] : own) {
+    require_name("own method", method.name, taken);
+    require_count(what, static_cast<Eigen::Index>(method.phases.size()), model.fixed->array.size(), "per channel");
+    fixed.scene.solve.methods.push_back(method);
   }
   Model with = model;
   with.fixed = std::make_shared<const FixedModel>(std::move(fixed));

@@ -113,23 +113,29 @@ std::vector<std::string> names_of(const Methods& methods) {
   return names;
 }
 
-/// A method of one's own: what it found.
+/// A method of one's own: what it found, as method `fixed`.
 struct OwnMethod {
-  std::string name;
-  Eigen::VectorXd phases;  // N [rad]
+  std::string what;  // the argument in messages
+  MethodSpec method;
 };
 using OwnMethods = std::vector<OwnMethod>;
 
-/// Phases [rad] and amplitudes of a Solution, of real phases, whose amplitudes are 1, or of a complex drive vector.
-std::pair<Eigen::VectorXd, Eigen::VectorXd> drive_parts(nb::handle drives, const std::string& what);
+/// Of complex drives an amplitude so near to 1 is 1: of exp(i phase) in single precision.
+inline constexpr double kAmplitudeRounding = 1e-6;
 
-/// The same at full drive.
-/// throws   InputError on an amplitude that is not 1, but for rounding
+/// Of a Solution, of real phases, whose amplitudes are 1, or of a complex drive vector.
+/// throws   InputError on an amplitude above 1
 OwnMethod own_method(const std::string& name, nb::handle drives, const std::string& what);
 
-/// A model whose scene has these methods too, as ones of given phases.
-/// throws   InputError on a name that is taken or cannot be one, or phases that do not fit the channels
+/// A model whose scene has these methods too.
+/// throws   InputError on a name that is taken or cannot be one, or drives that do not fit the channels
 Model with_own(const Model& model, const OwnMethods& own);
+
+/// Whether its scene asks for the best pressure.
+bool asks_for_best(const Model& model);
+
+/// Of a pressure that is not known: without metrics that compare with it.
+Numbers metrics_dict_without_wanted(Metrics metrics);
 
 /// What the results of a run and of a motion both have.
 ///

@@ -44,27 +44,25 @@ SharedProblem problem_of(nb::handle target, nb::handle amplitudes, nb::handle we
 }
 
 Numbers evaluate_phases(const SharedModel& model, const DrivesLike& drives, std::optional<int> threads) {
-  constexpr double kRounding = 1e-9;
-  auto [phases, amplitudes] = drive_parts(drives, "evaluate: drives");
-  const OwnMethod given{"given", std::move(phases)};
-  require_count("evaluate: drives", amplitudes.size(), model->fixed->array.size(), "per channel");
-  require((amplitudes.array() <= 1.0 + kRounding).all(), "evaluate: drives: the amplitude {:g} must be at most 1",
-          amplitudes.maxCoeff());
-  const Metrics metrics = computed(thread_count(threads), [model, given, amplitudes](Progress& progress) {
+  const OwnMethod given = own_method("given", drives, "evaluate: drives");
+  const bool best = asks_for_best(*model);
+  const Metrics metrics = computed(thread_count(threads), [model, given, best](Progress& progress) {
     FixedModel fixed = *model->fixed;
-    fixed.array.amplitudes.array() *= amplitudes.array();
     fixed.scene.solve.methods.clear();
     fixed.scene.solve.optimality_bound = false;
     fixed.scene.write.transfer = false;
     fixed.fields.clear();
     Model alone = *model;
+    if (best) {  // as of 1 Pa
+      alone.posture.target->pressure = fixed.scene.target->pressure = 1.0;
+    }
     alone.fixed = std::make_shared<const FixedModel>(std::move(fixed));
     return solve_model(
                with_own(alone, {given}), {}, [](const Run&) {}, progress)
         .methods.front()
         .metrics;
   });
-  return metrics_dict(metrics);
+  return best ? metrics_dict_without_wanted(metrics) : metrics_dict(metrics);
 }
 
 double cost(const SharedProblem& problem, const DrivesLike& drives) {
@@ -316,7 +314,7 @@ void add_problems(nb::module_& module) {
   add_problem(module);
   add_solution(module);
   module.def("evaluate", &evaluate_phases, nb::arg("model"), nb::arg("drives"), nb::arg("threads") = nb::none(),
-             R"(The metrics of phases on the evaluation mesh of a scene, as for a method of the program.
+             R"(The metrics of drives on the evaluation mesh of a scene, as for a method of the program.
 
 Parameters
 ----------

@@ -86,8 +86,9 @@ def test_files_and_scenes(tmp_path, finger):
 
 def test_own_methods(model):
     channels = len(model.array)
-    with pytest.raises(tf.InputError, match="64"):
-        tf.run(model, own={"mine": np.zeros(channels + 1)})
+    for many in (np.zeros(channels + 1), tf.Array.grid(5, 13).focus([0, 0, 0.1])):
+        with pytest.raises(tf.InputError, match=r"run: own\['mine'\] has 65 values and must have 64, one per channel"):
+            tf.run(model, own={"mine": many})
     with pytest.raises(tf.InputError, match=r"run: own\['mine'\]\[3\] = inf must be finite"):
         tf.run(model, own={"mine": np.where(np.arange(channels) == 3, np.inf, 0)})
     with pytest.raises(TypeError, match="own: a name must be a str, not int"):
@@ -98,9 +99,9 @@ def test_own_methods(model):
         tf.run(model, own={"my method": np.zeros(channels)})
     with pytest.raises(tf.InputError, match="set and device need a scene file"):
         tf.run(model, set={"solve.iterations": 3})
-    with pytest.raises(tf.InputError, match=r"run: own\['half'\]\[0\] has the amplitude 0.5; here channels are at full drive"):
-        tf.run(model, own={"half": np.full(channels, 0.5j)})
-    with pytest.raises(tf.InputError, match="evaluate: drives: the amplitude 2 must be at most 1"):
+    with pytest.raises(tf.InputError, match=r"run: own\['loud'\]\[0\]: the amplitude 1.00001 must be 0 to 1"):
+        tf.run(model, own={"loud": np.full(channels, 1.00001j)})
+    with pytest.raises(tf.InputError, match=r"evaluate: drives\[0\]: the amplitude 2 must be 0 to 1"):
         tf.evaluate(model, np.full(channels, 2j))
     with pytest.raises(tf.InputError, match="evaluate: drives has 3 values and must have 64, one per channel"):
         tf.evaluate(model, [0, 1, 2])

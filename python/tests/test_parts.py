@@ -49,15 +49,28 @@ def test_the_best_pressure_is_that_of_a_run(finger):
     run, problem = tf.run(best), tf.Problem.of_model(best)
     assert problem.amplitudes.max() == pytest.approx(run.target.amplitudes.max(), rel=1e-9) and problem.amplitudes.max() > 10
     solution = tf.surface(problem, iterations=8)
-    assert tf.evaluate(best, solution)["mean_inside_pa"] == pytest.approx(run.metrics["surface"]["mean_inside_pa"], rel=1e-3)
-    assert np.isnan(best.score(run.pressures["surface"])["reached_share"])
+    evaluated = tf.evaluate(best, solution)
+    assert evaluated["mean_inside_pa"] == pytest.approx(run.metrics["surface"]["mean_inside_pa"], rel=1e-3)
+    for metrics in (evaluated, best.score(run.pressures["surface"])):
+        assert np.isnan(metrics["reached_share"]) and metrics["relative_error"] > 0
 
 
-def test_drives_of_any_level_are_evaluated(model, run):
+def test_drives_of_any_amplitude(model, run, tmp_path):
     half = tf.evaluate(model, 0.5 * np.exp(1j * run.phases["focus"]))
-    assert half["mean_inside_pa"] == pytest.approx(0.5 * run.metrics["focus"]["mean_inside_pa"], rel=1e-6)
-    surface = tf.evaluate(model, run.amplitudes["surface"] * np.exp(1j * run.phases["surface"]))
-    assert surface["relative_error"] == pytest.approx(run.metrics["surface"]["relative_error"], rel=1e-6)
+    for metric, share in {"mean_inside_pa": 0.5, "force_target_n": 0.25, "power_share": 0.25, "relative_error": 1}.items():
+        assert half[metric] == pytest.approx(share * run.metrics["focus"][metric], rel=1e-6), metric
+    free = tf.surface(run.problems["burton_miller_polished"], free_amplitudes=True, iterations=5)
+    assert 0 <= free.amplitudes.min() < free.amplitudes.max() <= 1
+    whole = np.exp(1j * run.phases["focus"])
+    own = tf.run(model, own={"free": free, "whole": whole.astype(np.complex64), "silent": 0j * whole}, threads=2)
+    assert np.array_equal(own.amplitudes["free"], free.amplitudes) and np.array_equal(own.phases["free"], free.phases)
+    assert (own.amplitudes["whole"] == 1).all() and own.metrics["silent"]["peak_pa"] == 0
+    assert tf.evaluate(model, free)["relative_error"] == pytest.approx(own.metrics["free"]["relative_error"], rel=1e-5)
+    again = tf.run(own.scene, threads=2)
+    assert all(np.array_equal(again.pressures[name], own.pressures[name]) for name in own.methods)
+    tf.send(own, method="free", to=f"dry-run:{tmp_path}/frame.txt")
+    steps = np.array([line.split()[-1] for line in (tmp_path / "frame.txt").read_text().splitlines()[1:]], int)
+    assert np.array_equal(steps, np.floor(0.5 * 255 * own.frames("free")[1][0] + 1e-9))
 
 
 def test_optimality_bound(model, run):

@@ -32,7 +32,7 @@ def _frames(drives):
     if not np.iscomplexobj(drives):
         return drives, np.ones(drives.shape)
     amplitudes = np.abs(drives)
-    return np.angle(drives), np.where(amplitudes <= 1 + 1e-9, np.minimum(amplitudes, 1), amplitudes)
+    return np.angle(drives), np.where(abs(amplitudes - 1) <= _core._amplitude_rounding, 1, amplitudes)
 
 
 def _of_results(source, method):

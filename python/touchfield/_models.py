@@ -323,8 +323,8 @@ def run(scene, set=None, device=None, threads=None, own=None, progress=None):
     threads : int, optional
         Default: OMP_NUM_THREADS, or all.
     own : dict, optional
-        Methods of your own by name: phases [rad], complex drives of amplitude 1, a `Solution`, or a function that makes one
-        of these of the `Problem` of the scene. They are evaluated beside the methods of the scene.
+        Methods of your own by name: phases [rad], complex drives of amplitudes 0 to 1, a `Solution`, or a function that makes
+        one of these of the `Problem` of the scene. They are evaluated beside the methods of the scene.
     progress : callable or bool, optional
         A function of stage and fraction, or True for a bar.
 

@@ -80,8 +80,8 @@ void require_named_files(const std::vector<Scene>& scenes) {
     const Eigen::Index channels = channel_count(scenes[i].array);
     for (const MethodSpec& method : scenes[i].solve.methods) {
       once(i,
-           fmt::format("{} {} {} {} {}", method.name, method.start.file, method.start.method, method.phases.size(),
-                       channels),
+           fmt::format("{} {} {} {} {} {}", method.name, method.start.file, method.start.method, method.phases.size(),
+                       method.amplitudes.size(), channels),
            [&] { require_fitting_phases(method, channels); });
     }
   }

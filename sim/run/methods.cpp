@@ -78,6 +78,19 @@ Eigen::MatrixXd start_angles(const MethodSpec& method, const IncidentProblem& pr
   return angles;
 }
 
+/// The drives of `fixed`.
+PhaseSolution given_drives(const MethodSpec& method, Eigen::Index channels) {
+  const auto each = [&](const std::vector<double>& values) -> Eigen::VectorXd {
+    if (values.size() == 1) {
+      return Eigen::VectorXd::Constant(channels, values.front());
+    }
+    return Eigen::Map<const Eigen::VectorXd>(values.data(), channels);
+  };
+  PhaseSolution given = full_drive(each(method.phases));
+  given.amplitudes = each(method.amplitudes);
+  return given;
+}
+
 /// Drives to start from, one column a start.
 Eigen::MatrixXcd start_drives(const MethodSpec& method, const SkinProblem& problem) {
   const Eigen::Index channels = problem.channel_count();
@@ -149,10 +162,15 @@ void leave_out_dead(const ChannelResponse& response, PhaseSolution& solution) {
 }
 
 void require_fitting_phases(const MethodSpec& method, Eigen::Index channels) {
-  const auto count = static_cast<Eigen::Index>(method.phases.size());
-  if (method.kind->model == MethodModel::kGiven && count != 1 && count != channels) {
-    throw InputError(fmt::format("solve.methods: {} has {} phases, it must have 1 or one for each of the {} channels",
-                                 method.name, count, channels));
+  const auto require_fitting = [&](const std::vector<double>& values, const char* what) {
+    const auto count = static_cast<Eigen::Index>(values.size());
+    require(count == 1 || count == channels,
+            "solve.methods: {} has {} {}, it must have 1 or one for each of the {} channels", method.name, count, what,
+            channels);
+  };
+  if (method.kind->model == MethodModel::kGiven) {
+    require_fitting(method.phases, "phases");
+    require_fitting(method.amplitudes, "amplitudes");
   }
   if (method.kind->iterates && method.start.kind == StartSpec::Kind::kPrevious) {
     previous_phases(method, channels);
@@ -224,13 +242,9 @@ PhaseSolution MethodSolver::found(const MethodSpec& method, const Eigen::VectorX
     case MethodModel::kCentre:
       // Phase conjugation: every channel arrives at the central face in phase.
       return full_drive(-central_row().transpose().cwiseArg());
-    case MethodModel::kGiven: {
+    case MethodModel::kGiven:
       require_fitting_phases(method, channels_);
-      if (method.phases.size() == 1) {
-        return full_drive(Eigen::VectorXd::Constant(channels_, method.phases.front()));
-      }
-      return full_drive(Eigen::Map<const Eigen::VectorXd>(method.phases.data(), channels_));
-    }
+      return given_drives(method, channels_);
   }
   throw std::logic_error("unknown method");
 }
@@ -425,7 +439,9 @@ double MethodSolver::best_scale(const MethodSpec& method, const TriangleMesh& me
                                   : pattern_metrics(mesh, boxes, *target_, pressure);
   };
   if (!method.kind->iterates) {
-    return 1.0 / evaluated(1.0).scale;
+    const double scale = evaluated(1.0).scale;
+    require(scale > 0, "target.pressure_pa: best is that of {}, which is silent: give a number", method.name);
+    return 1.0 / scale;
   }
   constexpr double kLowest = 0.02;
   const double largest = most_pressure() / target_->amplitudes.maxCoeff();

@@ -24,8 +24,8 @@ using IncidentGrams = std::map<FaceWeights, Eigen::MatrixXcd>;
 /// A channel that the solver knows to be dead has no bearing on any cost: it is not driven.
 void leave_out_dead(const ChannelResponse& response, PhaseSolution& solution);
 
-/// throws   InputError if a method's fixed phases, or those of the run that it starts from, do not fit the channels, or
-///          that run cannot be read
+/// throws   InputError if given drives, or the phases of the run that the method starts from, do not fit the channels,
+///          or that run cannot be read
 void require_fitting_phases(const MethodSpec& method, Eigen::Index channels);
 /// The same of every method of a model's scene.
 void require_fitting_phases(const Model& model);
@@ -51,10 +51,10 @@ class MethodSolver {
   void aim(Target target);
 
   /// The drives that a method finds for wanted amplitudes p' on the target's faces, K [Pa] (empty without a target).
-  /// Channels that the solver knows to be dead are not driven, but by phases that are given.
+  /// Channels that the solver knows to be dead are not driven, but by drives that are given.
   ///
   /// before   drives that a method which iterates starts from instead of its own start, N; may be null
-  /// throws   NumericalError if a matrix of the problem is not finite; InputError on given phases or a previous run
+  /// throws   NumericalError if a matrix of the problem is not finite; InputError on given drives or a previous run
   ///          that do not fit
   PhaseSolution solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress,
                       const Eigen::VectorXcd* before = nullptr);
@@ -77,10 +77,10 @@ class MethodSolver {
 
   /// The factor on the target's amplitudes for a scene that asks for the best pressure. At this factor `method` reaches
   /// the lowest relative error of |p| after its own best scale. A method that iterates is solved again at each trial of
-  /// a golden-section search. The search covers 1/50 to 1 of the largest pressure that the array can make on the
-  /// target's central face. The other methods do not depend on the scale and get the one at which they fit best.
+  /// a golden-section search, over 1/50 to 1 of most_pressure. The others get the one at which they fit best.
   ///
-  /// mesh   in the frame of the boxes
+  /// mesh     in the frame of the boxes
+  /// throws   InputError if a method that does not iterate is silent
   double best_scale(const MethodSpec& method, const TriangleMesh& mesh, const std::vector<TargetBox>& boxes,
                     Progress& progress);
 

@@ -112,6 +112,7 @@ struct MethodSpec {
   double outside_weight = 0.1;                  // of radiation, nu
   FaceWeights faces = FaceWeights::kEqual;      // of paper and unscattered
   std::vector<double> phases;                   // of `fixed`: one for all, or one per channel [rad]
+  std::vector<double> amplitudes = {1.0};       // likewise, 0..1
 };
 
 enum class SolverChoice { kAuto, kLu, kGmres, kMatrixFree, kFft };  // gmres: with a stored matrix

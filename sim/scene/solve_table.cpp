@@ -91,24 +91,28 @@ std::string name_of(const MethodSpec& method) {
 
 bool is_scalar(const Node& node) { return node.kind == Node::Kind::kScalar; }
 
-void add_fixed_phases(Map<MethodSpec>& map) {
-  using Phases = std::vector<double>;
-  const auto phase = number(kPlain, {});
-  const auto for_all = kept_as<Phases, double>(
-      phase, [](const Input&, const double& value) { return std::optional(Phases{value}); },
-      [](const Phases& phases) { return phases.front(); });
-  const auto from_file = kept_as<Phases, std::string>(
+/// One value for all channels, or one per channel.
+Codec<std::vector<double>> channel_values(const Codec<double>& value) {
+  using List = std::vector<double>;
+  const auto for_all = kept_as<List, double>(
+      value, [](const Input&, const double& given) { return std::optional(List{given}); },
+      [](const List& values) { return values.front(); });
+  return either<List>(
+      for_all, list_of(value, 1, kMostListed), [](const List& values) { return values.size() == 1; }, is_scalar);
+}
+
+void add_fixed_drives(Map<MethodSpec>& map) {
+  const auto from_file = kept_as<std::vector<double>, std::string>(
       file(),
       [](const Input& in, const std::string& path) { return read_named(in, [&] { return read_phases(path); }); },
       nullptr);
-  map.maybe("phases_rad", &MethodSpec::phases,
-            either<Phases>(
-                for_all, list_of(phase, 1, kMostListed), [](const Phases& phases) { return phases.size() == 1; },
-                is_scalar),
-            "0", "The phases [rad]: one for all channels, or one per channel.")
+  map.maybe("phases_rad", &MethodSpec::phases, channel_values(number(kPlain, {})), "0",
+            "The phases [rad]: one for all channels, or one per channel.")
       .maybe("phases_file", &MethodSpec::phases, from_file, "phases.txt",
              "A text file of the phases [rad], separated by commas or white space; # starts a comment.")
-      .exactly_one({"phases_rad", "phases_file"});
+      .exactly_one({"phases_rad", "phases_file"})
+      .key("amplitudes", &MethodSpec::amplitudes, channel_values(number(kPlain, between(0, 1))),
+           "The amplitudes: one for all channels, or one per channel.");
 }
 
 bool weighs_faces(const PhaseMethod& kind) {
@@ -160,7 +164,7 @@ Codec<MethodSpec> make_options_codec(const PhaseMethod& kind) {
             "their area, as in surface.");
   }
   if (kind.model == MethodModel::kGiven) {
-    add_fixed_phases(map);
+    add_fixed_drives(map);
   }
   return map.codec();
 }

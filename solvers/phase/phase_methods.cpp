@@ -88,7 +88,7 @@ constexpr PhaseMethod kMethods[] = {
      .iterates = true,
      .counts_outside = true,
      .solve = baseline<solve_lbfgs>},
-    {.name = "fixed", .help = "Given phases.", .model = MethodModel::kGiven},
+    {.name = "fixed", .help = "Given phases and amplitudes.", .model = MethodModel::kGiven},
 };
 
 }  // namespace

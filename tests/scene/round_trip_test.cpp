@@ -72,7 +72,8 @@ bool operator==(const StartSpec& a, const StartSpec& b) {
 bool operator==(const MethodSpec& a, const MethodSpec& b) {
   const bool same_options = (!a.kind->iterates || (a.iterations == b.iterations && a.start == b.start)) &&
                             a.free_amplitudes == b.free_amplitudes;
-  return a.kind == b.kind && a.name == b.name && a.scheme == b.scheme && same_options && a.phases == b.phases;
+  return a.kind == b.kind && a.name == b.name && a.scheme == b.scheme && same_options && a.phases == b.phases &&
+         a.amplitudes == b.amplitudes;
 }
 bool operator==(const EdgeSpec& a, const EdgeSpec& b) {
   return a.far == b.far && a.near_target == b.near_target && a.near == b.near && a.within == b.within &&
@@ -232,7 +233,8 @@ const std::vector<Variant> kVariants = {
      {"target={box: {at: top, size_mm: [8, 40, 6]}}",
       "solve={methods: [paper, unscattered, focus, {paper: {as: p-2, scheme: paper, iterations: 10, start: "
       "{random: 4294967295}}}, {focus: {as: f_2}}, {fixed: {phases_rad: [0.1, -7, 3]}}, {fixed: {as: one, "
-      "phases_rad: 0.1}}], iterations: 12, start: {random: 0}}"}},
+      "phases_rad: 0.1, amplitudes: 0.7}}, {fixed: {as: each, phases_rad: 0, amplitudes: [0, 0.3, 1]}}], iterations: "
+      "12, start: {random: 0}}"}},
     {"fields",
      {"field=[{name: a, plane: xy, through_mm: [0.1, 0, 0], size_mm: [0.3, 0.7], spacing_mm: 0.1}, {name: b, "
       "plane: yz, through_mm: [1, 2, 3], size_mm: [3, 7]}, {name: c, centre_mm: [1, 2, 3], size_mm: [3, 7, "
