@@ -69,7 +69,7 @@ def test_seven_tasks_in_ten_lines_each(folder, capsys):
     assert len(set(names["heights"]["body.place.at_mm.2"])) == 3
     assert names["hz"][names["rms"].argmax()] == 200
     assert names["found"].fun < 1.1 * names["problem"].cost(tf.surface(names["problem"])) and "mine" in capsys.readouterr().out
-    assert names["result"].mesh.landmarks["palm"] == pytest.approx([0, 0, 0.15])
+    assert names["hand"].landmarks["palm"] == pytest.approx([0, 0, 0.15])
     assert {path.name for path in folder.glob("*.png")} == {"focus.png", "palm.png", "heights.png"} and (folder / "glb_hand/run.h5").exists()
     run_blocks(blocks_of(PAGE, "Figures and pages"), names)
     assert {path.name for path in folder.glob("*.[ps][dv][fg]")} == {"capsule.pdf", "capsule.svg", "heights.pdf"}
