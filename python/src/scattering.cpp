@@ -254,7 +254,7 @@ Examples
       .def_prop_ro(
           "dtype", [](const SharedOperator&) { return nb::module_::import_("numpy").attr("dtype")("complex128"); },
           "complex128.")
-      .def("__matmul__", &pressures, nb::arg("drives"))
+      .def("__matmul__", &pressures, nb::arg("drives").none())
       .def("matvec", &pressures, nb::arg("drives"), R"(H q, pressures on the skin; ``scattering @ drives`` is the same.
 
 Parameters
