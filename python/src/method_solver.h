@@ -33,7 +33,7 @@ auto asked(const Model& model, Scheme scheme, const SolveSpec& spec, Progress& p
                                           largest_block(model.fixed->scene, scheme, model.fixed->array.size(), false),
                                           model, model.fixed->array.response, nullptr, records, progress);
   Target target = build_target(model);
-  if (!model.posture.target->pressure) {
+  if (asks_for_best(model)) {
     target.amplitudes *= best_scale_of(model, progress);
   }
   MethodSolver solver(*scattering, model.fixed->array.size(), target, spec, outside_skin(model));

@@ -162,8 +162,7 @@ Numbers score(const SharedModel& model, const ArrayLike& pressure) {
     const Wave& wave = model->fixed->wave;
     return metrics_dict(metrics_of(mesh, p, radiation_pressure(SurfaceGradient(mesh, wave.k()), wave, p)));
   }
-  const Metrics metrics = metrics_of(mesh, model->fixed->wave, model->boxes, build_target(*model), p);
-  return asks_for_best(*model) ? metrics_dict_without_wanted(metrics) : metrics_dict(metrics);
+  return metrics_dict(*model, metrics_of(mesh, model->fixed->wave, model->boxes, build_target(*model), p));
 }
 
 }  // namespace
@@ -185,8 +184,10 @@ Numbers metrics_dict(const Metrics& metrics) {
 
 bool asks_for_best(const Model& model) { return model.posture.target && !model.posture.target->pressure; }
 
-Numbers metrics_dict_without_wanted(Metrics metrics) {
-  metrics.reached_share = metrics.relative_error_raw = kNotComputed;
+Numbers metrics_dict(const Model& model, Metrics metrics) {
+  if (asks_for_best(model)) {
+    metrics.reached_share = metrics.relative_error_raw = kNotComputed;
+  }
   return metrics_dict(metrics);
 }
 
@@ -265,11 +266,8 @@ OwnMethod own_method(const std::string& name, nb::handle drives, const std::stri
     keep(solution->phases, solution->amplitudes);
   } else if (nb::cast<bool>(nb::module_::import_("numpy").attr("iscomplexobj")(drives))) {
     const Eigen::VectorXcd q = complex_list(drives, what);
-    keep(q.cwiseArg().eval(), q.cwiseAbs()
-                                  .unaryExpr([](double amplitude) {
-                                    return std::abs(amplitude - 1) <= kAmplitudeRounding ? 1.0 : amplitude;
-                                  })
-                                  .eval());
+    const Eigen::ArrayXd amplitudes = q.cwiseAbs();
+    keep(q.cwiseArg().eval(), ((amplitudes - 1).abs() <= kAmplitudeRounding).select(1.0, amplitudes).eval());
   } else {
     keep(real_list(drives, what), Eigen::VectorXd::Ones(1));
   }

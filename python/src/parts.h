@@ -134,8 +134,8 @@ Model with_own(const Model& model, const OwnMethods& own);
 /// Whether its scene asks for the best pressure.
 bool asks_for_best(const Model& model);
 
-/// Of a pressure that is not known: without metrics that compare with it.
-Numbers metrics_dict_without_wanted(Metrics metrics);
+/// Those that compare with the wanted pressure are NaN where the model's scene asks for the best one.
+Numbers metrics_dict(const Model& model, Metrics metrics);
 
 /// What the results of a run and of a motion both have.
 ///

@@ -45,15 +45,14 @@ SharedProblem problem_of(nb::handle target, nb::handle amplitudes, nb::handle we
 
 Numbers evaluate_phases(const SharedModel& model, const DrivesLike& drives, std::optional<int> threads) {
   const OwnMethod given = own_method("given", drives, "evaluate: drives");
-  const bool best = asks_for_best(*model);
-  const Metrics metrics = computed(thread_count(threads), [model, given, best](Progress& progress) {
+  const Metrics metrics = computed(thread_count(threads), [model, given](Progress& progress) {
     FixedModel fixed = *model->fixed;
     fixed.scene.solve.methods.clear();
     fixed.scene.solve.optimality_bound = false;
     fixed.scene.write.transfer = false;
     fixed.fields.clear();
     Model alone = *model;
-    if (best) {  // as of 1 Pa
+    if (asks_for_best(alone)) {  // as of 1 Pa
       alone.posture.target->pressure = fixed.scene.target->pressure = 1.0;
     }
     alone.fixed = std::make_shared<const FixedModel>(std::move(fixed));
@@ -62,7 +61,7 @@ Numbers evaluate_phases(const SharedModel& model, const DrivesLike& drives, std:
         .methods.front()
         .metrics;
   });
-  return best ? metrics_dict_without_wanted(metrics) : metrics_dict(metrics);
+  return metrics_dict(*model, metrics);
 }
 
 double cost(const SharedProblem& problem, const DrivesLike& drives) {

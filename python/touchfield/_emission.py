@@ -32,7 +32,10 @@ def _frames(drives):
     if not np.iscomplexobj(drives):
         return drives, np.ones(drives.shape)
     amplitudes = np.abs(drives)
-    return np.angle(drives), np.where(abs(amplitudes - 1) <= _core._amplitude_rounding, 1, amplitudes)
+    amplitudes = np.where(abs(amplitudes - 1) <= _core._amplitude_rounding, 1, amplitudes)
+    if (amplitudes > 1).any():
+        raise _core.InputError(f"send: drives: the amplitude {amplitudes.max():.9g} must be 0 to 1")
+    return np.angle(drives), amplitudes
 
 
 def _of_results(source, method):
