@@ -103,6 +103,8 @@ def test_own_methods(model):
         tf.run(model, own={"loud": np.full(channels, 1.00001j)})
     with pytest.raises(tf.InputError, match=r"evaluate: drives\[0\]: the amplitude 2 must be 0 to 1"):
         tf.evaluate(model, np.full(channels, 2j))
+    with pytest.raises(tf.InputError, match="send: drives: the amplitude 2 must be 0 to 1"):
+        tf.send(model.array, np.full(channels, 2j))
     with pytest.raises(tf.InputError, match="evaluate: drives has 3 values and must have 64, one per channel"):
         tf.evaluate(model, [0, 1, 2])
 

@@ -55,6 +55,7 @@ class BadInput(CommandTest):
                 ("[8, 12, 6]", "[-8, 12, 6]", "scene.yaml:9:31: target.box.size_mm[0] = -8 must be > 0"),
                 ("landmark: bottom", "landmark: botom", ["botom", "bottom"]),
                 ("phases_rad: 0", "phases_rad: [0, 1, 2]", ["fixed has 3 phases", "64 channels"]),
+                ("phases_rad: 0", "phases_rad: 0, amplitudes: [0, 1]", ["fixed has 2 amplitudes", "64 channels"]),
                 ("edge_mm: 2.6", "edge_mm: 0.1", ["GiB", "body.edge_mm"], "--set", "solve.solver=lu"),
                 ("{at: bottom,", "{at: bottom, offset_mm: [0, 0, -30],", [
                     "target.box: the box about (0.0, 0.0, 30.0) mm (scene coordinates) holds no skin", "is 27"]),
