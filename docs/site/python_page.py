@@ -28,6 +28,8 @@ in Pa, phases in rad, rotations of bodies and arrays in degrees. The time factor
 """
 ERRORS = [name for name in touchfield.__all__ if isinstance(kind := getattr(touchfield, name), type) and issubclass(kind, Exception)]
 PLACES = {name: f"{page}.md#{name.lower()}" for page, (*_, names) in SUBJECTS.items() for name in names.split()}
+if others := sorted(set(touchfield.__all__) ^ {*PLACES, *ERRORS}):
+    sys.exit(f"{__file__}: SUBJECTS and the package of this Python differ in {', '.join(others)}")
 
 
 def members(kind):
@@ -119,9 +121,6 @@ def class_entry(name, kind):
 
 
 def main(folder):
-    missing = set(touchfield.__all__) ^ {*PLACES, *ERRORS}
-    if missing:
-        sys.exit(f"{__file__}: SUBJECTS and the package differ in {', '.join(sorted(missing))}")
     index = INDEX
     (folder / "python").mkdir()
     for page, (title, intro, names) in SUBJECTS.items():
