@@ -136,7 +136,7 @@ def test_torch(ball, scattering, problems, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     code, _ = blocks()
     names = {"np": np, "tf": tf}
-    exec(code.replace("width_8mm", "capsule").replace("range(30)", "range(3)"), names)
+    exec(code.replace("width_8mm", "capsule").replace("range(30)", "range(10)"), names)
     surface = tf.evaluate(names["model"], tf.surface(tf.Problem.of_model(names["model"]), iterations=30))
     assert tf.evaluate(names["model"], names["phases"].detach().numpy())["relative_error"] < surface["relative_error"] + 0.03
 
