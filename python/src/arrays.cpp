@@ -67,9 +67,10 @@ Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> matrix_of(nb::handle value
   const bool empty = nb::cast<std::size_t>(array.attr("size")) == 0;  // which NumPy takes for reals
   if (!empty && Kind<Scalar>::kTaken.find(kind) == std::string_view::npos) {
     const nb::object type = array.attr("dtype");
-    throw nb::type_error(fmt::format("{} must hold {}, not {}", what, Kind<Scalar>::kWanted,
-                                     nb::cast<std::string>(nb::str(nb::handle(type))))
-                             .c_str());
+    const std::string shown = value.is_none() ? "None"
+                              : kind == "U"   ? "str"
+                                              : nb::cast<std::string>(nb::str(nb::handle(type)));
+    throw nb::type_error(fmt::format("{} must hold {}, not {}", what, Kind<Scalar>::kWanted, shown).c_str());
   }
   const std::size_t dimensions = columns == 0 ? 1 : 2;
   if (sizes.size() != dimensions || (columns > 0 && sizes[1] != static_cast<std::size_t>(columns))) {
@@ -104,6 +105,12 @@ Eigen::VectorXcd complex_list(nb::handle value, const std::string& what) {
 
 Eigen::VectorXd real_list(nb::handle value, const std::string& what) {
   return matrix_of<double>(value, what, 0, "(n,)");
+}
+
+Vector3 three_numbers(nb::handle value, const std::string& what) {
+  const Eigen::VectorXd numbers = matrix_of<double>(value, what, 0, "(3,)");
+  require_count(what, numbers.size(), 3, "per axis");
+  return numbers;
 }
 
 Points point_rows(nb::handle value, const std::string& what) {

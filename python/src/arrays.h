@@ -51,6 +51,10 @@ using ComplexArray = Said<"numpy.typing.NDArray[numpy.complex128]">;
 using RealArrays = Said<"dict[str, numpy.typing.NDArray[numpy.float64]]">;
 using ComplexArrays = Said<"dict[str, numpy.typing.NDArray[numpy.complex128]]">;
 
+/// Of classes that Python makes: so they take the __init__ that _exports.py sets, whose errors name the argument.
+inline const PyType_Slot kOpenInit[] = {
+    {Py_tp_init, reinterpret_cast<void*>(+[](PyObject*, PyObject*, PyObject*) { return 0; })}, {0, nullptr}};
+
 /// Shapes as NumPy sees them: one row a point or a face, a list, a matrix by columns.
 template <typename Scalar>
 using Rows3 = nb::ndarray<nb::numpy, Scalar, nb::shape<-1, 3>, nb::c_contig>;
@@ -133,6 +137,7 @@ auto owned(Held values) {
 Eigen::MatrixXcd complex_table(nb::handle value, const std::string& what);
 Eigen::VectorXcd complex_list(nb::handle value, const std::string& what);
 Eigen::VectorXd real_list(nb::handle value, const std::string& what);
+Vector3 three_numbers(nb::handle value, const std::string& what);
 Points point_rows(nb::handle value, const std::string& what);
 Eigen::Matrix3Xi triangle_rows(nb::handle value, const std::string& what);
 

@@ -17,9 +17,9 @@ namespace {
 
 /// Frames of phases and amplitudes, both F x N.
 std::vector<Drive> drives_of(nb::handle phases, nb::handle amplitudes, Eigen::Index channels) {
-  const Eigen::MatrixXd turns = complex_table(phases, "send: phases").real();
+  const Eigen::MatrixXd turns = complex_table(phases, "send: drives").real();
   const Eigen::MatrixXd levels = complex_table(amplitudes, "send: amplitudes").real();
-  require_count("send: phases of a frame", turns.cols(), channels, "per channel");
+  require_count("send: drives of a frame", turns.cols(), channels, "per channel");
   require_count("send: amplitudes of a frame", levels.cols(), channels, "per channel");
   require_count("send: amplitudes", levels.rows(), turns.rows(), "per frame");
   if (turns.rows() == 0) {

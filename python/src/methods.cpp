@@ -21,8 +21,8 @@ namespace {
 
 using ProblemLike = Said<"numpy.typing.ArrayLike | Problem">;
 using RadiationLike = Said<"numpy.typing.ArrayLike | RadiationProblem">;
-using StartLike = Said<"str | numpy.typing.ArrayLike | Solution | None">;
-using OptionalDrives = Said<"numpy.typing.ArrayLike | Solution | None">;
+using StartLike = Said<"str | numpy.typing.ArrayLike | Solution">;
+using OptionalDrives = Said<"numpy.typing.ArrayLike | Solution">;
 using AnyTarget = std::optional<SharedTarget>;
 using Tolerances = std::optional<std::map<std::string, double>>;
 
@@ -115,9 +115,9 @@ SharedSolution radiation(const SharedRadiation& problem, const Eigen::MatrixXcd&
     progress.begin("radiation");
     const RadiationProblem expected =
         tolerances.any() ? with_tolerances(problem->problem, tolerances) : problem->problem;
-    return shared(solve_radiation(
-        expected, starts.cols() > 0 ? starts : radiation_starts(expected), options,
-        [&](int done, double) { progress.advance(static_cast<double>(done) / options.iterations); }));
+    return shared(
+        solve_radiation(expected, starts.cols() > 0 ? starts : radiation_starts(expected), options,
+                        [&](int done, double) { progress.advance(static_cast<double>(done) / options.iterations); }));
   });
 }
 
@@ -132,10 +132,10 @@ SharedSolution radiation_of(const RadiationLike& h, const AnyTarget& target, int
           ? nb::cast<const SharedRadiation&>(h)
           : radiation_problem("radiation", h, given("radiation", target), outside_weight, wave, threads);
   const Eigen::Index channels = problem->problem.channel_count();
-  return radiation(
-      problem, start.is_none() ? Eigen::MatrixXcd(channels, 0) : drive_columns(start, "radiation: start", channels),
-      tolerances_of("radiation", tolerances),
-      {.iterations = iterations, .free_amplitudes = free_amplitudes, .free_level = free_level}, threads);
+  return radiation(problem,
+                   start.is_none() ? Eigen::MatrixXcd(channels, 0) : drive_columns(start, "radiation: start", channels),
+                   tolerances_of("radiation", tolerances),
+                   {.iterations = iterations, .free_amplitudes = free_amplitudes, .free_level = free_level}, threads);
 }
 
 Values optimality_bound(const std::variant<SharedProblem, SharedRadiation>& problem, std::optional<int> threads,
@@ -146,9 +146,9 @@ Values optimality_bound(const std::variant<SharedProblem, SharedRadiation>& prob
   } else {
     const auto given = std::get<SharedRadiation>(problem);
     const Eigen::Index channels = given->problem.channel_count();
-    const Eigen::VectorXcd near = start.is_none()
-                                      ? drive(*radiation(given, Eigen::MatrixXcd(channels, 0), {}, {.free_level = MethodSpec{}.free_level}, threads))
-                                      : one_drive(start, "optimality_bound: start", channels);
+    const Eigen::VectorXcd near = start.is_none() ? drive(*radiation(given, Eigen::MatrixXcd(channels, 0), {},
+                                                                     {.free_level = MethodSpec{}.free_level}, threads))
+                                                  : one_drive(start, "optimality_bound: start", channels);
     found = computed(thread_count(threads), [=](Progress&) { return prove_radiation_bound(given->problem, near); });
   }
   nb::dict values;
@@ -199,7 +199,8 @@ void add_main_methods(nb::module_& module) {
              nb::arg("iterations") = kUsualIterations, nb::arg("start") = nb::none(),
              nb::arg("free_amplitudes") = MethodSettings{}.free_amplitudes,
              nb::arg("free_level") = MethodSettings{}.free_level, nb::arg("tolerances") = nb::none(),
-             nb::arg("outside_weight") = SolveSpec{}.outside_weight, nb::arg("threads") = nb::none(), nb::arg("progress") = nb::none(),
+             nb::arg("outside_weight") = SolveSpec{}.outside_weight, nb::arg("threads") = nb::none(),
+             nb::arg("progress") = nb::none(),
              doc_of("surface", R"(
 Parameters
 ----------
@@ -215,8 +216,9 @@ free_amplitudes : bool
 free_level : bool
     Whether their common amplitude is found too.
 tolerances : dict, optional
-    How far the channels of the real array may be from their design, rms over the array: "phase" [rad], "gain" (relative) and
-    "dead" (share of the channels). The expected misfit is then minimised, over phases and a common amplitude.
+    How far the channels of the real array may be from their design, rms over the array: "phase" [rad], "gain"
+    (relative) and "dead" (share of the channels). The expected misfit is then minimised, over phases and a common
+    amplitude.
 outside_weight : float
     Weight of the skin outside the target.
 threads : int, optional
@@ -284,7 +286,8 @@ Examples
 /// Methods for comparison, whose arguments are those of `surface`.
 void add_other_methods(nb::module_& module) {
   const auto add = [&](const char* name, const char* takes, const auto& solve, const auto&... arguments) {
-    const std::string doc = fmt::format(R"({}
+    const std::string doc = fmt::format(
+        R"({}
 
 Parameters
 ----------
@@ -299,9 +302,8 @@ Examples
 --------
 >>> solution = tf.{}(tf.Problem([[1, 1j], [1j, 1]], [1, 1], [1, 1]))
 )",
-                                        phase_method(name).help, takes,
-                                        std::string_view(takes).find("start") != std::string_view::npos ? "; default of `start`: zero" : "",
-                                        name);
+        phase_method(name).help, takes,
+        std::string_view(takes).find("start") != std::string_view::npos ? "; default of `start`: zero" : "", name);
     module.def(name, solve, nb::arg("h"), nb::arg("target") = nb::none(), nb::kw_only(), arguments...,
                nb::arg("threads") = nb::none(), doc.c_str());
   };
@@ -319,7 +321,9 @@ Examples
     add(
         name, "iterations, start, progress, ",
         [name](const ProblemLike& h, const AnyTarget& target, int steps, const StartLike& from, const Callback& report,
-               std::optional<int> threads) { return solved(name, {h, target, 0, threads, from, report}, {steps}); },
+               std::optional<int> threads) {
+          return solved(name, {h, target, 0, threads, from, report}, {steps});
+        },
         iterations, start, progress);
   }
   add(
@@ -338,7 +342,8 @@ Examples
 void add_methods(nb::module_& module) {
   add_main_methods(module);
   add_other_methods(module);
-  module.def("focus", &focus, nb::arg("h"), nb::arg("target"), doc_of("focus", R"(
+  module.def("focus", &focus, nb::arg("h"), nb::arg("target"),
+             doc_of("focus", R"(
 Parameters
 ----------
 h : array_like of complex, shape (M, N) or (K, N)
@@ -356,7 +361,7 @@ Examples
 >>> target = tf.Target.box(ball, [0, 0, -8e-3], [8e-3, 8e-3, 6e-3], 800)
 >>> solution = tf.focus(tf.transfer(ball, array), target)
 )")
-                                                                   .c_str());
+                 .c_str());
   module.def(
       "paper", &solve_by_paper<true>, nb::arg("model"), nb::kw_only(), nb::arg("iterations") = kUsualIterations,
       nb::arg("faces") = "equal", nb::arg("threads") = nb::none(), nb::arg("progress") = nb::none(),
@@ -398,7 +403,8 @@ Parameters
 problem : Problem or RadiationProblem
 threads : int, optional
 start : array_like of complex, shape (N,), or Solution, optional
-    Of a `RadiationProblem`: drives near which the bound is sought, best those of `radiation`. Default: they are computed.
+    Of a `RadiationProblem`: drives near which the bound is sought, best those of `radiation`. Default: they are
+    computed.
 
 Returns
 -------

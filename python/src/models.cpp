@@ -23,8 +23,6 @@ namespace touchfield::python {
 
 namespace {
 
-using MeshLike = Said<"Mesh">;
-
 SharedModel model_of(const SceneInput& scene, const std::vector<std::string>& overrides) {
   return computed(0, [scene, overrides](Progress& progress) {
     Model model = build_model(scene.read(overrides));
@@ -51,12 +49,6 @@ std::optional<SharedTarget> target_of(const SharedModel& model) {
   return SharedTarget{shared(std::move(target)), skin_of(model)};
 }
 
-Vector3 three_numbers(nb::handle value, const std::string& what) {
-  const Eigen::VectorXd numbers = real_list(value, what);
-  require_count(what, numbers.size(), 3, "per axis");
-  return numbers;
-}
-
 SharedTarget target_of_faces(const SkinMesh& skin, nb::handle faces, nb::handle amplitudes, nb::handle shares) {
   Target target;
   target.faces = index_list(faces, "Target: faces", skin.mesh->face_count());
@@ -74,7 +66,7 @@ SharedTarget target_of_faces(const SkinMesh& skin, nb::handle faces, nb::handle 
   if (std::ranges::adjacent_find(target.faces, std::greater_equal<>()) != target.faces.end()) {
     throw InputError("Target: faces must ascend, each of them once");
   }
-  if (target.faces.empty() || (target.amplitudes.array() < 0).any() || target.amplitudes.maxCoeff() == 0) {
+  if (target.faces.empty() || !(target.amplitudes.array() >= 0).all() || target.amplitudes.maxCoeff() == 0) {
     throw InputError("Target: amplitudes must be >= 0, and one of them > 0");
   }
   return {shared(std::move(target)), skin};
@@ -100,12 +92,11 @@ void require_above_zero(const char* what, double value, const char* unit) {
 
 SharedTarget target_of_box(const SkinMesh& skin, nb::handle centre, nb::handle size, nb::handle angles,
                            const std::string& profile, double pressure) {
-  const TargetBox box{three_numbers(centre, "Target.box: at"), three_numbers(size, "Target.box: size"),
-                      extrinsic_rotation(three_numbers(angles, "Target.box: rotate"))};
-  if (!(box.size.minCoeff() > 0)) {
-    throw InputError(
-        fmt::format("Target.box: size = ({:g}, {:g}, {:g}) m must be > 0", box.size.x(), box.size.y(), box.size.z()));
-  }
+  TargetBox box{three_numbers(centre, "Target.box: at"), three_numbers(size, "Target.box: size"),
+                extrinsic_rotation(three_numbers(angles, "Target.box: rotate"))};
+  box.key = "Target.box";
+  require(box.size.minCoeff() > 0, "Target.box: size = ({:g}, {:g}, {:g}) m must be > 0", box.size.x(), box.size.y(),
+          box.size.z());
   require_above_zero("Target.box: pressure", pressure, "Pa");
   if (profile != "uniform" && profile != "penetration") {
     throw InputError(fmt::format("Target.box: profile = '{}' must be uniform or penetration", profile));
@@ -300,7 +291,7 @@ Model with_own(const Model& model, const OwnMethods& own) {
 namespace {
 
 void add_target(nb::module_& module) {
-  nb::class_<SharedTarget>(module, "Target",
+  nb::class_<SharedTarget>(module, "Target", nb::type_slots(kOpenInit),
                            R"(Faces of a mesh, the share of each that is meant, and the wanted pressure there.
 
 Parameters
@@ -327,20 +318,14 @@ Examples
 )")
       .def(
           "__init__",
-          [](SharedTarget* self, const MeshLike& mesh, const ArrayLike& faces, const ArrayLike& amplitudes,
-             const Said<"numpy.typing.ArrayLike | None">& shares) {
-            if (!nb::isinstance<SkinMesh>(mesh)) {
-              const auto kind = nb::cast<std::string>(mesh.type().attr("__name__"));
-              throw nb::type_error(fmt::format("mesh must be a touchfield.Mesh, not {}", kind).c_str());
-            }
-            new (self) SharedTarget(target_of_faces(nb::cast<const SkinMesh&>(mesh), faces, amplitudes, shares));
-          },
+          [](SharedTarget* self, const SkinMesh& mesh, const ArrayLike& faces, const ArrayLike& amplitudes,
+             const ArrayLike& shares) { new (self) SharedTarget(target_of_faces(mesh, faces, amplitudes, shares)); },
           nb::arg("mesh"), nb::arg("faces"), nb::arg("amplitudes"), nb::arg("shares") = nb::none())
-      .def_static("_box", &target_of_box, nb::arg("mesh"), nb::arg("centre"), nb::arg("size"), nb::arg("angles"),
+      .def_static("_box", &target_of_box, nb::arg("mesh"), nb::arg("at"), nb::arg("size"), nb::arg("rotate"),
                   nb::arg("profile"), nb::arg("pressure"))
-      .def_static("_discs", &target_of_discs, nb::arg("mesh"), nb::arg("centres"), nb::arg("diameter"),
-                  nb::arg("pressures"))
-      .def_static("_strip", &target_of_strip, nb::arg("mesh"), nb::arg("points"), nb::arg("width"), nb::arg("pressure"))
+      .def_static("_points", &target_of_discs, nb::arg("mesh"), nb::arg("points"), nb::arg("diameter"),
+                  nb::arg("pressure"))
+      .def_static("_line", &target_of_strip, nb::arg("mesh"), nb::arg("points"), nb::arg("width"), nb::arg("pressure"))
       .def_static("_mask", &target_of_mask, nb::arg("mesh"), nb::arg("levels"), nb::arg("pressure"))
       .def_rw("_keys", &SharedTarget::keys)
       .def_ro("mesh", &SharedTarget::skin, "The skin.")
@@ -372,7 +357,7 @@ Examples
 
 void add_models(nb::module_& module) {
   add_target(module);
-  nb::class_<SharedModel>(module, "Model", nb::dynamic_attr(),
+  nb::class_<SharedModel>(module, "Model", nb::dynamic_attr(), nb::type_slots(kOpenInit),
                           R"(The mesh, array and target of a scene, with which a run computes, in the world's frame.
 
 Parameters

@@ -1,5 +1,7 @@
 #include <exception>
 #include <stdexcept>
+#include <string>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -40,9 +42,23 @@ PyObject* made(nb::module_& module, const char* name, const char* doc, PyObject*
   return type;
 }
 
+/// Options of the program are arguments here: max_level of --max-level.
+std::string with_arguments(std::string text) {
+  for (std::size_t at = text.find("--"); at != std::string::npos; at = text.find("--", at + 1)) {
+    const auto letter = [&](std::size_t i) { return i < text.size() && text[i] >= 'a' && text[i] <= 'z'; };
+    if ((at == 0 || std::string_view(" \n").find(text[at - 1]) != std::string_view::npos) && letter(at + 2)) {
+      text.erase(at, 2);
+      for (std::size_t i = at; letter(i) || (i < text.size() && text[i] == '-' && letter(i + 1)); ++i) {
+        text[i] = text[i] == '-' ? '_' : text[i];
+      }
+    }
+  }
+  return text;
+}
+
 /// Paths in the text may be of other bytes than UTF-8's.
 void set(PyObject* type, const std::exception& caught) {
-  const nb::object text = nb::steal(PyUnicode_DecodeFSDefault(caught.what()));
+  const nb::object text = nb::steal(PyUnicode_DecodeFSDefault(with_arguments(caught.what()).c_str()));
   if (text.is_valid()) {
     PyErr_SetObject(type, text.ptr());
   }

@@ -8,7 +8,6 @@
 #include "python/src/job.h"
 #include "python/src/method_solver.h"
 #include "sim/core/errors.h"
-#include "sim/core/renamed.h"
 #include "sim/core/require.h"
 #include "sim/field/skin_problems.h"
 #include "sim/run/solve_model.h"
@@ -73,13 +72,6 @@ ComplexArray gradient(const SharedProblem& problem, const DrivesLike& drives, st
   return owned(computed(thread_count(threads), [=](Progress&) { return skin_gradient(*problem, q); }));
 }
 
-[[noreturn]] void refuse_argument(const char* who, const std::string& name) {
-  const std::string now = new_name(NameOf::kArgument, name);
-  const std::string text = now.empty() ? fmt::format("{}() got an unexpected keyword argument '{}'", who, name)
-                                       : fmt::format("{}: the argument {} is called {}", who, name, now);
-  throw nb::type_error(text.c_str());
-}
-
 /// The parts of a solution, of which it can be made again.
 PhaseSolution solution_of_state(const nb::tuple& state) {
   PhaseSolution solution;
@@ -94,7 +86,7 @@ PhaseSolution solution_of_state(const nb::tuple& state) {
 
 void add_problem(nb::module_& module) {
   nb::class_<SharedProblem>(
-      module, "Problem",
+      module, "Problem", nb::type_slots(kOpenInit),
       R"(The misfit on the skin that `surface` minimises: sum_j w_j (abs(h_j q) - p'_j)^2 + abs(R q)^2.
 
 Parameters
@@ -124,17 +116,11 @@ Examples
       .def(
           "__init__",
           [](SharedProblem* self, const ArrayLike& target, const ArrayLike& amplitudes, const ArrayLike& weights,
-             const ArrayLike& outside, const ArrayLike& shares, const nb::kwargs& others) {
-            for (const auto& [name, value] : others) {
-              refuse_argument("Problem", nb::cast<std::string>(name));
-            }
+             const ArrayLike& outside, const ArrayLike& shares) {
             new (self) SharedProblem(problem_of(target, amplitudes, weights, outside, shares));
           },
           nb::arg("target"), nb::arg("amplitudes"), nb::arg("weights"), nb::arg("outside") = nb::none(),
-          nb::arg("shares") = nb::none(), nb::arg("others"),
-          nb::sig("def __init__(self, target: numpy.typing.ArrayLike, amplitudes: numpy.typing.ArrayLike, weights: "
-                  "numpy.typing.ArrayLike, outside: numpy.typing.ArrayLike | None = None, shares: "
-                  "numpy.typing.ArrayLike | None = None) -> None"))
+          nb::arg("shares") = nb::none())
       .def_static(
           "of",
           [](const ArrayLike& h, const SharedTarget& target, double outside_weight, std::optional<int> threads) {

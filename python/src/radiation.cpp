@@ -284,7 +284,7 @@ SharedRadiation radiation_problem(std::string_view who, nb::handle h, const Shar
 }
 
 void add_radiation(nb::module_& module) {
-  nb::class_<SharedRadiation> kind(module, "RadiationProblem",
+  nb::class_<SharedRadiation> kind(module, "RadiationProblem", nb::type_slots(kOpenInit),
                                    R"(The misfit of the radiation pressure, which `radiation` minimises:
 
     sum_j w_j (P_j - P'_j)^2 + sum_i e_i abs(p_i)^2 + constant,   p = H q,
@@ -326,10 +326,7 @@ Examples
             new (self) SharedRadiation(shared(SkinRadiation{std::move(problem), {}}));
           },
           nb::arg("h"), nb::arg("slopes"), nb::arg("wanted"), nb::arg("weights"), nb::arg("energies") = nb::none(),
-          nb::arg("wave") = nb::none(),
-          nb::sig("def __init__(self, h: numpy.typing.ArrayLike, slopes: scipy.sparse.sparray | tuple, wanted: "
-                  "numpy.typing.ArrayLike, weights: numpy.typing.ArrayLike, energies: numpy.typing.ArrayLike | None = "
-                  "None, wave: Wave | None = None) -> None"))
+          nb::arg("wave") = nb::none())
       .def_static(
           "of",
           [](const ArrayLike& h, const SharedTarget& target, double outside_weight, const std::optional<Wave>& wave,

@@ -13,6 +13,7 @@
 #include "sim/cameras/see_scene.h"
 #include "sim/core/errors.h"
 #include "sim/core/json.h"
+#include "sim/core/require.h"
 #include "sim/jobs/check_scene.h"
 #include "sim/jobs/scene_changes.h"
 #include "sim/run/run_compare.h"
@@ -132,6 +133,9 @@ Rows study(const SceneLike& scene, const Changes& set, const std::vector<double>
     scheme_names[to_string(scheme)] = scheme;
   }
   StudyOptions options;
+  for (const double edge : edges) {
+    require(edge > 0 && std::isfinite(edge), "study: edges: {:g} m must be > 0", edge);
+  }
   options.edges = edges;
   options.schemes = chosen(schemes, scheme_names, "schemes");
   options.solvers = chosen<SolverKind>(solvers,

@@ -47,7 +47,9 @@ SharedRun solved(const Model& model, Progress& progress) {
       model, options, [](const Run&) {}, progress));
 }
 
-SharedRun run(const SceneLike& scene, const Changes& set, const std::optional<std::string>& device,
+using RunnableLike = Said<"str | os.PathLike | dict | Model">;
+
+SharedRun run(const RunnableLike& scene, const Changes& set, const std::optional<std::string>& device,
               std::optional<int> threads, const Changes& own) {
   OwnMethods methods;
   if (!own.is_none()) {

@@ -209,7 +209,7 @@ ComplexArray field(const SkinMesh& skin, const SharedArray& array, const ArrayLi
 }
 
 void add_operator(nb::module_& module) {
-  nb::class_<SharedOperator>(module, "Scattering",
+  nb::class_<SharedOperator>(module, "Scattering", nb::type_slots(kOpenInit),
 
                              R"(H of `transfer` without its numbers: products by it and its adjoint.
 

@@ -87,9 +87,7 @@ std::map<std::string, Vector3> landmarks_of(nb::handle landmarks) {
   if (!landmarks.is_none()) {
     for (const auto& [name, point] : dict_of(landmarks, "landmarks")) {
       const std::string text = text_of(name, "landmarks: a name");
-      const Eigen::VectorXd values = real_list(point, fmt::format("Mesh: landmarks['{}']", text));
-      require_count(fmt::format("Mesh: landmarks['{}']", text), values.size(), 3, "per axis");
-      points[text] = values;
+      points[text] = three_numbers(point, fmt::format("Mesh: landmarks['{}']", text));
     }
   }
   return points;
@@ -105,7 +103,7 @@ void add_mesh_class(nb::module_& module) {
       return view(std::invoke(get, *nb::cast<const SkinMesh&>(self).mesh), self);
     };
   };
-  nb::class_<SkinMesh>(module, "Mesh",
+  nb::class_<SkinMesh>(module, "Mesh", nb::type_slots(kOpenInit),
                        R"(A triangulated surface with outward normals. It never changes: its methods return new meshes.
 
 Parameters
@@ -220,11 +218,13 @@ Examples
 >>> ball = tf.read_mesh("ball.stl", unit=1e-3)
 )");
   module.def(
+      "_three",
+      [](nb::handle values, const std::string& what) { return owned(Eigen::VectorXd(three_numbers(values, what))); },
+      nb::arg("values").none(), nb::arg("what"), "Three numbers of the argument `what`.");
+  module.def(
       "_rotation",
       [](const ArrayLike& angles) {
-        const Eigen::VectorXd values = real_list(angles, "rotation: angles");
-        require_count("rotation: angles", values.size(), 3, "per axis");
-        return owned(Eigen::MatrixXd(extrinsic_rotation(values)));
+        return owned(Eigen::MatrixXd(extrinsic_rotation(three_numbers(angles, "rotation"))));
       },
       nb::arg("angles"), "The matrix of a rotation about the fixed x, then y, then z axis [rad].");
   module.def(

@@ -1,4 +1,5 @@
 
+#include <cmath>
 #include <nanobind/stl/tuple.h>
 
 #include <fmt/format.h>
@@ -10,6 +11,7 @@
 #include "sim/acoustics/array_geometry.h"
 #include "sim/acoustics/incident_field.h"
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/run/run_data.h"
 #include "sim/scene/scene_reader.h"
@@ -42,6 +44,10 @@ Directivity::Kind directivity_of(const std::string& name) {
 
 SharedArray array_of(nb::handle positions, nb::handle axes, const std::string& directivity, double level,
                      double source_strength, double piston_radius, const Wave& wave) {
+  require(level > 0 && level <= 1, "Array: level = {:g} must be > 0 and <= 1", level);
+  require(source_strength > 0 && std::isfinite(source_strength), "Array: source_strength = {:g} must be > 0",
+          source_strength);
+  require(piston_radius > 0 && piston_radius <= 1, "Array: piston_radius = {:g} m must be > 0 and <= 1", piston_radius);
   ArraySpec spec;
   PositionsArray layout{point_rows(positions, "Array: positions"), {}};
   layout.axes =
@@ -138,7 +144,7 @@ SharedSolution free_focus(const SharedArray& array, const ArrayLike& point, cons
 }
 
 void add_wave(nb::module_& module) {
-  nb::class_<Wave>(module, "Wave", R"(Sound of one frequency in air.
+  nb::class_<Wave>(module, "Wave", nb::type_slots(kOpenInit), R"(Sound of one frequency in air.
 
 Parameters
 ----------
@@ -196,7 +202,7 @@ Wave wave_or_default(const std::optional<Wave>& wave) {
 
 void add_arrays(nb::module_& module) {
   add_wave(module);
-  nb::class_<SharedArray>(module, "Array", R"(Transducers. An array never changes.
+  nb::class_<SharedArray>(module, "Array", nb::type_slots(kOpenInit), R"(Transducers. An array never changes.
 
 Parameters
 ----------

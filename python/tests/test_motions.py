@@ -131,7 +131,7 @@ def test_what_cannot_be_sent(run):
         tf.send(run.array)
     with pytest.raises(tf.InputError, match="amplitude"):
         tf.send(run.array, np.full(len(run.array), 1.5j))
-    with pytest.raises(tf.InputError, match="send: phases of a frame has 3 values and must have 64"):
+    with pytest.raises(tf.InputError, match="send: drives of a frame has 3 values and must have 64"):
         tf.send(run.array, np.zeros((2, 3)))
 
 

@@ -81,7 +81,7 @@ def test_optimality_bound(model, run):
     proof = tf.optimality_bound(problem, threads=2)
     assert proof["bound"] == pytest.approx(run.metrics["surface"]["cost_bound"], rel=1e-9)
     assert 0 < proof["bound"] <= problem.cost(tf.surface(problem, free_level=False).drives)
-    with pytest.raises(TypeError, match="problem must be a touchfield.Problem or touchfield.RadiationProblem, not ndarray"):
+    with pytest.raises(TypeError, match="problem must be a touchfield.Problem or a touchfield.RadiationProblem, not ndarray"):
         tf.optimality_bound(problem.target)
 
 

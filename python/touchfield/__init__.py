@@ -36,7 +36,7 @@ _open = "OMP_WAIT_POLICY" not in _os.environ and "GOMP_SPINCOUNT" not in _os.env
 if _open:
     _os.environ["GOMP_SPINCOUNT"] = "4000"
 try:
-    from . import _core
+    from . import _core, _exports  # which makes functions of Python's of those of the extension
 finally:
     if _open:
         del _os.environ["GOMP_SPINCOUNT"]
@@ -48,7 +48,6 @@ from ._core import (DeviceError, Error, InputError, IoError, NotBuiltError, Nume
                     read_run, scatter, scene, scenes, see, skin_waves, sphere, study, surface, surface_slopes, transfer,
                     unscattered, wgs)
 from ._emission import send
-from ._exports import public as _public
 from ._models import Felt, Model, Motion, Pattern, Run, circle, line, run
 from ._scans import Calibration, Scan, compare_scan, fit_calibration, fit_scan, read_scan
 from ._sweeps import Sweep, list_sweep, read_sweep, sweep
@@ -57,7 +56,7 @@ from ._targets import Target
 __version__ = _core.__version__
 __all__ = [name for name in dir() if not name.startswith("_")]
 for _name in __all__:
-    globals()[_name] = _public(globals()[_name])
+    globals()[_name].__module__ = "touchfield"
 
 
 def __getattr__(name):

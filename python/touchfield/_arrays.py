@@ -8,18 +8,20 @@ import numpy as np
 from . import _core
 from ._bodies import bare_scene
 from ._exports import extends
-from ._plain import millimetres, own_arguments, require
+from ._plain import angles, listed, millimetres, number, own_arguments, place, require
 
 
 @extends
 class Array(_core.Array):
     @classmethod
     def _laid_out(cls, name, layout, at, rotate, directivity, level, source_strength, piston_radius, wave):
-        keys = {**layout, "at_mm": millimetres(at, "at"), "rotate_deg": [float(angle) for angle in rotate], "directivity": directivity,
-                "level": level, "source_pa_m": source_strength, "piston_radius_mm": millimetres(piston_radius, "piston_radius")}
+        who = f"Array.{name}: "
+        keys = {**layout, "at_mm": place(at, who + "at"), "rotate_deg": angles(rotate, who + "rotate"), "directivity": directivity,
+                "level": number(level, who + "level"), "source_pa_m": number(source_strength, who + "source_strength"),
+                "piston_radius_mm": millimetres(piston_radius, who + "piston_radius")}
         air = {}
         if wave is not None:
-            require(wave, _core.Wave, "wave")
+            require(wave, _core.Wave, who + "wave")
             air = {"frequency_khz": wave.frequency / 1e3, "medium": {"sound_speed_m_s": wave.sound_speed, "density_kg_m3": wave.density}}
         with own_arguments(f"Array.{name}"):
             array = cls.of_scene((bare_scene(array=keys, **air), ""))
@@ -49,7 +51,7 @@ class Array(_core.Array):
         >>> len(tf.Array.grid(16, 16, 10e-3))
         256
         """
-        layout = {"grid": {"count": [nx, ny], "pitch_mm": millimetres(pitch, "pitch")}}
+        layout = {"grid": {"count": [nx, ny], "pitch_mm": millimetres(pitch, "Array.grid: pitch")}}
         return cls._laid_out("grid", layout, at, rotate, directivity, level, source_strength, piston_radius, wave)
 
     @classmethod
@@ -73,11 +75,15 @@ class Array(_core.Array):
         >>> len(tf.Array.autd3(2, 1))
         498
         """
-        layout = {"pitch_mm": millimetres(pitch, "pitch")}
+        layout = {"pitch_mm": millimetres(pitch, "Array.autd3: pitch")}
         if units is None:
             layout["layout"] = [nx, ny]
         else:
-            layout["units"] = [{"at_mm": millimetres(place), "rotate_deg": [float(angle) for angle in angles]} for place, angles in units]
+            units = listed(units, "Array.autd3: units")
+            if not all(hasattr(unit, "__len__") and len(unit) == 2 for unit in units):
+                raise TypeError("Array.autd3: units must be a list of pairs: a position and three angles")
+            layout["units"] = [{"at_mm": place(unit[0], f"Array.autd3: units[{n}][0]"),
+                                "rotate_deg": angles(unit[1], f"Array.autd3: units[{n}][1]")} for n, unit in enumerate(units)]
         return cls._laid_out("autd3", {"autd3": layout}, at, rotate, directivity, level, source_strength, piston_radius, wave)
 
     @classmethod
@@ -128,7 +134,7 @@ class Array(_core.Array):
         if "at_mm" in given:
             return given
         plane, positions, axes, strengths, directivity, ka, _, _, gain, phase, _ = self.__getstate__()
-        layout = {"positions": {"points_mm": millimetres(positions), "axes": axes.tolist()}}
+        layout = {"positions": {"points_mm": millimetres(positions, "positions"), "axes": axes.tolist()}}
         if given:
             return layout | given
         if plane:

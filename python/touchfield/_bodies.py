@@ -6,17 +6,19 @@ import numpy as np
 
 from . import _core
 from ._exports import extends
-from ._plain import millimetres, own_arguments, plain
+from ._plain import angles, millimetres, number, own_arguments, plain, place
 
 
-def _matrix(rotation):
+def _matrix(rotation, argument):
     """Of a matrix, of SciPy's Rotation, or of three angles in degrees about the fixed x, then y, then z axis."""
     if hasattr(rotation, "as_matrix"):
         rotation = rotation.as_matrix()
-    rotation = np.asarray(rotation, float)
-    matrix = _core._rotation(np.deg2rad(rotation)) if rotation.shape == (3,) else rotation
-    if matrix.shape != (3, 3) or not np.allclose(matrix @ matrix.T, np.eye(3), atol=1e-6) or np.linalg.det(matrix) < 0:
-        raise _core.InputError("rotation must be a rotation matrix (3, 3), three angles in degrees, or an object with as_matrix()")
+    matrix = np.asarray(rotation)
+    if matrix.ndim < 2:
+        matrix = _core._rotation(np.deg2rad(_core._three(rotation, argument)))
+    real = matrix.shape == (3, 3) and matrix.dtype.kind in "fiu"
+    if not real or not np.allclose(matrix @ matrix.T, np.eye(3), atol=1e-6) or np.linalg.det(matrix) < 0:
+        raise _core.InputError(f"{argument} must be a rotation matrix (3, 3), three angles in degrees, or an object with as_matrix()")
     return matrix
 
 
@@ -76,7 +78,8 @@ class Mesh(_core.Mesh):
         >>> round(float(tf.sphere(5e-3, 2e-3).translate([0, 0, 0.2]).centroids[:, 2].mean()), 3)
         0.2
         """
-        return self._moved(lambda points: points + np.asarray(shift, float))
+        shift = _core._three(shift, "Mesh.translate: shift")
+        return self._moved(lambda points: points + shift)
 
     def rotate(self, rotation, about=(0, 0, 0)):
         """The mesh and its landmarks, rotated.
@@ -92,7 +95,7 @@ class Mesh(_core.Mesh):
         --------
         >>> turned = tf.hand(edge=8e-3).rotate([0, 180, 0], about="palm_centre")
         """
-        matrix, centre = _matrix(rotation), self._point(about)
+        matrix, centre = _matrix(rotation, "Mesh.rotate: rotation"), self._point(about, "Mesh.rotate: about")
         return self._moved(lambda points: (points - centre) @ matrix.T + centre)
 
     def scale(self, factor, about=(0, 0, 0)):
@@ -110,9 +113,9 @@ class Mesh(_core.Mesh):
         >>> bool(abs(tf.sphere(5e-3, 2e-3).scale(2).volume / tf.sphere(5e-3, 2e-3).volume - 8) < 1e-9)
         True
         """
+        factor, centre = number(factor, "Mesh.scale: factor"), self._point(about, "Mesh.scale: about")
         if not factor > 0:
-            raise _core.InputError(f"scale: factor = {factor} must be > 0")
-        centre = self._point(about)
+            raise _core.InputError(f"Mesh.scale: factor = {factor:g} must be > 0")
         return self._moved(lambda points: (points - centre) * factor + centre)
 
     def place(self, at, landmark="", rotate=(0, 0, 0)):
@@ -132,14 +135,15 @@ class Mesh(_core.Mesh):
         >>> tf.hand(edge=8e-3).place([0, 0, 0.2], "index_pad").landmarks["index_pad"].tolist()
         [0.0, 0.0, 0.2]
         """
-        matrix, point, goal = _matrix(rotate), self._point(landmark or (0, 0, 0)), np.asarray(at, float)
+        matrix, goal = _matrix(rotate, "Mesh.place: rotate"), _core._three(at, "Mesh.place: at")
+        point = self._point(landmark or (0, 0, 0), "Mesh.place: landmark")
         return self._moved(lambda points: (points - point) @ matrix.T + goal)
 
-    def _point(self, point):
+    def _point(self, point, argument):
         if not isinstance(point, str):
-            return np.asarray(point, float)
+            return _core._three(point, argument)
         if point not in self.landmarks:
-            raise _core.InputError(f"landmark '{point}' is missing, the mesh has {', '.join(self.landmarks) or 'none'}")
+            raise _core.InputError(f"{argument}: landmark '{point}' is missing, the mesh has {', '.join(self.landmarks) or 'none'}")
         return self.landmarks[point]
 
     def to_trimesh(self):
@@ -266,17 +270,22 @@ def hand(pose="index_up", *, edge=3e-3, breadth=88.3e-3, length=193.3e-3, side="
     if side not in ("right", "left"):
         raise _core.InputError(f"hand: side = '{side}' must be right or left")
     if isinstance(edge, dict):
-        lengths = {"far": "far", "within": "within_mm"}
-        edges = {lengths[key]: millimetres(edge[key]) for key in edge if key in lengths}
-        edges |= {key: edge[key] for key in edge if key not in lengths}
-        if isinstance(edge.get("near"), dict):
-            edges["near"] = {name: millimetres(near, f"edge['near']['{name}']") for name, near in edge["near"].items()}
+        edges = {}
+        for key, value in edge.items():
+            if key == "near" and isinstance(value, dict):
+                edges[key] = {name: millimetres(near, f"hand: edge['near']['{name}']") for name, near in value.items()}
+            elif key == "growth":
+                edges[key] = number(value, "hand: edge['growth']")
+            elif key in ("far", "within"):
+                edges[{"far": "far", "within": "within_mm"}[key]] = millimetres(number(value, f"hand: edge['{key}']"), key)
+            else:
+                raise _core.InputError(f"hand: edge['{key}']: must be far, near (a dict), within or growth")
     else:
-        edges = millimetres(edge, "edge")
-    shape = {"pose": pose, "breadth_mm": millimetres(breadth, "breadth"), "length_mm": millimetres(length, "length"), "side": side,
-             "forearm_mm": millimetres(forearm, "forearm")}
-    place = {"landmark": landmark, "at_mm": millimetres(at, "at"), "rotate_deg": [float(angle) for angle in rotate]}
-    body = {"hand": shape | ({"joints": joints} if joints else {}), "edge_mm": edges, "place": place}
+        edges = millimetres(number(edge, "hand: edge"), "edge")
+    shape = {"pose": pose, "side": side, "breadth_mm": millimetres(breadth, "hand: breadth"),
+             "length_mm": millimetres(length, "hand: length"), "forearm_mm": millimetres(forearm, "hand: forearm")}
+    placed = {"landmark": landmark, "at_mm": place(at, "hand: at"), "rotate_deg": angles(rotate, "hand: rotate")}
+    body = {"hand": shape | ({"joints": joints} if joints else {}), "edge_mm": edges, "place": placed}
     with own_arguments("hand"):
         return Mesh._of_scene((bare_scene(body=body), ""))
 

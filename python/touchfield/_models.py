@@ -6,7 +6,7 @@ import numpy as np
 
 from . import _core, _display
 from ._exports import extends
-from ._plain import file_content, millimetres, number, own_arguments, plain, read_content
+from ._plain import file_content, listed, millimetres, number, own_arguments, place, plain, read_content
 from ._progress import reporting
 
 
@@ -41,10 +41,16 @@ def felt(self, *, layers=None, bone=None, shear=None, tan_delta=None, modulation
     (49, 49)
     """
     keys = {name: value for name, value in locals().items() if name != "self" and value is not None}
-    for name in {"bone", "at", "points"} & keys.keys():
-        keys[name + "_mm"] = millimetres(keys.pop(name), name)
+    for name in keys.keys() - {"layers", "at", "points", "reference"}:
+        keys[name] = number(keys[name], f"felt: {name}")
+    if "at" in keys:
+        keys["at_mm"] = place(keys.pop("at"), "felt: at")
+    if "points" in keys:
+        keys["points_mm"] = [place(point, f"felt: points[{n}]") for n, point in enumerate(listed(keys.pop("points"), "felt: points"))]
+    if "bone" in keys:
+        keys["bone_mm"] = millimetres(keys.pop("bone"), "bone")
     if "shear" in keys:
-        keys["shear_kpa"] = number(keys.pop("shear"), "shear") / 1e3
+        keys["shear_kpa"] = keys.pop("shear") / 1e3
     return _felt_of(self, [f"felt.{key}={json.dumps(value, default=plain)}" for key, value in keys.items()])
 
 
@@ -271,7 +277,13 @@ class Pattern(_core.Pattern):
 
 
 def _place(at, argument):
-    return at if isinstance(at, str) else millimetres(at, argument)
+    return at if isinstance(at, str) else place(at, argument)
+
+
+def _above_zero(value, argument, most):
+    if not 0 < number(value, argument) <= most:
+        raise _core.InputError(f"{argument} = {value:g} must be > 0 and <= {most:g}")
+    return value
 
 
 def circle(at, radius, hz):
@@ -289,7 +301,8 @@ def circle(at, radius, hz):
     >>> tf.circle("index_pad", 3e-3, 100)
     {'circle': {'at': 'index_pad', 'radius_mm': 3.0, 'hz': 100}}
     """
-    return {"circle": {"at": _place(at, "at"), "radius_mm": millimetres(radius, "radius"), "hz": hz}}
+    radius = millimetres(_above_zero(radius, "circle: radius", 0.2), "radius")
+    return {"circle": {"at": _place(at, "circle: at"), "radius_mm": radius, "hz": _above_zero(hz, "circle: hz", 1e5)}}
 
 
 def line(from_, to, hz):
@@ -307,7 +320,8 @@ def line(from_, to, hz):
     >>> tf.line([-4e-3, 0, 0.2], [4e-3, 0, 0.2], 50)
     {'line': {'from': [-4.0, 0.0, 200.0], 'to': [4.0, 0.0, 200.0], 'hz': 50}}
     """
-    return {"line": {"from": _place(from_, "from_"), "to": _place(to, "to"), "hz": hz}}
+    ends = {"from": _place(from_, "line: from_"), "to": _place(to, "line: to")}
+    return {"line": ends | {"hz": _above_zero(hz, "line: hz", 1e5)}}
 
 
 def run(scene, set=None, device=None, threads=None, own=None, progress=None):

@@ -3,7 +3,6 @@
 import contextlib
 import math
 import os
-import re
 import sys
 import tempfile
 import warnings
@@ -18,7 +17,7 @@ def plain(value):
         return value.tolist()
     if isinstance(value, os.PathLike):
         return os.fspath(value)
-    raise TypeError(f"set values must be numbers, strings, lists or dicts, not a {type(value).__name__}")
+    raise TypeError(f"values of a scene must be numbers, strings, lists or dicts, not {type(value).__name__}")
 
 
 def warn(text, category):
@@ -32,23 +31,42 @@ def warn(text, category):
 def number(value, argument):
     """A number for an argument of this name."""
     try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"{argument} must be a number, not {type(value).__name__}") from None
+        if not isinstance(value, (str, bytes)):
+            return value if isinstance(value, int) else float(value)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise TypeError(f"{argument} must be a number, not {type(value).__name__}")
 
 
-def millimetres(values, argument="lengths"):
-    """Lengths in m as scenes have them, without an error of rounding: 10.16e-3 is 10.16."""
+def millimetres(values, argument):
+    """A length or three in m as scenes have them, without an error of rounding: 10.16e-3 is 10.16."""
     if hasattr(values, "__len__") and not isinstance(values, str) and getattr(values, "shape", None) != ():
         return [millimetres(value, argument) for value in values]
-    length = number(values, argument)
+    length = float(number(values, argument))
     return float(Decimal(repr(length)) * 1000) if math.isfinite(length) else length
 
 
-_NUMBER = re.compile(r"-?\b\d+(?:\.\d+)?(?:e-?\d+)?\b")
-_UNITS = {"_mm": (1e-3, "m"), "_kpa": (1e3, "Pa")}
-_FELT = re.compile(r"\bfelt\.(\w+?)(?:_mm)?\b")
-_ARGUMENTS = {"source_pa_m": "source_strength", "count[0]": "nx", "count[1]": "ny", "layout[0]": "nx", "layout[1]": "ny", "file": "path"}
+def listed(values, argument):
+    """A list for an argument of this name."""
+    if isinstance(values, (str, dict)) or not hasattr(values, "__iter__"):
+        raise TypeError(f"{argument} must be a list, not {type(values).__name__}")
+    return list(values)
+
+
+def place(values, argument):
+    """A point in m as scenes have it."""
+    return millimetres(_core._three(values, argument).tolist(), argument)
+
+
+def angles(values, argument):
+    """Three angles in degrees."""
+    return _core._three(values, argument).tolist()
+
+
+# Parts of a scene that no argument names, and keys that arguments call otherwise.
+_PARTS = {"felt", "array", "body", "hand", "place", "grid", "autd3", "positions", "medium"}
+_ARGUMENTS = {"source_pa_m": "source_strength", "count[0]": "nx", "count[1]": "ny", "layout[0]": "nx", "layout[1]": "ny", "file": "path",
+              "rotate_deg": "rotate"}
 
 
 @contextlib.contextmanager
@@ -61,18 +79,32 @@ def own_arguments(function):
 
 
 def _of_argument(line):
-    line = re.sub(r"^felt: |^set felt\..*: (?=felt\.)", "", line.replace("_mm in mm", " in m"))
-    path, rest = re.fullmatch(r"((?:\w+(?:\[\d+\])*\.)*\w+(?:\[\d+\])*)?(.*)", line, re.DOTALL).groups()
-    if not path or "." not in path or not rest.startswith((" = ", ": ")):
-        return _FELT.sub(r"\1", line)
-    keys = [key for key in path.split(".") if key not in ("felt", "array", "body", "hand", "place", "grid", "autd3", "positions", "medium")]
-    name = ".".join(_ARGUMENTS.get(key, re.sub(r"_mm\b|_kpa\b|(?<=^rotate)_deg", "", key)) for key in keys)
-    unit = re.search("_mm|_kpa", path)
-    short = rest.split("; if ")[0]
-    if unit and " mm" not in short and rest.startswith(" = "):
-        factor, si = _UNITS[unit[0]]
-        rest = _NUMBER.sub(lambda found: f"{factor * float(found[0]):.6g}", short) + f", in {si}"
-    return (name or path) + _FELT.sub(r"\1", rest)
+    """A line `path = value must be rule` or `path: rule` with the argument for the path, and numbers in its unit."""
+    if line.startswith("set felt."):
+        line = line.partition(": ")[2]
+    line = line.replace("_mm in mm", " in m")
+    mark = " = " if " = " in line.partition(": ")[0] else ": "
+    path, _, rest = line.partition(mark)
+    if not rest or " " in path:
+        return _words(line)
+    keys = [key for key in path.split(".") if key not in _PARTS]
+    factor, unit = (1e3, "Pa") if "_kpa" in path else (1e-3, "m") if "_mm" in path and keys[-1] != "growth" else (1, "")
+    if unit and mark == " = " and " mm" not in rest:
+        rest = _words(rest.partition("; if ")[0], factor) + f", in {unit}"
+    name = ".".join(_ARGUMENTS.get(key, key.replace("_kpa", "")) for key in keys)
+    return _words(name + mark if name else "") + _words(rest)
+
+
+def _words(text, factor=1):
+    """Without scene keys, and numbers times the factor."""
+    return " ".join(_word(word, factor) for word in text.split(" "))
+
+
+def _word(word, factor):
+    try:
+        return f"{factor * float(word):.6g}" if factor != 1 else word.removeprefix("felt.").replace("_mm", "")
+    except ValueError:
+        return word
 
 
 def file_content(part, name):

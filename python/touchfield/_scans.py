@@ -350,6 +350,7 @@ def fit_calibration(scan):
     >>> bool(abs(calibration.gain - 1).max() < 0.01), calibration.dead
     (True, 0)
     """
+    require(scan, Scan, "scan")
     run, setting = scan.run, scan.setting
     if re.search(r"^\s+(calibration|tolerances|phase_levels):", run.scene, re.MULTILINE):
         raise _core.InputError("fit_calibration: the run must have the array as designed: leave array.calibration, "

@@ -3,6 +3,7 @@
 import concurrent.futures
 import json
 import os
+import re
 import tempfile
 
 import numpy as np
@@ -120,15 +121,20 @@ class _Files:
             with open(plan["base"], "w") as file:
                 file.write(base[0])
         else:
+            if not isinstance(base, (str, os.PathLike)):
+                raise TypeError(f"sweep: base must be a str, an os.PathLike or a dict, not {type(base).__name__}")
             plan["base"] = os.path.abspath(os.fspath(base))
         path = os.path.join(self.folder.name, "sweep.yaml")
         with open(path, "w") as file:
             json.dump(written(plan), file, default=plain)
         return path
 
-    def __exit__(self, *error):
+    def __exit__(self, kind, error, trace):
         if self.folder:
             self.folder.cleanup()
+            if isinstance(error, _core.InputError) and self.folder.name in str(error):  # a place in a file that nobody wrote
+                places = re.escape(self.folder.name) + r"/\w+\.yaml(:\d+:\d+)?"
+                raise _core.InputError(re.sub(places, "sweep", str(error))) from None
 
 
 def _case(file, out, set, device, case, threads):

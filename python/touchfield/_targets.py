@@ -7,7 +7,11 @@ import numpy as np
 from . import _core
 from ._bodies import Mesh
 from ._exports import extends
-from ._plain import millimetres, number, require
+from ._plain import angles, listed, millimetres, number, place, require
+
+
+def _places(mesh, points, argument):
+    return [mesh._point(point, f"{argument}[{n}]") for n, point in enumerate(listed(points, argument))]
 
 
 @extends
@@ -47,11 +51,12 @@ class Target(_core.Target):
         >>> ball = tf.sphere(8e-3, 2e-3)
         >>> target = tf.Target.box(ball, at=[0, 0, -8e-3], size=[6e-3, 6e-3, 4e-3], pressure=800)
         """
-        require(mesh, Mesh, "mesh")
-        centre = mesh._point(at) + np.asarray(offset, float)
+        require(mesh, Mesh, "Target.box: mesh")
+        centre = mesh._point(at, "Target.box: at") + _core._three(offset, "Target.box: offset")
         pressure = number(pressure, "Target.box: pressure")
-        box = {"centre_mm": millimetres(centre), "size_mm": millimetres(size), "rotate_deg": [float(angle) for angle in rotate]}
-        found = cls._box(mesh, centre, size, np.deg2rad(np.asarray(rotate, float)), profile, pressure)
+        box = {"centre_mm": place(centre, "at"), "size_mm": place(size, "Target.box: size"),
+               "rotate_deg": angles(rotate, "Target.box: rotate")}
+        found = cls._box(mesh, centre, size, np.deg2rad(box["rotate_deg"]), profile, pressure)
         return found._of_keys(box=box, profile=profile, pressure_pa=pressure)
 
     @classmethod
@@ -79,13 +84,13 @@ class Target(_core.Target):
         >>> ball = tf.sphere(8e-3, 1e-3)
         >>> target = tf.Target.points(ball, [[0, 0, -8e-3], [8e-3, 0, 0]], diameter=4e-3, pressure=[800, 400])
         """
-        require(mesh, Mesh, "mesh")
+        require(mesh, Mesh, "Target.points: mesh")
         diameter = number(diameter, "Target.points: diameter")
-        centres = [np.asarray(mesh._point(point), float) for point in points]
-        pressures = np.full(len(centres), pressure, float) if np.ndim(pressure) == 0 else np.asarray(pressure, float)
-        found = cls._discs(mesh, np.reshape(centres, (-1, 3)), diameter, pressures)
-        largest = float(pressures.max())
-        parts = [{"centre_mm": millimetres(centre), "diameter_mm": millimetres(diameter), "level": float(each) / largest}
+        centres = _places(mesh, points, "Target.points: points")
+        pressures = np.full(len(centres), number(pressure, "Target.points: pressure")) if np.ndim(pressure) == 0 else pressure
+        found = cls._points(mesh, np.reshape(centres, (-1, 3)), diameter, pressures)
+        largest = float(max(pressures))
+        parts = [{"centre_mm": place(centre, "points"), "diameter_mm": millimetres(diameter, "diameter"), "level": float(each) / largest}
                  for centre, each in zip(centres, pressures)]
         return found._of_keys(points=parts, pressure_pa=largest)
 
@@ -115,11 +120,11 @@ class Target(_core.Target):
         >>> ball = tf.sphere(8e-3, 1e-3)
         >>> target = tf.Target.line(ball, [[-8e-3, 0, 0], [0, 0, -8e-3], [8e-3, 0, 0]], width=3e-3, pressure=800)
         """
-        require(mesh, Mesh, "mesh")
+        require(mesh, Mesh, "Target.line: mesh")
         width, pressure = number(width, "Target.line: width"), number(pressure, "Target.line: pressure")
-        nodes = [np.asarray(mesh._point(point), float) for point in points]
-        found = cls._strip(mesh, np.reshape(nodes, (-1, 3)), width, pressure)
-        part = {"points": [{"centre_mm": millimetres(node)} for node in nodes], "width_mm": millimetres(width)}
+        nodes = _places(mesh, points, "Target.line: points")
+        found = cls._line(mesh, np.reshape(nodes, (-1, 3)), width, pressure)
+        part = {"points": [{"centre_mm": place(node, "points")} for node in nodes], "width_mm": millimetres(width, "width")}
         return found._of_keys(lines=[part], pressure_pa=pressure)
 
     @classmethod
@@ -145,9 +150,10 @@ class Target(_core.Target):
         >>> ball = tf.sphere(8e-3, 1e-3)
         >>> target = tf.Target.mask(ball, ball.normals[:, 2] < -0.9, pressure=800)
         """
-        require(mesh, Mesh, "mesh")
-        levels, pressure = np.asarray(levels, float), number(pressure, "Target.mask: pressure")
-        return cls._mask(mesh, levels, pressure)._of_keys(mask_file=levels.tolist(), pressure_pa=pressure)
+        require(mesh, Mesh, "Target.mask: mesh")
+        levels, pressure = np.asarray(levels), number(pressure, "Target.mask: pressure")
+        levels = levels.astype(float) if levels.dtype == bool else levels
+        return cls._mask(mesh, levels, pressure)._of_keys(mask_file=levels.astype(float).tolist(), pressure_pa=pressure)
 
     def _scene_keys(self):
         if not self._keys:
