@@ -158,7 +158,7 @@ Maps are NaN off the patch. With the skin ``none`` the pressure stands for the d
 
 Examples
 --------
->>> tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]}).felt().table()[0]["p_db"]
+>>> tf.run("capsule", set={"solve.methods": ["focus"]}).felt().table()[0]["p_db"]
 0.0
 )")
       .def("save", &save, nb::arg("path"), nb::arg("force") = false,
@@ -166,7 +166,7 @@ Examples
 
 Examples
 --------
->>> tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]}).felt().save("felt.h5")
+>>> tf.run("capsule", set={"solve.methods": ["focus"]}).felt().save("felt.h5")
 )")
       .def(
           "figure",
@@ -180,7 +180,7 @@ A line is at half of the largest value, -6 dB. A column has one scale. `width` i
 
 Examples
 --------
->>> tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]}).felt().figure().savefig("felt.pdf")
+>>> tf.run("capsule", set={"solve.methods": ["focus"]}).felt().figure().savefig("felt.pdf")
 )")
       .def("__repr__", [](const SharedFelt& self) { return felt_text(*self, std::nullopt); });
   module.def("_felt", &felt_of_result<Run>);

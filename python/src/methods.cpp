@@ -26,11 +26,22 @@ using OptionalDrives = Said<"numpy.typing.ArrayLike | Solution">;
 using AnyTarget = std::optional<SharedTarget>;
 using Tolerances = std::optional<std::map<std::string, double>>;
 
-const SharedTarget& given(const char* who, const AnyTarget& target) {
+/// The target that goes with an H.
+const SharedTarget& given(const char* who, const char* problem, nb::handle h, const AnyTarget& target) {
   if (!target) {
-    throw nb::type_error(fmt::format("{}: target must be a touchfield.Target, not NoneType", who).c_str());
+    const auto kind = nb::cast<std::string>(h.type().attr("__name__"));
+    throw nb::type_error(
+        fmt::format("{}: h must be a touchfield.{}, or H with a target; it is of type {}, and target is None", who,
+                    problem, kind)
+            .c_str());
   }
   return *target;
+}
+
+void refuse_target(const char* who, const AnyTarget& target) {
+  if (target) {
+    throw nb::type_error(fmt::format("{}: a problem has its target; leave out target", who).c_str());
+  }
 }
 
 void require_steps(std::string_view who, int iterations) {
@@ -87,10 +98,13 @@ SharedSolution solved(const char* name, const Question& asked, MethodSettings se
   const PhaseMethod& method = phase_method(name);
   require_steps(name, settings.iterations);
   const Reporting reporting(asked.progress);
-  const SharedProblem problem =
-      nb::isinstance<SharedProblem>(asked.h)
-          ? nb::cast<const SharedProblem&>(asked.h)
-          : skin_problem(name, asked.h, given(name, asked.target), asked.outside_weight, asked.threads);
+  const bool whole = nb::isinstance<SharedProblem>(asked.h);
+  if (whole) {
+    refuse_target(name, asked.target);
+  }
+  const SharedProblem problem = whole ? nb::cast<const SharedProblem&>(asked.h)
+                                      : skin_problem(name, asked.h, given(name, "Problem", asked.h, asked.target),
+                                                     asked.outside_weight, asked.threads);
   settings.search = method.searches && asked.start.is_none();
   const Eigen::MatrixXcd starts = start_of(asked.start, *problem, method);
   return computed(thread_count(asked.threads), [=, &method](Progress& progress) {
@@ -127,10 +141,14 @@ SharedSolution radiation_of(const RadiationLike& h, const AnyTarget& target, int
                             std::optional<int> threads, const Callback& progress) {
   require_steps("radiation", iterations);
   const Reporting reporting(progress);
+  const bool whole = nb::isinstance<SharedRadiation>(h);
+  if (whole) {
+    refuse_target("radiation", target);
+  }
   const SharedRadiation problem =
-      nb::isinstance<SharedRadiation>(h)
-          ? nb::cast<const SharedRadiation&>(h)
-          : radiation_problem("radiation", h, given("radiation", target), outside_weight, wave, threads);
+      whole ? nb::cast<const SharedRadiation&>(h)
+            : radiation_problem("radiation", h, given("radiation", "RadiationProblem", h, target), outside_weight, wave,
+                                threads);
   const Eigen::Index channels = problem->problem.channel_count();
   return radiation(problem,
                    start.is_none() ? Eigen::MatrixXcd(channels, 0) : drive_columns(start, "radiation: start", channels),
@@ -379,7 +397,7 @@ progress : callable or bool, optional
 
 Examples
 --------
->>> solution = tf.paper(tf.Model("scenes/capsule.yaml"), iterations=3)
+>>> solution = tf.paper(tf.Model("capsule"), iterations=3)
 )");
   module.def("unscattered", &solve_by_paper<false>, nb::arg("model"), nb::kw_only(),
              nb::arg("iterations") = kUsualIterations, nb::arg("faces") = "equal", nb::arg("threads") = nb::none(),
@@ -392,7 +410,7 @@ model, iterations, faces, threads, progress
 
 Examples
 --------
->>> solution = tf.unscattered(tf.Model("scenes/capsule.yaml"), iterations=3)
+>>> solution = tf.unscattered(tf.Model("capsule"), iterations=3)
 )");
   module.def("optimality_bound", &optimality_bound, nb::arg("problem"), nb::arg("threads") = nb::none(),
              nb::arg("start") = nb::none(),

@@ -376,7 +376,7 @@ InputError
 
 Examples
 --------
->>> model = tf.Model("scenes/capsule.yaml", set={"target.pressure_pa": 500})
+>>> model = tf.Model("capsule", set={"target.pressure_pa": 500})
 >>> parts = {"array": model.array, "body": model.mesh, "solve": {"methods": ["focus"]},
 ...          "target": tf.Target.box(model.mesh, "bottom", [8e-3, 20e-3, 6e-3], 500)}
 >>> len(tf.Model(parts).mesh) == len(model.mesh)
@@ -413,7 +413,7 @@ pressure : array_like of complex, shape (M,)
 
 Examples
 --------
->>> model = tf.Model("scenes/capsule.yaml")
+>>> model = tf.Model("capsule")
 >>> model.score(np.ones(len(model.mesh)))["peak_pa"]
 1.0
 )")

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cstddef>
 #include <exception>
 #include <stdexcept>
 #include <string>
@@ -42,11 +44,13 @@ PyObject* made(nb::module_& module, const char* name, const char* doc, PyObject*
   return type;
 }
 
-/// Options of the program are arguments here: max_level of --max-level.
+/// Options of the program are arguments here: max_level of --max-level. Commands, in backticks, keep theirs.
 std::string with_arguments(std::string text) {
   for (std::size_t at = text.find("--"); at != std::string::npos; at = text.find("--", at + 1)) {
     const auto letter = [&](std::size_t i) { return i < text.size() && text[i] >= 'a' && text[i] <= 'z'; };
-    if ((at == 0 || std::string_view(" \n").find(text[at - 1]) != std::string_view::npos) && letter(at + 2)) {
+    const auto ticks = std::ranges::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '`');
+    if (ticks % 2 == 0 && (at == 0 || std::string_view(" \n").find(text[at - 1]) != std::string_view::npos) &&
+        letter(at + 2)) {
       text.erase(at, 2);
       for (std::size_t i = at; letter(i) || (i < text.size() && text[i] == '-' && letter(i + 1)); ++i) {
         text[i] = text[i] == '-' ? '_' : text[i];

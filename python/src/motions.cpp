@@ -309,7 +309,7 @@ InputError
 Examples
 --------
 >>> circle = {"pattern": {**tf.circle("bottom", 3e-3, 100), "pressure_pa": 500}}
->>> pattern = tf.pattern("scenes/capsule.yaml", set=circle)
+>>> pattern = tf.pattern("capsule", set=circle)
 >>> phases, amplitudes = pattern.frames()
 >>> phases.shape
 (10, 256)

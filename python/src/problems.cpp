@@ -160,7 +160,7 @@ Problem
 
 Examples
 --------
->>> problem = tf.Problem.of_model(tf.Model("scenes/capsule.yaml"))
+>>> problem = tf.Problem.of_model(tf.Model("capsule"))
 )")
       .def_prop_ro("target", part_of<SharedProblem>(&SkinProblem::target),
                    "Rows of the transfer matrix, shape (K, N) [Pa].")
@@ -310,7 +310,7 @@ threads : int, optional
 
 Examples
 --------
->>> model = tf.Model("scenes/capsule.yaml")
+>>> model = tf.Model("capsule")
 >>> metrics = tf.evaluate(model, tf.focus(tf.transfer(model.mesh, model.array, model.wave), model.target))
 )");
 }

@@ -377,7 +377,7 @@ RadiationProblem
 
 Examples
 --------
->>> problem = tf.RadiationProblem.of_model(tf.Model("scenes/capsule.yaml"))
+>>> problem = tf.RadiationProblem.of_model(tf.Model("capsule"))
 )");
   add_parts(kind);
   add_functions(kind);

@@ -356,7 +356,7 @@ list of dict
 
 Examples
 --------
->>> ways = tf.study("scenes/capsule.yaml", edges=[4e-3], schemes=["burton_miller"], solvers=["lu"],
+>>> ways = tf.study("capsule", edges=[4e-3], schemes=["burton_miller"], solvers=["lu"],
 ...                 precisions=["double"])
 >>> ways[0]["status"]
 'ok'
@@ -377,7 +377,7 @@ dict
 
 Examples
 --------
->>> run = tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]})
+>>> run = tf.run("capsule", set={"solve.methods": ["focus"]})
 >>> tf.compare(run, run)["verdict"]
 'identical'
 )");
@@ -395,7 +395,7 @@ threads : int, optional
 
 Examples
 --------
->>> tf.check("scenes/capsule.yaml")["channels"]
+>>> tf.check("capsule")["channels"]
 256
 )");
   module.def("_sweep", &sweep, nb::arg("file"), nb::arg("out"), nb::arg("set").none(), nb::arg("device").none(),

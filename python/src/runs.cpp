@@ -205,7 +205,7 @@ path : str or os.PathLike
 
 Examples
 --------
->>> tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]}).picture().save("overview.png")
+>>> tf.run("capsule", set={"solve.methods": ["focus"]}).picture().save("overview.png")
 )");
 }
 
@@ -337,7 +337,7 @@ dict of str to numpy.ndarray of complex, shape (J,)
 
 Examples
 --------
->>> run = tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]})
+>>> run = tf.run("capsule", set={"solve.methods": ["focus"]})
 >>> run.field([[0, 0, 0.05]])["focus"].shape
 (1,)
 )")
@@ -352,7 +352,7 @@ force : bool
 
 Examples
 --------
->>> tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]}).save("quick.h5", force=True)
+>>> tf.run("capsule", set={"solve.methods": ["focus"]}).save("quick.h5", force=True)
 )")
       .def("picture", &picture_of, nb::arg("picture") = nb::none(), R"(A picture of the program.
 
@@ -363,7 +363,7 @@ picture : str, optional
 
 Examples
 --------
->>> png = bytes(tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]}).picture())
+>>> png = bytes(tf.run("capsule", set={"solve.methods": ["focus"]}).picture())
 )")
       .def("_repr_png_", [](const SharedRun& self) { return bytes_of(picture_of(self, std::nullopt)); })
       .def("__repr__", [](const SharedRun& self) { return methods_table(*self); });
@@ -450,7 +450,7 @@ InputError
 
 Examples
 --------
->>> tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]}).save("quick.h5", force=True)
+>>> tf.run("capsule", set={"solve.methods": ["focus"]}).save("quick.h5", force=True)
 >>> run = tf.read_run("quick.h5")
 )");
 }

@@ -113,6 +113,7 @@ class Operator {
 
   Eigen::MatrixXcd product(const Eigen::MatrixXcd& drives) {
     Eigen::MatrixXcd pressure = scattering_.pressure(drives, "Scattering");
+    records_.clear();
     require_finite("Scattering", pressure);
     return pressure;
   }
@@ -120,6 +121,7 @@ class Operator {
   /// H^H v, N x S.
   Eigen::MatrixXcd adjoint(const Eigen::MatrixXcd& v) {
     Eigen::MatrixXcd back = scattering_.weighted_rows(v.conjugate(), "Scattering").adjoint();
+    records_.clear();
     require_finite("Scattering", back);
     return back;
   }

@@ -11,6 +11,7 @@
 #include "python/src/job.h"
 #include "python/src/parts.h"
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/rigid_motion.h"
 #include "sim/core/units.h"
 #include "sim/mesh/io/mesh_files.h"
@@ -230,6 +231,7 @@ Examples
   module.def(
       "sphere",
       [](double radius, double edge) {
+        require(radius > 0, "sphere: radius = {:g} must be > 0", radius);
         require_body_size(2 * radius, "sphere: radius in m");
         return skin_mesh(sphere(radius, edge));
       },

@@ -259,7 +259,7 @@ set : dict, optional
 
 Examples
 --------
->>> array = tf.Array.of_scene("scenes/capsule.yaml")
+>>> array = tf.Array.of_scene("capsule")
 )")
       .def_rw("_keys", &SharedArray::keys)
       .def_prop_ro("positions", part_of<SharedArray>(&TransducerArray::positions), "Shape (N, 3) [m].")

@@ -28,7 +28,10 @@ def _frames(drives):
         return drives.phases[None], drives.amplitudes[None]
     if isinstance(drives, (list, tuple)) and all(isinstance(drive, Solution) for drive in drives):
         return np.array([drive.phases for drive in drives]), np.array([drive.amplitudes for drive in drives])
-    drives = np.atleast_2d(np.asarray(drives))
+    try:
+        drives = np.atleast_2d(np.asarray(drives))
+    except ValueError:
+        raise _core.InputError("send: drives must have as many values in every frame") from None
     if not np.iscomplexobj(drives):
         return drives, np.ones(drives.shape)
     amplitudes = np.abs(drives)
@@ -105,8 +108,8 @@ def send(source, drives=None, *, method=None, to="dry-run", emit=False, rate=Non
     (3, False)
     """
     if isinstance(source, Array):
-        if drives is None:
-            raise TypeError("send: an Array needs drives")
+        if drives is None or method is not None:
+            raise TypeError("send: an Array needs drives, and no method, which is of results")
         array = source
         phases, amplitudes = _frames(drives)
     else:

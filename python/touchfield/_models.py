@@ -36,7 +36,7 @@ def felt(self, *, layers=None, bone=None, shear=None, tan_delta=None, modulation
 
     Examples
     --------
-    >>> run = tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]})
+    >>> run = tf.run("capsule", set={"solve.methods": ["focus"]})
     >>> run.felt(modulation_hz=100)["focus", "soft"].displacement.shape
     (49, 49)
     """
@@ -60,7 +60,8 @@ def one_method(results, method, function):
     if method is None and len(names) == 1:
         return names[0]
     if method not in names:
-        raise _core.InputError(f"{function}: method = '{method}' must be one of {', '.join(names)}")
+        said = "method must be given," if method is None else f"method = '{method}' must be"
+        raise _core.InputError(f"{function}: {said} one of {', '.join(names)}")
     return method
 
 
@@ -83,7 +84,7 @@ def frames(self, method=None):
 
     Examples
     --------
-    >>> run = tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]})
+    >>> run = tf.run("capsule", set={"solve.methods": ["focus"]})
     >>> phases, amplitudes = run.frames()
     >>> phases.shape
     (1, 256)
@@ -146,7 +147,7 @@ class Run(_core.Run):
 
         Examples
         --------
-        >>> run = tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]})
+        >>> run = tf.run("capsule", set={"solve.methods": ["focus"]})
         >>> run.figure(width="single").savefig("capsule.pdf")
         """
         from ._figures import of_run
@@ -167,7 +168,7 @@ class Run(_core.Run):
 
         Examples
         --------
-        >>> frame = tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]}).to_frame()
+        >>> frame = tf.run("capsule", set={"solve.methods": ["focus"]}).to_frame()
         >>> frame.index.tolist()
         ['focus']
         """
@@ -355,7 +356,7 @@ def run(scene, set=None, device=None, threads=None, own=None, progress=None):
 
     Examples
     --------
-    >>> run = tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]}, own={"mine": tf.wgs})
+    >>> run = tf.run("capsule", set={"solve.methods": ["focus"]}, own={"mine": tf.wgs})
     >>> run.methods
     ['focus', 'mine']
     """

@@ -52,7 +52,7 @@ def read_scan(path):
 
     Examples
     --------
-    >>> run = tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]})
+    >>> run = tf.run("capsule", set={"solve.methods": ["focus"]})
     >>> points = [[x, 0, 0.02] for x in (-0.01, 0, 0.01)]
     >>> tf.compare_scan(run, points, abs(run.field(points)["focus"])).save("scan.csv")
     >>> points, pressure = tf.read_scan("scan.csv")
@@ -178,7 +178,7 @@ def compare_scan(run, points, pressure, *, method=None, setting=None):
 
     Examples
     --------
-    >>> run = tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]})
+    >>> run = tf.run("capsule", set={"solve.methods": ["focus"]})
     >>> points = [[x, 0, z] for x in (-0.01, 0, 0.01) for z in (0.02, 0.03)]
     >>> scan = tf.compare_scan(run, points, 0.3 * abs(run.field(points)["focus"]))
     >>> scan.relative < 1e-9
@@ -240,7 +240,7 @@ def fit_scan(run, points, pressure, fit=("place", "turn"), *, method=None, start
 
     Examples
     --------
-    >>> run = tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"]})
+    >>> run = tf.run("capsule", set={"solve.methods": ["focus"]})
     >>> points = np.array([[x, y, 0.03] for x in np.linspace(-0.02, 0.02, 9) for y in np.linspace(-0.02, 0.02, 9)])
     >>> measured = abs(run.field(points + [0.002, 0, 0.001])["focus"])
     >>> scan = tf.fit_scan(run, points, measured, ["place"])
@@ -344,7 +344,7 @@ def fit_calibration(scan):
 
     Examples
     --------
-    >>> run = tf.run("scenes/capsule.yaml", set={"solve.methods": ["focus"], "array.grid.count": [4, 4]})
+    >>> run = tf.run("capsule", set={"solve.methods": ["focus"], "array.grid.count": [4, 4]})
     >>> points = np.array([[x, y, 0.02] for x in np.linspace(-0.03, 0.03, 9) for y in np.linspace(-0.03, 0.03, 9)])
     >>> calibration = tf.fit_calibration(tf.compare_scan(run, points, 2j * run.field(points)["focus"]))
     >>> bool(abs(calibration.gain - 1).max() < 0.01), calibration.dead

@@ -116,6 +116,8 @@ class _Files:
         self.folder = tempfile.TemporaryDirectory()
         plan = dict(self.plan)
         base = source(plan.get("base", {}))
+        if isinstance(base, str) and base in _core.scenes() and not os.path.isfile(base):
+            base = _core.scene(base), ""
         if isinstance(base, tuple):
             plan["base"] = os.path.join(self.folder.name, "base.yaml")
             with open(plan["base"], "w") as file:
@@ -176,7 +178,7 @@ def sweep(file, out, set=None, device=None, jobs=1, threads=None, *, executor=No
 
     Examples
     --------
-    >>> plan = {"base": "scenes/capsule.yaml", "set": {"solve.methods": ["focus"]}, "grid": {"body.place.at_mm.2": [60, 70]}}
+    >>> plan = {"base": "capsule", "set": {"solve.methods": ["focus"]}, "grid": {"body.place.at_mm.2": [60, 70]}}
     >>> tf.sweep(plan, "heights", jobs=1)["case"].tolist()
     [1, 2]
     """
@@ -212,7 +214,7 @@ def list_sweep(file, set=None):
 
     Examples
     --------
-    >>> [case["inputs"] for case in tf.list_sweep({"base": "scenes/capsule.yaml", "grid": {"array.level": [0.5, 1]}})]
+    >>> [case["inputs"] for case in tf.list_sweep({"base": "capsule", "grid": {"array.level": [0.5, 1]}})]
     [{'array.level': '0.5'}, {'array.level': '1'}]
     """
     with _Files(file) as path:

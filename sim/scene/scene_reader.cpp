@@ -315,7 +315,7 @@ The tables below and `schema.json` are generated from the table that the scene r
 }  // namespace
 
 Scene read_scene(const std::string& path, const std::vector<std::string>& overrides) {
-  if (path.find_first_of("/.") == std::string::npos && !std::filesystem::exists(path)) {
+  if (path.find_first_of("/.") == std::string::npos && !std::filesystem::is_regular_file(path)) {
     const auto shipped = std::ranges::find(shipped_scenes(), path, &ShippedScene::name);
     std::vector<std::string_view> names;
     std::ranges::transform(shipped_scenes(), std::back_inserter(names), &ShippedScene::name);
