@@ -271,8 +271,6 @@ def hand(pose="index_up", *, edge=3e-3, breadth=88.3e-3, length=193.3e-3, side="
         raise _core.InputError(f"hand: side = '{side}' must be right or left")
     if isinstance(edge, dict):
         edges = {}
-        if not {"far", "near"} <= set(edge):
-            raise _core.InputError("hand: edge must have far and near")
         for key, value in edge.items():
             if key == "near" and isinstance(value, dict):
                 edges[key] = {name: millimetres(near, f"hand: edge['near']['{name}']") for name, near in value.items()}
@@ -282,6 +280,8 @@ def hand(pose="index_up", *, edge=3e-3, breadth=88.3e-3, length=193.3e-3, side="
                 edges[{"far": "far", "within": "within_mm"}[key]] = millimetres(number(value, f"hand: edge['{key}']"), key)
             else:
                 raise _core.InputError(f"hand: edge['{key}']: must be far, near (a dict), within or growth")
+        if not {"far", "near"} <= set(edge):
+            raise _core.InputError("hand: edge must have far and near")
     else:
         edges = millimetres(number(edge, "hand: edge"), "edge")
     shape = {"pose": pose, "side": side, "breadth_mm": millimetres(breadth, "hand: breadth"),
