@@ -69,7 +69,7 @@ def _fits(value, part):
         return types is None or part == "None"
     if not isinstance(value, types) or items and isinstance(value, str):
         return False
-    if items and isinstance(value, dict) and not all(isinstance(key, str) for key in value):
+    if items in _KINDS and isinstance(value, dict) and not all(isinstance(key, str) for key in value):
         return False
     if part in _TOO_LARGE:
         return not isinstance(value, int) or abs(value) < _TOO_LARGE[part]
