@@ -80,6 +80,8 @@ def test_scans_are_read_as_they_were_written(run, plane, tmp_path):
         tf.compare_scan(run, plane, values).save(tmp_path / "scan.csv")
         points, pressure = tf.read_scan(tmp_path / "scan.csv")
         assert points == pytest.approx(plane, abs=1e-12) and pressure == pytest.approx(values, rel=1e-9)
+    with pytest.raises(tf.IoError, match="read_scan: .*missing.csv"):
+        tf.read_scan(tmp_path / "missing.csv")
 
 
 @pytest.mark.parametrize("fit, points, says", [

@@ -1,6 +1,7 @@
 """Scans of a field with a microphone: how they were taken, and what they tell of the channels. Needs SciPy: touchfield[calibration]."""
 
 import dataclasses
+import os
 import re
 
 import numpy as np
@@ -59,7 +60,10 @@ def read_scan(path):
     >>> points.shape, pressure.shape
     ((3, 3), (3,))
     """
-    table = np.genfromtxt(path, delimiter=",", names=True, ndmin=1)
+    try:
+        table = np.genfromtxt(os.fspath(path), delimiter=",", names=True, ndmin=1)
+    except OSError as error:
+        raise _core.IoError(f"read_scan: {error}") from None
     names = table.dtype.names or ()
     values = next((wanted for wanted in (("p_pa",), ("p_re", "p_im")) if set(wanted) <= set(names)), None)
     if values is None or not {"x_mm", "y_mm", "z_mm"} <= set(names):
