@@ -14,7 +14,7 @@ SUBJECTS = {
                 "run scenes scene check study evaluate sweep list_sweep play pattern circle line see fit"),
     "parts": ("Parts", "Bodies, arrays, targets, and the sound between them.",
               "Mesh hand sphere read_mesh Array Wave Target Model transfer scatter Scattering field force surface_slopes skin_waves"),
-    "methods": ("Phase methods", "[Compared](../../docs/phases.md). [Gradients](../../docs/python.md#gradients) pass PyTorch and JAX too.",
+    "methods": ("Phase methods", "[Phase methods](../../docs/phases.md) compares them. [Gradients](../../docs/python.md#gradients) are for PyTorch and JAX too.",
                 "surface radiation lbfgs gs wgs gs_pat eigen focus paper unscattered optimality_bound Problem RadiationProblem Solution"),
     "results": ("Results", "[Metrics](../../docs/metrics.md) defines the numbers.",
                 "Run Motion Pattern Felt Sweep Picture read_run read_motion read_sweep compare"),
