@@ -177,7 +177,7 @@ bool asks_for_best(const Model& model) { return model.posture.target && !model.p
 
 Numbers metrics_dict(const Model& model, Metrics metrics) {
   if (asks_for_best(model)) {
-    metrics.reached_share = metrics.relative_error_raw = kNotComputed;
+    metrics.scale = metrics.reached_share = metrics.relative_error_raw = kNotComputed;
   }
   return metrics_dict(metrics);
 }
