@@ -275,7 +275,7 @@ def test_methods_on_h_and_a_target(ball, array, target, h):
             assert np.allclose(np.exp(1j * rows.phases), np.exp(1j * solution.phases), atol=1e-6)
     free = tf.surface(h, target, free_amplitudes=True, start=least)  # from where its cost cannot rise
     assert problem.cost(free) <= problem.cost(least) and free.amplitudes.min() < 1
-    with pytest.raises(TypeError, match="target must be a touchfield.Target, not NoneType"):
+    with pytest.raises(TypeError, match="gs: h must be a touchfield.Problem, or H with a target; it is of type ndarray"):
         tf.gs(h)
 
 
