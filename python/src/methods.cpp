@@ -26,22 +26,23 @@ using OptionalDrives = Said<"numpy.typing.ArrayLike | Solution">;
 using AnyTarget = std::optional<SharedTarget>;
 using Tolerances = std::optional<std::map<std::string, double>>;
 
-/// The target that goes with an H.
-const SharedTarget& given(const char* who, const char* problem, nb::handle h, const AnyTarget& target) {
-  if (!target) {
-    const auto kind = nb::cast<std::string>(h.type().attr("__name__"));
-    throw nb::type_error(
-        fmt::format("{}: h must be a touchfield.{}, or H with a target; it is of type {}, and target is None", who,
-                    problem, kind)
-            .c_str());
-  }
-  return *target;
-}
-
-void refuse_target(const char* who, const AnyTarget& target) {
-  if (target) {
+/// A problem, which has its target, or that which `make` makes of an H and a target.
+///
+/// kind   what Python calls the problem
+template <typename Problem, typename Make>
+Problem given_problem(const char* who, const char* kind, nb::handle h, const AnyTarget& target, Make make) {
+  const bool whole = nb::isinstance<Problem>(h);
+  if (whole && target) {
     throw nb::type_error(fmt::format("{}: a problem has its target; leave out target", who).c_str());
   }
+  if (!whole && !target) {
+    const auto type = nb::cast<std::string>(h.type().attr("__name__"));
+    throw nb::type_error(
+        fmt::format("{}: h must be a touchfield.{}, or H with a target; it is of type {}, and target is None", who,
+                    kind, type)
+            .c_str());
+  }
+  return whole ? nb::cast<const Problem&>(h) : make(*target);
 }
 
 void require_steps(std::string_view who, int iterations) {
@@ -98,13 +99,10 @@ SharedSolution solved(const char* name, const Question& asked, MethodSettings se
   const PhaseMethod& method = phase_method(name);
   require_steps(name, settings.iterations);
   const Reporting reporting(asked.progress);
-  const bool whole = nb::isinstance<SharedProblem>(asked.h);
-  if (whole) {
-    refuse_target(name, asked.target);
-  }
-  const SharedProblem problem = whole ? nb::cast<const SharedProblem&>(asked.h)
-                                      : skin_problem(name, asked.h, given(name, "Problem", asked.h, asked.target),
-                                                     asked.outside_weight, asked.threads);
+  const auto problem =
+      given_problem<SharedProblem>(name, "Problem", asked.h, asked.target, [&](const SharedTarget& target) {
+        return skin_problem(name, asked.h, target, asked.outside_weight, asked.threads);
+      });
   settings.search = method.searches && asked.start.is_none();
   const Eigen::MatrixXcd starts = start_of(asked.start, *problem, method);
   return computed(thread_count(asked.threads), [=, &method](Progress& progress) {
@@ -141,14 +139,10 @@ SharedSolution radiation_of(const RadiationLike& h, const AnyTarget& target, int
                             std::optional<int> threads, const Callback& progress) {
   require_steps("radiation", iterations);
   const Reporting reporting(progress);
-  const bool whole = nb::isinstance<SharedRadiation>(h);
-  if (whole) {
-    refuse_target("radiation", target);
-  }
-  const SharedRadiation problem =
-      whole ? nb::cast<const SharedRadiation&>(h)
-            : radiation_problem("radiation", h, given("radiation", "RadiationProblem", h, target), outside_weight, wave,
-                                threads);
+  const auto problem =
+      given_problem<SharedRadiation>("radiation", "RadiationProblem", h, target, [&](const SharedTarget& wanted) {
+        return radiation_problem("radiation", h, wanted, outside_weight, wave, threads);
+      });
   const Eigen::Index channels = problem->problem.channel_count();
   return radiation(problem,
                    start.is_none() ? Eigen::MatrixXcd(channels, 0) : drive_columns(start, "radiation: start", channels),

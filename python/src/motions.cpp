@@ -289,17 +289,12 @@ Parameters
 ----------
 scene : str, os.PathLike or dict
     A scene with `pattern`, as of `Model`.
-set : dict, optional
-    Changes of the scene by key path.
-device : {"auto", "cpu", "cuda", "cuda:N"}, optional
 check : int, optional
     Each of how many frames is solved by itself too. A warning says if the sequence is worse.
 out : str or os.PathLike, optional
     A folder for pattern.h5, tables and pictures; default: none is written.
-force : bool
-    Whether older results in the folder are replaced.
-threads : int, optional
-progress : callable or bool, optional
+set, device, force, threads, progress
+    As of `play`.
 
 Raises
 ------

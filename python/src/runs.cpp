@@ -412,9 +412,8 @@ True
   module.def(
       "scene",
       [](const std::string& name) {
-        const auto shipped = std::ranges::find(shipped_scenes(), name, &ShippedScene::name);
-        require(shipped != shipped_scenes().end(), "{}: no scene that comes with the package; scenes() lists them",
-                name);
+        const ShippedScene* shipped = shipped_scene(name);
+        require(shipped != nullptr, "{}: no scene that comes with the package; scenes() lists them", name);
         return std::string(shipped->text);
       },
       nb::arg("name"), R"(The YAML text of a scene that comes with the package, to change or to save.

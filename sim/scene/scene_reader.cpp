@@ -316,10 +316,10 @@ The tables below and `schema.json` are generated from the table that the scene r
 
 Scene read_scene(const std::string& path, const std::vector<std::string>& overrides) {
   if (path.find_first_of("/.") == std::string::npos && !std::filesystem::is_regular_file(path)) {
-    const auto shipped = std::ranges::find(shipped_scenes(), path, &ShippedScene::name);
+    const ShippedScene* shipped = shipped_scene(path);
     std::vector<std::string_view> names;
     std::ranges::transform(shipped_scenes(), std::back_inserter(names), &ShippedScene::name);
-    require(shipped != shipped_scenes().end(), "{}: no such file, and no scene that comes with the program: {}", path,
+    require(shipped != nullptr, "{}: no such file, and no scene that comes with the program: {}", path,
             fmt::join(names, ", "));
     return read_scene_text(std::string(shipped->text), path, "", overrides);
   }

@@ -14,4 +14,7 @@ struct ShippedScene {
 /// All of them, by name.
 std::span<const ShippedScene> shipped_scenes();
 
+/// The one of a name; null if there is none.
+const ShippedScene* shipped_scene(std::string_view name);
+
 }  // namespace touchfield

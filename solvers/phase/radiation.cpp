@@ -92,10 +92,15 @@ struct Pressed {
   double energy = 0.0;
 };
 
-Pressed pressed_by(const RadiationProblem& problem, const VectorXcd& q) {
-  const RadiationSkin& skin = problem.skin;
+VectorXcd pressure_by(const RadiationProblem& problem, const VectorXcd& q) {
   VectorXcd pressure(problem.rows.rows() + problem.outside.rows());
   pressure << problem.rows * q, problem.outside * q;
+  return pressure;
+}
+
+Pressed pressed_by(const RadiationProblem& problem, const VectorXcd& q) {
+  const RadiationSkin& skin = problem.skin;
+  const VectorXcd pressure = pressure_by(problem, q);
   const double level = q.size() > 0 ? q.cwiseAbs2().maxCoeff() : 0.0;
   Pressed made{radiation_of(skin, pressure), skin.energies.dot(pressure.cwiseAbs2()) + level * skin.deviation_energy};
   if (skin.deviations.size() > 0) {
@@ -147,8 +152,7 @@ VectorXcd radiation_gradient(const RadiationProblem& problem, const VectorXcd& q
     throw std::invalid_argument("radiation_gradient: the problem has tolerances");
   }
   const Eigen::SparseMatrix<double, Eigen::RowMajor> slopes = skin.slopes->cast<double>();
-  VectorXcd pressure(problem.rows.rows() + problem.outside.rows());
-  pressure << problem.rows * q, problem.outside * q;
+  const VectorXcd pressure = pressure_by(problem, q);
   const VectorXcd sloped = slopes * pressure.head(slopes.cols());
   const VectorXcd v = push(skin, slopes, pressure, sloped, pressed(skin, pressure, sloped), 1.0);
   return 2.0 * (problem.rows.adjoint() * v.head(problem.rows.rows()) +

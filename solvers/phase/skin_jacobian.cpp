@@ -114,9 +114,14 @@ void SkinJacobian::set(const SkinField& field, const Eigen::VectorXcd& phasors) 
 Eigen::VectorXcd skin_gradient(const SkinProblem& problem, const Eigen::VectorXcd& q) {
   SkinField field;
   send(problem, q, field);
-  SkinJacobian jacobian(problem);
-  jacobian.set(field, phasors_of(q));
-  return 2.0 * jacobian.drive_gradient();
+  Eigen::VectorXcd directions;
+  pressure_directions(problem, target_reach(problem), field, phasors_of(q), directions);
+  field.target =
+      2.0 * problem.weights.array() * (field.target.array().abs() - problem.amplitudes.array()) * directions.array();
+  field.outside *= 2.0;
+  Eigen::VectorXcd gradient;
+  send_back(problem, field, gradient);
+  return gradient;
 }
 
 void SkinJacobian::leave_out_up_to(double most) {
