@@ -107,26 +107,30 @@ void compare(const CameraFolder& folder, const Box& workspace, std::deque<Candid
 }
 
 /// The hand whose pose and side fit best, of those that may be chosen; a warning where the other side fits nearly as
-/// well.
+/// well. The side is that of the flat hand, whose joints are all free; then its poses are compared.
 HandShape nearest_hand(const CameraFolder& folder, const FolderFit& how, std::optional<std::string>& warning) {
-  std::deque<Candidate> candidates;  // trackers cannot be moved
+  const Box workspace{how.workspace[0], how.workspace[1]};
+  std::deque<Candidate> sides;  // trackers cannot be moved
   for (const HandSide side :
        how.any_side ? std::vector{HandSide::kRight, HandSide::kLeft} : std::vector{how.hand.side}) {
-    for (const std::string& pose :
-         how.any_pose ? std::vector<std::string>{"index_up", "flat"} : std::vector{how.hand.pose}) {
-      HandShape hand = how.hand;
-      hand.pose = pose;
-      hand.side = side;
-      candidates.emplace_back().hand = hand;
-    }
+    HandShape& hand = sides.emplace_back().hand = how.hand;
+    hand.pose = how.any_pose ? "flat" : how.hand.pose;
+    hand.side = side;
   }
-  compare(folder, Box{how.workspace[0], how.workspace[1]}, candidates);
-  const Candidate& best = *std::ranges::max_element(candidates, {}, &Candidate::worth);
-  if (sides_are_close(candidates)) {
+  compare(folder, workspace, sides);
+  Candidate& best = *std::ranges::max_element(sides, {}, &Candidate::worth);
+  if (sides_are_close(sides)) {
     warning = fmt::format("side: the images fit a {} hand nearly as well as the {} hand that is used; give --side",
                           side_name(other_side(best.hand.side)), side_name(best.hand.side));
   }
-  return best.hand;
+  if (!how.any_pose) {
+    return best.hand;
+  }
+  std::deque<Candidate> poses(2);
+  poses[0].hand = poses[1].hand = best.hand;
+  poses[1].hand.pose = "index_up";
+  compare(folder, workspace, poses);
+  return std::ranges::max_element(poses, {}, &Candidate::worth)->hand;
 }
 
 /// Whether the other hand is in the images.
@@ -139,13 +143,17 @@ bool finds_other_hand(const CameraFolder& folder, const FolderFit& how, Progress
 }
 
 std::string frames_csv(const std::vector<FittedFrame>& frames) {
-  std::string text = "time_s,lost,residual_mm,explained,share,evidence,seen,landmark_off_mm,fit_ms,file,reason\n";
+  std::string text =
+      "time_s,lost,probability,residual_mm,explained,share,evidence,seen,misfit,digits_off,oddity,landmark_off_mm,fit_"
+      "ms,"
+      "file,reason\n";
   for (const FittedFrame& frame : frames) {
     const HandFit& fit = frame.fit;
     text += fmt::format("{},{:d},", schema::decimal_text(fit.seconds), fit.lost);
-    text += fit.placed ? fmt::format("{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}", fit.residual / kMillimetre, fit.explained,
-                                     fit.share, fit.evidence, fit.seen)
-                       : ",,,,";
+    text += fit.placed ? fmt::format("{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{},{:.4g}", fit.probability,
+                                     fit.residual / kMillimetre, fit.explained, fit.share, fit.evidence, fit.seen,
+                                     fit.misfit, fit.digits_off, fit.oddity)
+                       : ",,,,,,,,";
     text += std::isfinite(frame.landmark_off) ? fmt::format(",{:.4g}", frame.landmark_off / kMillimetre) : ",";
     text += fmt::format(",{:.4g},{},{}\n", frame.milliseconds, frame.file, lost_text(fit));
   }
@@ -248,9 +256,7 @@ std::optional<std::string> residual_warning(const std::vector<FittedFrame>& fram
 /// Why the hand is in no frame, and what to try.
 std::string nothing_found(const std::vector<DepthCamera>& cameras, const std::vector<CameraUse>& uses,
                           const std::vector<FittedFrame>& frames, const FolderFit& how) {
-  const auto reached = [](const FittedFrame& frame) {
-    return frame.fit.placed ? 1 + frame.fit.share + frame.fit.explained : 0.0;
-  };
+  const auto reached = [](const FittedFrame& frame) { return frame.fit.placed ? 1 + frame.fit.probability : 0.0; };
   const auto nearest = std::ranges::max_element(frames, {}, reached);
   std::string text = fmt::format("the hand was not found in any of {} frames; the closest was that at {} s: {}",
                                  frames.size(), schema::decimal_text(nearest->fit.seconds), lost_text(nearest->fit));

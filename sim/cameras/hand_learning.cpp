@@ -21,6 +21,8 @@ constexpr double kLearningTurn = 20 * kDegree;  // deviation of joints from wher
 constexpr double kFirstLearningReach = 12e-3;   // reach of the first round [m]
 constexpr double kLearningReach = 5e-3;
 constexpr double kLearningScale = 2e-3;
+constexpr double kLeastModelError = 0.3e-3;  // of a shape that was learnt [m]
+constexpr double kMostModelError = 1.5e-3;
 
 HandProportions deviations(const LearningOptions& options) {
   HandProportions result = HandProportions::Constant(options.part);
@@ -84,7 +86,7 @@ std::vector<Points> derivatives_by_proportion(const HandTemplate& hand, const Sh
 }
 
 FrameSystem frame_system(const HandTemplate& hand, const ShapedHand& shape, const HandState& state,
-                         const PoseFit& fit) {
+                         const PosePrior& prior, const PoseFit& fit) {
   const std::vector<Points> growth = derivatives_by_proportion(hand, shape, state);
   FrameSystem system;
   for (std::size_t m = 0; m < fit.matches().size(); ++m) {
@@ -102,24 +104,28 @@ FrameSystem frame_system(const HandTemplate& hand, const ShapedHand& shape, cons
     system.shape_slope += match.weight * match.residual * by_shape;
   }
   system.pose.diagonal().head<kPlaceUnknowns>().array() += 1;
-  system.pose.diagonal().tail<JointAngles::SizeAtCompileTime>().array() += 1 / (kLearningTurn * kLearningTurn);
+  const JointAngles stiffness = prior.deviation.array().square().inverse();
+  system.pose.diagonal().tail<JointAngles::SizeAtCompileTime>() += stiffness;
+  system.pose_slope.tail<JointAngles::SizeAtCompileTime>() += stiffness.cwiseProduct(prior.joints - state.joints);
   return system;
 }
 
 /// A step of all poses and of the proportions.
 ShapedHand proportions_step(const HandTemplate& hand, const ShapedHand& shape, const std::vector<HandPoints>& frames,
-                            std::vector<HandState>& states, double reach, const HandProportions& expected,
-                            const HandProportions& deviation, PoseFit& fit) {
+                            std::vector<HandState>& states, const std::optional<PosePrior>& prior, double reach,
+                            const HandProportions& expected, const HandProportions& deviation, PoseFit& fit) {
   std::vector<FrameSystem> systems;
   std::vector<Vector3> centres;
   Misfit misfit;
   ProportionMatrix curvature = ProportionMatrix::Zero();
   HandProportions slope = HandProportions::Zero();
+  const double scale = std::max(1.6e-3 + 1.6 * fit.model_error(), reach / 3);
   for (std::size_t f = 0; f < frames.size(); ++f) {
     centres.emplace_back(frames[f].at.rowwise().mean());
-    fit.match(shape, frames[f], states[f], reach, std::max(kLearningScale, reach / 3));
+    fit.match(shape, frames[f], states[f], reach, scale);
     fit.differentiate(shape, states[f], centres.back());
-    const FrameSystem& system = systems.emplace_back(frame_system(hand, shape, states[f], fit));
+    const PosePrior free{states[f].joints, JointAngles::Constant(kLearningTurn)};
+    const FrameSystem& system = systems.emplace_back(frame_system(hand, shape, states[f], prior.value_or(free), fit));
     const MixedMatrix solved = system.pose.ldlt().solve(system.mixed);
     curvature += system.shape - system.mixed.transpose() * solved;
     slope += system.shape_slope - solved.transpose() * system.pose_slope;
@@ -135,6 +141,22 @@ ShapedHand proportions_step(const HandTemplate& hand, const ShapedHand& shape, c
     states[f] = moved(states[f], turn, centres[f]);
   }
   return hand.shaped(shape.proportions + step, shape.offset);
+}
+
+/// The shape with the proportions that fit best together with the poses, from coarse to fine.
+///
+/// prior   of the joints; without it they are free
+ShapedHand fitted_proportions(const HandTemplate& hand, ShapedHand shape, const std::vector<HandPoints>& frames,
+                              std::vector<HandState>& states, const std::optional<PosePrior>& prior,
+                              const LearningOptions& options, int rounds, PoseFit& fit) {
+  const HandProportions deviation = deviations(options);
+  HandProportions expected = HandProportions::Zero();
+  expected.tail<5>() = shape.proportions.tail<5>();  // found by what is seen: distances say little of them
+  for (int round = 0; round < rounds; ++round) {
+    const double reach = std::max(kLearningReach, kFirstLearningReach * std::pow(0.7, round));
+    shape = proportions_step(hand, shape, frames, states, prior, reach, expected, deviation, fit);
+  }
+  return shape;
 }
 
 /// What holds the offset: its size and its roughness.
@@ -207,12 +229,7 @@ ShapedHand offset_step(const HandTemplate& hand, const ShapedHand& shape, const 
 ShapedHand learnt_shape(const HandTemplate& hand, const ShapedHand& start, const std::vector<HandPoints>& frames,
                         std::vector<HandState>& states, const LearningOptions& options) {
   PoseFit fit(hand);
-  ShapedHand shape = start;
-  const HandProportions deviation = deviations(options);
-  for (int round = 0; round < options.rounds; ++round) {
-    const double reach = std::max(kLearningReach, kFirstLearningReach * std::pow(0.7, round));
-    shape = proportions_step(hand, shape, frames, states, reach, start.proportions, deviation, fit);
-  }
+  ShapedHand shape = fitted_proportions(hand, start, frames, states, {}, options, options.rounds, fit);
   const Eigen::SparseMatrix<double> prior = offset_prior(hand, options);
   for (int round = 0; round < options.offset_rounds; ++round) {
     shape = offset_step(hand, shape, frames, states, prior, fit);
@@ -228,95 +245,83 @@ ShapedHand learnt_shape(const HandTemplate& hand, const ShapedHand& start, const
 
 }  // namespace
 
-/// The fit or, where digits are not seen where it has them, one with these bent, half bent, to a side, or shorter, if
-/// that is seen. Sets shape_.
-HandFit HandTracker::with_digits_moved(const DepthFrame& frame, const HandPoints& points, HandFit fit) {
+/// Bends digits that are not seen where the attempt has them, half bends them, turns them to a side, or makes them
+/// shorter, if that is seen.
+void HandTracker::with_digits_moved(const DepthFrame& frame, Attempt& attempt) {
   constexpr double kAside = 14;
   constexpr double kShorter = 0.08;  // of the ratio's logarithm
   constexpr double kShortest = -0.25;
   const std::array<Eigen::Vector4d, 4> moves = {Eigen::Vector4d(0, 80, 95, 50), Eigen::Vector4d(0, 40, 50, 30),
                                                 Eigen::Vector4d(kAside, 0, 0, 0), Eigen::Vector4d(-kAside, 0, 0, 0)};
-  for (std::size_t tries = 0; fit.lost && tries < 2 * HandSkeleton::kDigits; ++tries) {
-    evaluate(frame, points, options_.found, fit);  // for digits_missing()
-    const ShapedHand before = shape_;
-    ShapedHand shape = before;
-    HandFit best = fit;
-    const auto attempt = [&](const HandState& start) {
-      HandFit other = fitted(frame, points, start, kStartTurn, options_.found);
-      if (other.worth() > best.worth()) {
-        best = std::move(other);
-        shape = shape_;
+  for (std::size_t tries = 0; attempt.fit.digits_off > 0 && tries < 2 * HandSkeleton::kDigits; ++tries) {
+    shape_ = attempt.shape;
+    evaluate(frame, attempt.points, attempt.fit);  // for digits_missing()
+    const Attempt before = attempt;
+    const auto follow = [&](const HandState& start, const PosePrior& prior) {
+      HandFit other = fitted(frame, attempt.points, start, prior);
+      if (other.worth() > attempt.fit.worth()) {
+        attempt.fit = std::move(other);
+        attempt.shape = shape_;
+        attempt.prior = prior;
       }
     };
     for (const std::size_t digit : digits_missing()) {
       const Eigen::Index first = first_joint(digit);
-      HandProportions by = before.proportions;
+      HandProportions by = before.shape.proportions;
       double& length = by(kDigitRatios + static_cast<Eigen::Index>(digit));
       length -= kShorter;
       if (!learnt_ && length >= kShortest) {
         shape_ = hand_->shaped(by);
-        attempt(fit.state);
-        shape_ = before;
+        follow(before.fit.state, before.prior);
+        shape_ = before.shape;
       }
-      HandState start = fit.state;
+      HandState start = before.fit.state;
+      PosePrior prior = before.prior;
       if (digit == 0) {
-        start.joints.head<5>() = joint_angles(hand_pose("index_up")).head<5>();
-        attempt(start);
+        prior.joints.head<5>() = start.joints.head<5>() = joint_angles(hand_pose("index_up")).head<5>();
+        follow(start, prior);
         continue;
       }
       for (const Eigen::Vector4d& move : moves) {
-        start.joints = fit.state.joints;
+        start.joints = before.fit.state.joints;
         if (move(0) != 0) {
           start.joints(first) += move(0) * kDegree;
         } else {
           start.joints.segment<3>(first + 1) = move.tail<3>() * kDegree;
         }
-        attempt(start);
+        prior.joints.segment<4>(first) = start.joints.segment<4>(first);
+        follow(start, prior);
       }
     }
-    if (!(best.worth() > fit.worth())) {
+    if (!(attempt.fit.worth() > before.fit.worth())) {
       break;
     }
-    shape_ = std::move(shape);
-    fit = std::move(best);
   }
-  return fit;
 }
 
-/// The fit or that of a hand a little longer, shorter, broader or narrower, as long as it explains more. Sets shape_.
-HandFit HandTracker::with_size_changed(const DepthFrame& frame, const HandPoints& points, HandFit fit) {
-  constexpr double kStep = 0.04;  // of the ratio's logarithm
-  constexpr double kMost = 0.22;
-  constexpr int kSteps = 8;
-  constexpr double kGain = 1.002;
-  const std::array<Eigen::Vector2d, 6> changes = {Eigen::Vector2d(1, 1), Eigen::Vector2d(-1, -1),
-                                                  Eigen::Vector2d(1, 0), Eigen::Vector2d(-1, 0),
-                                                  Eigen::Vector2d(0, 1), Eigen::Vector2d(0, -1)};
-  for (int step = 0; step < kSteps; ++step) {
-    const ShapedHand before = shape_;
-    ShapedHand shape = before;
-    HandFit best = fit;
-    for (const Eigen::Vector2d& change : changes) {
-      HandProportions by = before.proportions;
-      by.head<2>() += kStep * change;
-      if (by.head<2>().cwiseAbs().maxCoeff() > kMost) {
-        continue;
-      }
-      shape_ = hand_->shaped(by);
-      HandFit other = fitted(frame, points, fit.state, kStartTurn, options_.found);
-      if (other.worth() > best.worth() && other.worth() > kGain * fit.worth()) {
-        best = std::move(other);
-        shape = shape_;
-      }
-    }
-    const bool better = best.worth() > fit.worth();
-    shape_ = std::move(shape);
-    fit = std::move(best);
-    if (!better) {
-      break;
-    }
+/// Takes the proportions that fit the frame best, where they explain more.
+///
+/// model_error   that the fit goes down to [m]
+void HandTracker::with_proportions(const DepthFrame& frame, Attempt& attempt, double model_error) {
+  constexpr int kRounds = 6;
+  if (learnt_) {
+    return;
   }
-  return fit;
+  const double expected = fit_.model_error();
+  fit_.expect_model_error(model_error);
+  HandFit other = attempt.fit;
+  std::vector<HandState> states{other.state};
+  shape_ = fitted_proportions(*hand_, attempt.shape, {attempt.points}, states, attempt.prior, options_.learning,
+                              kRounds, fit_);
+  other.state = fit_.fit(shape_, attempt.points, states.front(), attempt.prior,
+                         {options_.rounds, kLearningReach, kLearningReach, scale(), 1, false})
+                    .state;
+  fit_.expect_model_error(expected);
+  evaluate(frame, attempt.points, other);
+  if (other.worth() > attempt.fit.worth()) {
+    attempt.fit = std::move(other);
+    attempt.shape = shape_;
+  }
 }
 
 /// Digits longer or shorter, where that explains more of the frames: what a camera looks past speaks against skin that
@@ -328,7 +333,8 @@ void HandTracker::learn_digits(std::vector<LearningView>& views) {
   const auto worth = [&] {
     double sum = 0;
     for (LearningView& view : views) {
-      view.fit = fitted(view.frame, view.points, view.fit.state, kStartTurn, options_.found);
+      view.fit =
+          fitted(view.frame, view.points, view.fit.state, {view.fit.state.joints, JointAngles::Constant(kStartTurn)});
       sum += view.fit.worth();
     }
     return sum;
@@ -394,13 +400,20 @@ bool HandTracker::learn(std::size_t count, const std::function<DepthFrame(std::s
     view.fit.state = chosen_states[i];
   }
   learnt_ = true;
+  fit_.expect_model_error(kLeastModelError);
   learn_digits(views);
   shape_ = learnt_shape(*hand_, shape_, chosen_points, chosen_states, options_.learning);
   for (std::size_t i = 0; i < views.size(); ++i) {
     views[i].fit.state = chosen_states[i * step];
   }
   learn_digits(views);
-  look_for({shape_});
+  double misfit = 0;
+  for (const LearningView& view : views) {
+    misfit +=
+        (view.fit.residual * view.fit.residual - view.fit.noise * view.fit.noise) / static_cast<double>(views.size());
+  }
+  fit_.expect_model_error(std::clamp(std::sqrt(std::max(misfit, 0.0)), kLeastModelError, kMostModelError));
+  look_for(shape_, {1.0});
   shifts_.resize(3, 0);
   if (!past_.empty()) {
     past_ = {{past_.back().seconds, chosen_states.back()}};

@@ -224,8 +224,8 @@ struct HandSearch::Sight {
   }
 };
 
-HandSearch::HandSearch(const std::vector<TriangleMesh>& skins) {
-  require(!skins.empty(), "search of a hand: no skin to look for");
+HandSearch::HandSearch(const std::vector<TriangleMesh>& skins, std::vector<double> sizes) : sizes_(std::move(sizes)) {
+  require(!skins.empty() && !sizes_.empty(), "search of a hand: no skin to look for");
   constexpr Eigen::Index kPoints = 200;
   for (const TriangleMesh& mesh : skins) {
     const Eigen::Index step = std::max<Eigen::Index>(1, mesh.face_count() / kPoints);
@@ -243,7 +243,7 @@ double HandSearch::cost(const HandStart& start, const Points& at, const Points& 
   const Eigen::Matrix3d back = start.place.rotation.transpose();
   double sum = 0;
   for (Eigen::Index p = 0; p < at.cols(); ++p) {
-    const Vector3 x = back * (at.col(p) - start.place.shift);
+    const Vector3 x = back * (at.col(p) - start.place.shift) / start.size;
     if (x.y() < skin.end) {
       sum += std::hypot(x.x(), x.z()) < kSleeve ? kSleeveCost : 1.0;
       continue;
@@ -253,14 +253,14 @@ double HandSearch::cost(const HandStart& start, const Points& at, const Points& 
       sum += 1;
       continue;
     }
-    const Vector3 off = x - near.at;
-    const double distance = std::max(std::abs(near.normal.dot(off)), off.norm() - skin.grid.cell());
+    const Vector3 off = start.size * (x - near.at);
+    const double distance = std::max(std::abs(near.normal.dot(off)), off.norm() - start.size * skin.grid.cell());
     sum += std::min(1.0, distance * distance / (kFar * kFar));
   }
   double doubt = 0;
   double looked = 0;
   for (Eigen::Index i = 0; i < skin.at.cols(); i += stride) {
-    const Vector3 x = start.place(Vector3(skin.at.col(i)));
+    const Vector3 x = start.place(Vector3(start.size * skin.at.col(i)));
     const Vector3 out = start.place.rotation * skin.normal.col(i);
     for (std::size_t c = 0; c < sight.cameras.size(); ++c) {
       if (const std::optional<double> found = sight.doubt(c, x, out)) {
@@ -277,6 +277,7 @@ double HandSearch::cost(const HandStart& start, const Points& at, const Points& 
 void HandSearch::bring_closer(HandStart& start, const Points& at, const Points& normal, double reach, int steps) const {
   constexpr double kToPoints = 0.1;
   const Skin& skin = skins_[start.skin];
+  const Vector3 skin_middle = start.size * skin.middle;
   for (int step = 0; step < steps; ++step) {
     const Eigen::Matrix3d back = start.place.rotation.transpose();
     Eigen::Matrix<double, 6, 6> matrix = Eigen::Matrix<double, 6, 6>::Zero();
@@ -286,15 +287,15 @@ void HandSearch::bring_closer(HandStart& start, const Points& at, const Points& 
     Eigen::Matrix3d squares = Eigen::Matrix3d::Identity() * 1e-9;
     for (Eigen::Index p = 0; p < at.cols(); ++p) {
       const Vector3 x = back * (at.col(p) - start.place.shift);
-      if (x.y() < skin.end) {
+      if (x.y() < start.size * skin.end) {
         continue;
       }
-      const SkinGrid::Near& near = skin.grid.near(x);
-      const Vector3 off = x - near.at;
+      const SkinGrid::Near& near = skin.grid.near(x / start.size);
+      const Vector3 off = x - start.size * near.at;
       const double reached = 1 + off.squaredNorm() / (reach * reach);
       const double agree = near.normal.dot(back * normal.col(p)) < kAgree ? 0.1 : 1.0;
       const double weight = agree / (reached * reached);
-      const Vector3 arm = x - skin.middle;
+      const Vector3 arm = x - skin_middle;
       Eigen::Matrix<double, 6, 1> row;
       row << near.normal, arm.cross(near.normal);
       matrix.noalias() += (weight * row) * row.transpose();
@@ -319,12 +320,12 @@ void HandSearch::bring_closer(HandStart& start, const Points& at, const Points& 
         angle > 0 ? Eigen::AngleAxisd(std::min(angle, 0.5), change.tail<3>() / angle).toRotationMatrix()
                   : Eigen::Matrix3d::Identity();
     start.place.rotation = start.place.rotation * turn.transpose();
-    start.place.shift -= start.place.rotation * (skin.middle + change.head<3>() - turn * skin.middle);
+    start.place.shift -= start.place.rotation * (skin_middle + change.head<3>() - turn * skin_middle);
   }
 }
 
 /// Turned, and so that the middle of what of it faces a camera is there.
-RigidMotion HandSearch::placed_at(const Skin& skin, const Eigen::Matrix3d& rotation, const Vector3& middle,
+RigidMotion HandSearch::placed_at(const Skin& skin, double size, const Eigen::Matrix3d& rotation, const Vector3& middle,
                                   const Sight& sight) const {
   Vector3 sum = Vector3::Zero();
   double count = 0;
@@ -335,11 +336,12 @@ RigidMotion HandSearch::placed_at(const Skin& skin, const Eigen::Matrix3d& rotat
     }
   }
   const Vector3 seen = count > 0 ? Vector3(sum / count) : skin.middle;
-  return {rotation, middle - rotation * seen};
+  return {rotation, middle - size * (rotation * seen)};
 }
 
 std::vector<HandStart> HandSearch::starts(const HandPoints& points, const std::vector<DepthCamera>& cameras,
-                                          const DepthFrame& frame, std::size_t most) const {
+                                          const DepthFrame& frame, std::size_t most,
+                                          const std::vector<std::size_t>& skins) const {
   require_frame(cameras, frame);
   const Sight sight{cameras, frame};
   const std::vector<SkinSamples> parts = parts_of(thinned_evenly(points));
@@ -360,9 +362,10 @@ std::vector<HandStart> HandSearch::starts(const HandPoints& points, const std::v
       const SkinSamples rough = samples.thinned(kRoughPoints);
       const Vector3 middle = samples.at.rowwise().mean();
       const Eigen::Matrix3d axes = principal_axes(samples.at);
-      for (std::size_t skin = 0; skin < skins_.size(); ++skin) {
+      for (const std::size_t skin : skins) {
         for (const Eigen::Matrix3d& turn : turns()) {
-          HandStart start{skin, placed_at(skins_[skin], axes * turn, middle, sight), 0};
+          const double size = sizes_[sizes_.size() / 2];
+          HandStart start{skin, size, placed_at(skins_[skin], size, axes * turn, middle, sight), 0};
           bring_closer(start, rough.at, rough.normal, 40e-3, 2);
           start.cost = cost(start, rough_part.at, rough_part.normal, sight, kRoughStride);
           tries.push_back({start, part, hands.size(), groups - 1});
@@ -386,17 +389,26 @@ std::vector<HandStart> HandSearch::starts(const HandPoints& points, const std::v
     return best;
   };
   tries = best_of(kPromising, [](const Try&, const std::vector<Try>&) { return true; });
-  for (Try& one : tries) {
-    const SkinSamples rough = hands[one.hand].thinned(2 * kRoughPoints);
-    bring_closer(one.start, rough.at, rough.normal, 25e-3, 4);
-    bring_closer(one.start, rough.at, rough.normal, 12e-3, 4);
-    one.start.cost = cost(one.start, parts[one.part].at, parts[one.part].normal, sight, 1);
+  std::vector<Try> sized;
+  for (const Try& rough_try : tries) {
+    const SkinSamples rough = hands[rough_try.hand].thinned(2 * kRoughPoints);
+    for (const double size : sizes_) {
+      Try& one = sized.emplace_back(rough_try);
+      const Vector3 middle = skins_[one.start.skin].middle;
+      one.start.place.shift += (one.start.size - size) * (one.start.place.rotation * middle);
+      one.start.size = size;
+      bring_closer(one.start, rough.at, rough.normal, 25e-3, 4);
+      bring_closer(one.start, rough.at, rough.normal, 12e-3, 4);
+      one.start.cost = cost(one.start, parts[one.part].at, parts[one.part].normal, sight, 1);
+    }
   }
+  tries = std::move(sized);
   tries = best_of(most, [&](const Try& one, const std::vector<Try>& best) {
-    const Vector3 middle = one.start.place(skins_[one.start.skin].middle);
+    const auto middle = [&](const HandStart& start) {
+      return start.place(Vector3(start.size * skins_[start.skin].middle));
+    };
     return std::ranges::none_of(best, [&](const Try& other) {
-      return other.start.skin == one.start.skin &&
-             (other.start.place(skins_[other.start.skin].middle) - middle).norm() < 25e-3 &&
+      return other.start.skin == one.start.skin && (middle(other.start) - middle(one.start)).norm() < 25e-3 &&
              angle_between_turns(other.start.place.rotation, one.start.place.rotation) < 30 * kDegree;
     });
   });

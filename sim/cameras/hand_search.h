@@ -73,6 +73,7 @@ Eigen::Matrix3d principal_axes(const Points& at);
 /// Where a hand may be, to start a fit from.
 struct HandStart {
   std::size_t skin;   // which of the poses
+  double size;        // of the hand, relative to that skin's
   RigidMotion place;  // of the hand's own frame in the world
   double cost;        // 0: explains all that is seen and hides nothing; below 1 it may be a hand
 };
@@ -82,7 +83,8 @@ struct HandStart {
 /// The points seen are thinned to one point per cube of 8 mm and parted where they are more than about 20 mm apart. In
 /// each part the hand may be the whole, or either end of it along its longest axis. There 60 turns are tried, the
 /// rotations of an icosahedron relative to the part's principal axes. Every rotation is within 45 degrees of one of
-/// them. Each is brought closer by point-to-plane steps, and those of the least cost are brought closer again:
+/// them. Each is brought closer by point-to-plane steps, in the middle size. Those of the least cost are brought closer
+/// again, in all sizes:
 ///
 ///   cost = mean over the points of the part of min(d^2, D^2) / D^2 + mean over the skin's points in images of doubt
 ///
@@ -94,20 +96,24 @@ struct HandStart {
 /// accuracy   right hands of 180 to 205 mm any way round, three cameras with 0.36 mm of noise, a mean hand's skin in
 ///            the same pose but for 20 to 29 degrees in two joints of the index finger: alone it is the first start;
 ///            with a sleeve of 35 mm radius, a box in view or both it was among the six in 54 of 54, not always the
-///            first, within 13 degrees and 10 mm. 13 to 19 ms on one core
+///            first, within 13 degrees and 10 mm. 13 to 19 ms per skin on one core
 class HandSearch {
  public:
   /// skins   the hand in some poses, in its own frame (hand.h): y to the fingertips, the skin ends at the least y
+  /// sizes   of the hands that are looked for, relative to the skins', > 0
   /// throws  InputError if there is none
-  explicit HandSearch(const std::vector<TriangleMesh>& skins);
+  explicit HandSearch(const std::vector<TriangleMesh>& skins, std::vector<double> sizes = {1.0});
+
+  std::size_t skin_count() const { return skins_.size(); }
 
   /// frame    that the points are from, of the same cameras
   /// most     starts, no two of one skin within 25 mm and 30 degrees of each other, and of one end of one part no more
   ///          than its equal share: a thing that is no hand may cost less than a hand of another size
+  /// skins    that are tried, by number
   /// returns  the best first; none if nothing is seen that is large enough
   /// throws   InputError as require_frame does
   std::vector<HandStart> starts(const HandPoints& points, const std::vector<DepthCamera>& cameras,
-                                const DepthFrame& frame, std::size_t most = 6) const;
+                                const DepthFrame& frame, std::size_t most, const std::vector<std::size_t>& skins) const;
 
  private:
   struct Skin {
@@ -122,10 +128,11 @@ class HandSearch {
   double cost(const HandStart& start, const Points& at, const Points& normal, const Sight& sight,
               Eigen::Index stride) const;
   void bring_closer(HandStart& start, const Points& at, const Points& normal, double reach, int steps) const;
-  RigidMotion placed_at(const Skin& skin, const Eigen::Matrix3d& rotation, const Vector3& middle,
+  RigidMotion placed_at(const Skin& skin, double size, const Eigen::Matrix3d& rotation, const Vector3& middle,
                         const Sight& sight) const;
 
   std::vector<Skin> skins_;
+  std::vector<double> sizes_;
 };
 
 }  // namespace touchfield

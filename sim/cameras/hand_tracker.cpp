@@ -18,25 +18,32 @@ namespace touchfield {
 namespace {
 
 constexpr double kFollowReach = 8e-3;        // from the predicted skin [m]
-constexpr double kFollowScale = 2e-3;        // [m]
+constexpr double kSharp = 2e-3;              // of robust weights about a skin that is known [m]
+constexpr double kPolishError = 0.7e-3;      // model error that a right fit may go down to [m]
+constexpr double kUnlearntError = 1.5e-3;    // of the template's skin from that of any hand, rms [m]
+constexpr double kStiffTurn = 2 * kDegree;   // of joints that hardly move
 constexpr double kFollowTurn = 6 * kDegree;  // deviation of joints from what is predicted
 constexpr double kRegionMargin = 40e-3;      // round the hand where points are looked for [m]
 constexpr double kNear = 12e-3;              // points count as near the skin [m]
 constexpr double kBeside = 20e-3;            // of points that no skin is matched with [m]
 constexpr double kBesideBeyond = 8e-3;       // of those beyond the workspace, which may cut a table off [m]
 constexpr double kBehindWrist = -5e-3;       // y in the hand's frame [m]
+constexpr double kMostNoise = 1e-3;          // points with more show no hand better [m]
+constexpr double kNoisy = 0.8e-3;            // [m]
+constexpr double kWithin = 2.5e-3;           // points on the skin are, besides model error and noise [m]
 constexpr double kSightTolerance = 7e-3;     // [m]
 constexpr Eigen::Index kLeastFitPoints = 150;
 constexpr std::size_t kStartsPerFrame = 2;
-constexpr std::size_t kStartsOfAnImage = 36;  // of images so far apart that each is searched for itself
+constexpr std::size_t kPosturesPerFrame = 2;
+constexpr std::size_t kStartsOfAFrame = 6;
+constexpr std::size_t kStartsOfAnImage = 24;  // of images so far apart that each is searched for itself
 constexpr Eigen::Index kPointsOfStart = 500;
 constexpr std::size_t kBestFits = 4;                               // fits of which digits are moved
-constexpr double kNearlyExplained = 0.8;                           // of a fit whose digits are worth a try
 constexpr double kSeldom = 0.1;                                    // frames so far apart show no motion [s]
 constexpr std::array<double, 4> kSizes = {0.84, 0.92, 1.0, 1.08};  // of the template's, that are looked for
 
-/// The template's posture and, where its joints are free, three others: fingers far apart, half bent, and all but the
-/// index finger curled.
+/// The template's posture and, where its joints are free, others: fingers far apart, half bent, and all but the index
+/// finger curled, the thumb beside them or over them.
 std::vector<JointAngles> postures(const HandTemplate& hand) {
   const JointAngles own = joint_angles(hand.pose());
   std::vector<JointAngles> all{own};
@@ -49,14 +56,40 @@ std::vector<JointAngles> postures(const HandTemplate& hand) {
       apart(first) = kAbduction[static_cast<std::size_t>(finger)] * kDegree;
       bent.segment<3>(first + 1) += Vector3(25, 30, 15) * kDegree;
     }
-    JointAngles pointing = own;
-    pointing.tail<12>() = joint_angles(hand_pose("index_up")).tail<12>();
-    pointing.segment<2>(3) = Eigen::Vector2d(20, 30) * kDegree;
-    all.push_back(apart);
-    all.push_back(bent);
-    all.push_back(pointing);
+    JointAngles over = joint_angles(hand_pose("index_up"));
+    JointAngles beside = over;
+    beside.head<5>() = own.head<5>();
+    beside.segment<2>(3) = Eigen::Vector2d(20, 30) * kDegree;
+    for (std::size_t finger = 2; finger < HandSkeleton::kDigits; ++finger) {  // tighter than under a thumb
+      beside.segment<3>(first_joint(finger) + 1) = Vector3(92, 105, 60) * kDegree;
+    }
+    all.insert(all.end(), {apart, bent, beside, over});
   }
   return all;
+}
+
+/// How far joints are from those of a posture [rad], from thumb to little finger.
+JointAngles posture_deviation() {
+  JointAngles deviation;
+  deviation.head<5>() << 12, 12, 12, 20, 20;
+  for (std::size_t finger = 1; finger < HandSkeleton::kDigits; ++finger) {
+    deviation.segment<4>(first_joint(finger)) << 7, 18, 20, 14;
+  }
+  return kDegree * deviation;
+}
+
+int confirming_cameras(const HandFit& fit) {
+  return static_cast<int>(std::ranges::count_if(fit.confirmed, [](int vertices) { return vertices > 0; }));
+}
+
+/// The probability that a fit is right, by a logistic regression on fits to images with and without hands
+/// (scripts/hand_belief).
+double probability_of(const HandFit& fit) {
+  const auto lack = [](double share) { return std::log(1.01 - share); };
+  const double logit = 5.09 - 0.67 * lack(fit.explained) - 0.24 * lack(fit.share) - 1.01 * lack(fit.evidence) -
+                       3.33 * fit.misfit - 0.17 * fit.digits_off - 0.23 * fit.oddity +
+                       4.14 * std::log(fit.seen + 0.02) + (confirming_cameras(fit) > 1 ? 2.76 : 0.0);
+  return 1 / (1 + std::exp(-logit));
 }
 
 class Stopwatch {
@@ -89,29 +122,21 @@ std::string lost_text(const HandFit& fit) {
   if (!fit.placed) {
     return "nothing as large as a hand";
   }
-  std::vector<std::string> reasons;
-  const auto require = [&](bool good, const std::string& reason) {
-    if (!good) {
-      reasons.push_back(reason);
-    }
-  };
-  require(fit.near >= kLeastFitPoints, fmt::format("points near the skin {} ({} required)", fit.near, kLeastFitPoints));
-  require(fit.share >= fit.asked.share, fmt::format("share {:.3f} ({:g} required)", fit.share, fit.asked.share));
-  require(fit.evidence >= fit.asked.evidence,
-          fmt::format("evidence {:.3f} ({:g} required)", fit.evidence, fit.asked.evidence));
-  require(fit.explained >= fit.asked.explained,
-          fmt::format("explained {:.3f} ({:g} required)", fit.explained, fit.asked.explained));
-  require(fit.residual <= fit.asked.residual,
-          fmt::format("residual {:.2f} mm ({:.2g} required)", fit.residual / kMillimetre,
-                      fit.asked.residual / kMillimetre));
-  require(fit.digits, "a fingertip is not at its fitted place");
-  return fmt::format("{}", fmt::join(reasons, "; "));
+  std::string text = fmt::format(
+      "probability {:.2f} ({:g} required): {:.0f} % of the points near the skin lie on it; {:.0f} % of the skin that "
+      "should be seen is seen",
+      fit.probability, fit.required, 100 * fit.explained, 100 * fit.evidence);
+  if (fit.digits_off > 0) {
+    text +=
+        fmt::format("; {} of the fingertips are not where they are fitted, fingers apart show more", fit.digits_off);
+  }
+  if (confirming_cameras(fit) < 2) {
+    text += fit.noise > kNoisy ? "; a nearer camera shows more" : "; another camera shows more";
+  }
+  return text;
 }
 
-double HandFit::worth() const {
-  constexpr double kBelieved = 1.5;
-  return seen_area * evidence * explained * explained * (lost ? 1.0 : kBelieved);
-}
+double HandFit::worth() const { return seen_area * evidence * explained * explained * probability; }
 
 PoseVector HandFit::pose() const {
   const Eigen::AngleAxisd turn(state.place.rotation);
@@ -127,15 +152,10 @@ HandTracker::HandTracker(const HandTemplate& hand, std::vector<DepthCamera> came
       workspace_(workspace),
       options_(options),
       shape_(hand_->shaped(HandProportions::Zero())),
-      fit_(*hand_) {
-  std::vector<ShapedHand> sizes;
-  for (const double ratio : kSizes) {
-    HandProportions by = HandProportions::Zero();
-    by(kLengthRatio) = std::log(ratio);
-    by(kBreadthRatio) = std::log(ratio);
-    sizes.push_back(hand_->shaped(by));
-  }
-  look_for(sizes);
+      fit_(*hand_),
+      postures_(postures(*hand_)) {
+  fit_.expect_model_error(kUnlearntError);
+  look_for(shape_, {kSizes.begin(), kSizes.end()});
   for (Eigen::Index v = 0; v < hand_->mesh().vertex_count(); ++v) {
     const std::size_t bone = hand_->influences(v).front().bone;
     const bool end = bone != SkinnedHand::kPalm && bone != SkinnedHand::kSwing && (bone - 1) % 3 == 2;
@@ -146,18 +166,14 @@ HandTracker::HandTracker(const HandTemplate& hand, std::vector<DepthCamera> came
   }
 }
 
-void HandTracker::look_for(const std::vector<ShapedHand>& shapes) {
-  kinds_.clear();
+void HandTracker::look_for(const ShapedHand& shape, std::vector<double> sizes) {
   std::vector<TriangleMesh> skins;
-  for (const ShapedHand& shape : shapes) {
-    for (const JointAngles& joints : postures(*hand_)) {
-      kinds_.push_back({shape, joints});
-      Points vertices;
-      hand_->carry(shape, hand_->skeleton_at(shape.proportions, joints), vertices);
-      skins.emplace_back(vertices, hand_->mesh().triangles());
-    }
+  for (const JointAngles& joints : postures_) {
+    Points vertices;
+    hand_->carry(shape, hand_->skeleton_at(shape.proportions, joints), vertices);
+    skins.emplace_back(vertices, hand_->mesh().triangles());
   }
-  search_.emplace(skins);
+  search_.emplace(skins, std::move(sizes));
 }
 
 void HandTracker::forget() {
@@ -223,20 +239,17 @@ std::vector<std::size_t> HandTracker::digits_missing() const {
   return missing;
 }
 
-/// Whether a fit is to be believed, by what is asked of a shape that is learnt, else by less. Leaves the skin's matches
-/// in fit_ and what the images say of it in check_.
-void HandTracker::evaluate(const DepthFrame& frame, const HandPoints& points, const FitBelief& of_learnt,
-                           HandFit& fit) {
-  const FitBelief& belief = learnt_ ? of_learnt : options_.unlearnt;
+/// Whether a fit is to be believed. Leaves the skin's matches in fit_ and what the images say of it in check_.
+void HandTracker::evaluate(const DepthFrame& frame, const HandPoints& points, HandFit& fit) {
   const Stopwatch watch(times_.check);
-  fit_.match(shape_, points, fit.state, kNear, kFollowScale);
+  fit_.match(shape_, points, fit.state, kNear, kSharp);
   // A wall that the workspace cuts may look like a hand: what goes on beyond it tells.
   const Box round = box_round(fit_.vertices(), kBeside);
   const bool cut = !(workspace_.contains(round));
   const HandPoints beyond = cut ? reader_.read(frame, round) : HandPoints();
   const HandPoints& evaluated = cut ? beyond : points;
   if (cut) {
-    fit_.match(shape_, evaluated, fit.state, kNear, kFollowScale);
+    fit_.match(shape_, evaluated, fit.state, kNear, kSharp);
   }
   const Eigen::Matrix3d back = fit.state.place.rotation.transpose();
   const auto counts = [&](int point) {
@@ -248,17 +261,21 @@ void HandTracker::evaluate(const DepthFrame& frame, const HandPoints& points, co
   double squares = 0;
   double noise = 0;
   double weights = 0;
+  double rough_squares = 0;
+  double rough_noise = 0;
   for (const SkinMatch& match : fit_.matches()) {
     matched[static_cast<std::size_t>(match.point)] = true;
-    const double sigma = evaluated.sigma(match.point);
+    const double sigma = std::min(evaluated.sigma(match.point), kMostNoise);
     if (counts(match.point)) {
       const int camera = evaluated.camera[static_cast<std::size_t>(match.point)];
       near(camera) += 1;
-      explained(camera) += std::abs(match.residual) < belief.within + 2 * sigma ? 1 : 0;
+      explained(camera) += std::abs(match.residual) < kWithin + fit_.model_error() + 2 * sigma ? 1 : 0;
     }
     squares += match.weight * match.residual * match.residual;
     noise += match.weight * sigma * sigma;
     weights += match.weight;
+    rough_squares += match.residual * match.residual;
+    rough_noise += sigma * sigma;
   }
   // What goes on beside the hand is no hand, or another one.
   for (int point = 0; point < evaluated.size(); ++point) {
@@ -268,17 +285,19 @@ void HandTracker::evaluate(const DepthFrame& frame, const HandPoints& points, co
       near(evaluated.camera[static_cast<std::size_t>(point)]) += squared < beside * beside ? 1 : 0;
     }
   }
+  fit.misfit = std::sqrt(std::max(0.0, rough_squares - rough_noise) /
+                         std::max(1.0, static_cast<double>(fit_.matches().size()))) /
+               (learnt_ ? 2 * fit_.model_error() : kUnlearntError);
+  fit.oddity = learnt_ ? 0 : shape_.proportions.norm() / options_.learning.size;
   if (cut) {
-    fit_.match(shape_, points, fit.state, kNear, kFollowScale);
+    fit_.match(shape_, points, fit.state, kNear, kSharp);
   }
   check_sight(cameras(), frame, fit_.vertices(), fit_.normals(), kSightTolerance, options_.points.baseline, check_);
   fit.placed = true;
-  fit.asked = belief;
   fit.noise = weights > 0 ? std::sqrt(noise / weights) : 0;
-  fit.asked.residual = std::hypot(belief.residual, fit.noise);
   fit.near = static_cast<Eigen::Index>(near.sum());
   fit.confirmed = check_.confirmed_by;
-  fit.digits = digits_missing().empty();
+  fit.digits_off = static_cast<int>(digits_missing().size());
   const TriangleMesh& mesh = hand_->mesh();
   fit.seen_vertex = check_.confirmed.cwiseMin(1.0);
   fit.seen = confidence(fit).dot(mesh.areas()) / mesh.total_area();
@@ -289,13 +308,13 @@ void HandTracker::evaluate(const DepthFrame& frame, const HandPoints& points, co
   fit.share = check_.share();
   fit.evidence = check_.evidence();
   fit.residual = weights > 0 ? std::sqrt(squares / weights) : 0;
-  fit.lost = !(fit.near >= kLeastFitPoints && fit.explained >= belief.explained && fit.share >= belief.share &&
-               fit.evidence >= belief.evidence && fit.residual <= fit.asked.residual && fit.digits);
+  fit.required = options_.belief;
+  fit.probability = fit.near >= kLeastFitPoints ? probability_of(fit) : 0;
+  fit.lost = !(fit.probability >= options_.belief);
 }
 
-/// freedom   deviation of the joints from where they start [rad]
-HandFit HandTracker::fitted(const DepthFrame& frame, const HandPoints& points, const HandState& start, double freedom,
-                            const FitBelief& belief) {
+HandFit HandTracker::fitted(const DepthFrame& frame, const HandPoints& points, const HandState& start,
+                            const PosePrior& prior) {
   HandFit fit;
   fit.seconds = frame.seconds;
   fit.state = start;
@@ -304,23 +323,56 @@ HandFit HandTracker::fitted(const DepthFrame& frame, const HandPoints& points, c
   }
   {
     const Stopwatch watch(times_.pose);
-    const PosePrior prior{start.joints, JointAngles::Constant(freedom)};
     const double reach = learning_ ? 2 * kFollowReach : kFollowReach;
-    fit.state =
-        fit_.fit(shape_, points, start, prior, {options_.rounds, reach, kFollowReach, kFollowScale, 1, false}).state;
+    fit.state = fit_.fit(shape_, points, start, prior, {options_.rounds, reach, kFollowReach, scale(), 1, false}).state;
   }
-  evaluate(frame, points, belief, fit);
+  evaluate(frame, points, fit);
   return fit;
 }
 
 /// Brings a hand that is some centimetres and tens of degrees off to where fitted() can take it up.
-HandState HandTracker::brought_closer(const HandPoints& points, const HandState& start) {
+HandState HandTracker::brought_closer(const HandPoints& points, const HandState& start, const PosePrior& prior) {
   const Stopwatch watch(times_.pose);
   const int stride = std::max(1, static_cast<int>(points.size() / kPointsOfStart));
-  const PosePrior stiff{start.joints, JointAngles::Constant(kFollowTurn)};
-  const HandState placed = fit_.fit(shape_, points, start, stiff, {6, 24e-3, 12e-3, 4e-3, stride, true}).state;
-  const PosePrior loose{start.joints, JointAngles::Constant(kStartTurn)};
-  return fit_.fit(shape_, points, placed, loose, {8, 20e-3, 8e-3, 3e-3, stride, false}).state;
+  const PosePrior stiff{start.joints, JointAngles::Constant(kStiffTurn)};
+  const HandState placed = fit_.fit(shape_, points, start, stiff, {8, 30e-3, 15e-3, 8e-3, stride, true}).state;
+  const HandState stiffly = fit_.fit(shape_, points, placed, stiff, {4, 20e-3, 12e-3, 6e-3, stride, false}).state;
+  return fit_.fit(shape_, points, stiffly, prior, {6, 16e-3, 8e-3, 4e-3, stride, false}).state;
+}
+
+/// Follows starts of a search to where they lead, the best first: at length all of the postures, else some starts of
+/// two postures per frame.
+std::vector<HandTracker::Attempt> HandTracker::attempts(const DepthFrame& frame, const HandPoints& points,
+                                                        bool thorough) {
+  std::size_t most = kStartsPerFrame;
+  if (starts_.empty() || thorough) {
+    const Stopwatch watch(times_.search);
+    std::vector<std::size_t> postures;
+    for (std::size_t k = 0; k < (thorough ? postures_.size() : std::min(kPosturesPerFrame, postures_.size())); ++k) {
+      postures.push_back(next_posture_++ % postures_.size());
+    }
+    starts_ = search_->starts(points, cameras(), frame, thorough ? kStartsOfAnImage : kStartsOfAFrame, postures);
+    std::ranges::reverse(starts_);
+    most = thorough ? starts_.size() : 1;
+  }
+  std::vector<Attempt> all;
+  for (std::size_t k = 0; k < most && !starts_.empty() && (all.empty() || all.front().fit.lost || thorough); ++k) {
+    const HandStart start = starts_.back();
+    starts_.pop_back();
+    if (!learnt_) {
+      HandProportions by = HandProportions::Zero();
+      by.head<2>().setConstant(std::log(start.size));
+      shape_ = hand_->shaped(by);
+    }
+    const PosePrior prior{postures_[start.skin], posture_deviation()};
+    const HandState near = brought_closer(points, {start.place, prior.joints}, prior);
+    HandPoints own = read(frame, region(near));
+    HandFit fit = fitted(frame, own, near, prior);
+    all.push_back({std::move(fit), std::move(own), shape_, prior});
+    std::ranges::stable_sort(all, std::greater{}, [](const Attempt& one) { return one.fit.worth(); });
+    all.resize(std::min(all.size(), kBestFits));
+  }
+  return all;
 }
 
 HandFit HandTracker::found(const DepthFrame& frame, HandPoints& points) {
@@ -330,61 +382,32 @@ HandFit HandTracker::found(const DepthFrame& frame, HandPoints& points) {
     starts_.clear();
     return none;
   }
-  std::size_t most = kStartsPerFrame;
-  if (starts_.empty() || apart_) {
-    const Stopwatch watch(times_.search);
-    starts_ = search_->starts(points, cameras(), frame, apart_ ? kStartsOfAnImage : kinds_.size() + 5);
-    std::ranges::reverse(starts_);
-    most = 1;
-  }
-  most = learning_ || apart_ ? starts_.size() : std::min(most, starts_.size());
-  struct Found {
-    HandFit fit;
-    HandPoints points;
-    ShapedHand shape;
-  };
-  std::vector<Found> all;
-  for (std::size_t k = 0; k < most && (all.empty() || all.front().fit.lost || apart_); ++k) {
-    const std::size_t kind = starts_.back().skin;
-    shape_ = kinds_[kind].shape;
-    const HandState near = brought_closer(points, {starts_.back().place, kinds_[kind].joints});
-    starts_.pop_back();
-    HandPoints own = read(frame, region(near));
-    HandFit fit = fitted(frame, own, apart_ ? brought_closer(own, near) : near, kStartTurn, options_.found);
-    all.push_back({std::move(fit), std::move(own), shape_});
-    std::ranges::stable_sort(all, std::greater{}, [](const Found& one) { return one.fit.worth(); });
-    all.resize(std::min(all.size(), kBestFits));
-  }
+  const bool thorough = learning_ ? thorough_left_-- > 0 : apart_;
+  std::vector<Attempt> all = attempts(frame, points, thorough);
   if (all.empty()) {
     return none;
   }
-  if (apart_) {
-    for (Found& one : all) {
+  if (thorough) {
+    starts_.clear();
+    for (Attempt& one : all) {
       if (one.fit.placed) {
-        shape_ = one.shape;
-        const auto sized = [&] {
-          if (!learnt_) {
-            one.fit = with_size_changed(frame, one.points, std::move(one.fit));
-          }
-        };
-        sized();
-        if (!one.fit.digits) {
-          one.fit = with_digits_moved(frame, one.points, std::move(one.fit));
-          sized();
+        with_proportions(frame, one, kUnlearntError);
+        if (one.fit.digits_off > 0) {
+          with_digits_moved(frame, one);
+          with_proportions(frame, one, kUnlearntError);
         }
-        one.shape = shape_;
       }
     }
-    std::ranges::stable_sort(all, std::greater{}, [](const Found& one) { return one.fit.worth(); });
+    std::ranges::stable_sort(all, std::greater{}, [](const Attempt& one) { return one.fit.worth(); });
+    if (!learnt_ && !all.front().fit.lost) {
+      with_proportions(frame, all.front(), kPolishError);
+    }
   }
-  Found& best = all.front();
+  Attempt& best = all.front();
   shape_ = best.shape;
-  if (learning_ && !apart_ && !best.fit.digits && best.fit.explained > kNearlyExplained) {
-    best.fit = with_digits_moved(frame, best.points, std::move(best.fit));
-  }
   points = std::move(best.points);
   if (best.fit.placed) {  // deformation goes on from its matches
-    evaluate(frame, points, options_.found, best.fit);
+    evaluate(frame, points, best.fit);
   }
   return std::move(best.fit);
 }
@@ -406,7 +429,7 @@ void HandTracker::deform(const HandPoints& points, HandFit& fit) {
     targets_.target.col(m) = points.at.col(match.point);
     targets_.at.col(m) = points.at.col(match.point) - match.residual * match.normal;
     targets_.normal.col(m) = match.normal;
-    const double damping = 1 / (1 + match.residual * match.residual / (kFollowScale * kFollowScale));
+    const double damping = 1 / (1 + match.residual * match.residual / (kSharp * kSharp));
     targets_.weight(m) = damping * damping;
   }
   NodeMotions motions = deformation_->graph().motions(fit_.vertices(), shifts_);
@@ -423,7 +446,7 @@ HandFit HandTracker::track_points(const DepthFrame& frame, HandPoints& points) {
   if (!past_.empty()) {
     const HandState from = predicted(frame.seconds);
     points = read(frame, region(from));
-    fit = fitted(frame, points, from, kFollowTurn, options_.followed);
+    fit = fitted(frame, points, from, {from.joints, JointAngles::Constant(kFollowTurn)});
   }
   if (past_.empty() || (fit.lost && apart_)) {
     past_.clear();

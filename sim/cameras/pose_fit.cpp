@@ -92,7 +92,6 @@ int VertexGrid::nearest(const Vector3& at, const Vector3& normal) const {
 
 namespace {
 
-constexpr double kModelError = 0.3e-3;      // of the skin that the template can make [m]
 constexpr double kCorrelated = 8;           // points that count as one
 constexpr double kLeastCosine = 0.3;        // between a point's normal and the skin's
 constexpr double kSlack = 10 * kDegree;     // of the joints' ranges
@@ -101,10 +100,6 @@ constexpr double kMostShift = 40e-3;        // [m]
 constexpr double kEnd = 12e-3;              // of the skin, where it is rounded off and an arm goes on [m]
 
 std::size_t digit_of(std::size_t bone) { return bone == SkinnedHand::kSwing ? 0 : (bone - 1) / 3; }
-
-double variance(const HandPoints& points, Eigen::Index i) {
-  return points.sigma(i) * points.sigma(i) + kModelError * kModelError;
-}
 
 /// Weights of the corners at the point of a triangle that is nearest to x.
 Vector3 nearest_weights(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& x) {
@@ -201,7 +196,8 @@ double PoseFit::match(const ShapedHand& shape, const HandPoints& points, const H
   const double most = scale * scale;
   double cost = 0;
   for (int i = 0; i < points.size(); i += stride) {
-    const double squared_deviation = kCorrelated * variance(points, i) / stride;
+    const double squared_deviation =
+        kCorrelated * (points.sigma(i) * points.sigma(i) + model_error_ * model_error_) / stride;
     const int vertex = grid_.nearest(points.at.col(i), points.normal.col(i));
     SkinMatch match;
     if (vertex < 0 || !match_point(points, i, vertex, match)) {

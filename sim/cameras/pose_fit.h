@@ -95,7 +95,7 @@ struct PoseFitResult {
 ///   sum_i rho(r_i) / (c s_i^2) + sum_j ((q_j - prior_j) / deviation_j)^2,   rho(r) = r^2 / (1 + (r / m)^2)
 ///
 /// r_i is the distance of point i from the smooth skin, along the normal at the nearest point of the face nearest to
-/// it. s_i^2 is the point's variance and that of the skin's model (0.3 mm). c = 8 is for points that err together, m is
+/// it. s_i^2 is the point's variance and that of the skin's model (0.3 mm for a shape that is known). c = 8 is for points that err together, m is
 /// the scale. The smooth skin passes through the vertices and has their normals n_k. With weights b_k of the corners
 /// x_k at the foot,
 ///
@@ -110,6 +110,10 @@ class PoseFit {
   /// hand   kept by reference: it must outlive this
   explicit PoseFit(const HandTemplate& hand);
   PoseFit(HandTemplate&&) = delete;
+
+  /// How far the skin is expected to be from that of the shape [m], rms.
+  void expect_model_error(double error) { model_error_ = error; }
+  double model_error() const { return model_error_; }
 
   PoseFitResult fit(const ShapedHand& shape, const HandPoints& points, const HandState& start, const PosePrior& prior,
                     const PoseFitOptions& options = {});
@@ -146,6 +150,7 @@ class PoseFit {
   const HandTemplate& hand_;
   JointAngles least_;
   JointAngles most_;
+  double model_error_ = 0.3e-3;
   double end_;  // y in the template's frame [m]: skin behind it matches nothing
   Points vertices_;
   Points normals_;

@@ -38,7 +38,7 @@ const TriangleMesh& searched_hand() {
 std::vector<HandStart> starts_of(const TriangleMesh& scene, const std::vector<DepthCamera>& cameras) {
   DepthFrame frame = exact_frame(cameras, scene);
   add_stereo_noise(frame, cameras, 1);
-  return search().starts(PointReader(cameras).read(frame, kWorkspace), cameras, frame);
+  return search().starts(PointReader(cameras).read(frame, kWorkspace), cameras, frame, 6, {0});
 }
 
 /// How many starts come before the first that is within 25 degrees and 20 mm.
@@ -98,10 +98,11 @@ TEST(HandSearch, FindsNoHandInNothing) {
   const std::vector<DepthCamera> cameras = cameras_round(kOver, 0.2, 0.25, 2);
   DepthFrame frame;
   frame.images.assign(2, {640, 360, std::vector<float>(640 * 360, 0.0F)});
-  EXPECT_TRUE(search().starts({}, cameras, frame).empty());
+  EXPECT_TRUE(search().starts({}, cameras, frame, 6, {0}).empty());
   EXPECT_TRUE(starts_of(shifted(icosphere(8e-3, 8), kOver), cameras).empty());
   frame.images.pop_back();
-  EXPECT_THAT(message_of<InputError>([&] { search().starts({}, cameras, frame); }), HasSubstr("1 depth images of 2"));
+  EXPECT_THAT(message_of<InputError>([&] { search().starts({}, cameras, frame, 6, {0}); }),
+              HasSubstr("1 depth images of 2"));
   EXPECT_THAT(message_of<InputError>([&] { HandSearch({}); }), HasSubstr("no skin"));
 }
 

@@ -361,15 +361,23 @@ TEST(HandTracker, SaysWhatOfAFitIsNotBelieved) {
   EXPECT_EQ(lost_text(fit), "nothing as large as a hand");
   fit.placed = true;
   fit.near = 400;
-  fit.asked = {0.9, 0.6, 0.92, 2.5e-3, 0.9e-3};
+  fit.probability = 0.123;
+  fit.required = 0.4;
   fit.evidence = 0.7;
-  fit.share = 0.61;
-  fit.explained = 0.95;
-  fit.residual = 1.312e-3;
-  EXPECT_EQ(lost_text(fit), "share 0.610 (0.9 required); residual 1.31 mm (0.9 required)");
-  fit.digits = false;
-  fit.residual = 0.5e-3;
-  EXPECT_EQ(lost_text(fit), "share 0.610 (0.9 required); a fingertip is not at its fitted place");
+  fit.explained = 0.88;
+  fit.confirmed = {500, 300};
+  const std::string shares =
+      "probability 0.12 (0.4 required): 88 % of the points near the skin lie on it; 70 % of the skin that should be "
+      "seen "
+      "is seen";
+  EXPECT_EQ(lost_text(fit), shares);
+  fit.digits_off = 2;
+  EXPECT_EQ(lost_text(fit), shares + "; 2 of the fingertips are not where they are fitted, fingers apart show more");
+  fit.digits_off = 0;
+  fit.confirmed = {500, 0};
+  EXPECT_EQ(lost_text(fit), shares + "; another camera shows more");
+  fit.noise = 1e-3;
+  EXPECT_EQ(lost_text(fit), shares + "; a nearer camera shows more");
 }
 
 TEST(HandTracker, TakesNothingElseForAHand) {
