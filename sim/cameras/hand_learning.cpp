@@ -335,7 +335,7 @@ void HandTracker::learn_digits(std::vector<LearningView>& views) {
     for (LearningView& view : views) {
       view.fit =
           fitted(view.frame, view.points, view.fit.state, {view.fit.state.joints, JointAngles::Constant(kStartTurn)});
-      sum += view.fit.worth();
+      sum += view.fit.explained_area();
     }
     return sum;
   };
@@ -391,6 +391,10 @@ bool HandTracker::learn(std::size_t count, const std::function<DepthFrame(std::s
     chosen_points.push_back(std::move(points[from]));
     chosen_states.push_back(states[from]);
   }
+  learnt_ = true;
+  fit_.expect_model_error(kLeastModelError);
+  shape_ = fitted_proportions(*hand_, shape_, chosen_points, chosen_states, {}, options_.learning,
+                              options_.learning.rounds, fit_);
   const std::size_t step = (taken + kLearningViews - 1) / kLearningViews;
   std::vector<LearningView> views;
   for (std::size_t i = 0; i < taken; i += step) {
@@ -399,8 +403,6 @@ bool HandTracker::learn(std::size_t count, const std::function<DepthFrame(std::s
     view.points = chosen_points[i];
     view.fit.state = chosen_states[i];
   }
-  learnt_ = true;
-  fit_.expect_model_error(kLeastModelError);
   learn_digits(views);
   shape_ = learnt_shape(*hand_, shape_, chosen_points, chosen_states, options_.learning);
   for (std::size_t i = 0; i < views.size(); ++i) {

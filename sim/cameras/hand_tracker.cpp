@@ -136,7 +136,9 @@ std::string lost_text(const HandFit& fit) {
   return text;
 }
 
-double HandFit::worth() const { return seen_area * evidence * explained * explained * probability; }
+double HandFit::explained_area() const { return seen_area * evidence * explained * explained; }
+
+double HandFit::worth() const { return explained_area() * probability; }
 
 PoseVector HandFit::pose() const {
   const Eigen::AngleAxisd turn(state.place.rotation);

@@ -27,8 +27,7 @@ struct LearningOptions {
   int offset_rounds = 3;      // for the offset and then the poses
 };
 
-/// Finds 94 to 96 of 100 hands of other people, of which nothing is known, in single images; 6 of 100 images of other
-/// things, most of them empty gloves and forearms, are taken for a hand (docs/cameras.md).
+/// Most hands of other people reach it, and few other things do: forearms and empty gloves (docs/cameras.md).
 inline constexpr double kUsualBelief = 0.4;
 
 struct FitOptions {
@@ -66,7 +65,9 @@ struct HandFit {
   Points deformation;           // 3 x N shifts of the graph's nodes (DeformationGraph::shifts); empty for none
   Eigen::VectorXd seen_vertex;  // of the template: 1 seen, 0 not
 
-  /// How much of a hand it explains, to choose between fits to one frame [m2].
+  /// How much of a hand it explains [m2].
+  double explained_area() const;
+  /// The same times the probability, to choose between fits to one frame.
   double worth() const;
   /// Unknowns in a row: the place's turn as angle times axis [rad], its shift [m], the joints [rad].
   PoseVector pose() const;
@@ -89,14 +90,14 @@ struct FitTimes {
 ///
 /// In each frame the pose starts from a prediction by the last two frames and is fitted (PoseFit). The prediction takes
 /// the motion of the place times 0.8 and that of the joints times 0.5. The fit is believed if it is probable enough.
-/// The probability is that of a logistic regression. It goes by the share of the points near the skin that lie on it,
-/// by what the images say of the skin (SightCheck), as a whole and at each digit's end, and by the distances and the
-/// proportions. Points behind the wrist do not count. If the fit is not believed, the hand is lost, and the fit says so.
+/// The probability is that of a logistic regression. It goes by the distances of the points from the skin and by the
+/// proportions. It also goes by what the images say of the skin (SightCheck), as a whole and at each digit's end. Points
+/// behind the wrist do not count. If the fit is not believed, the hand is lost, and the fit says so.
 /// If the hand is not lost, the skin is then deformed towards the points (DeformationFit).
 ///
-/// A lost hand is looked for again (HandSearch). An image 0.1 s or more after the last one is searched at length, and
-/// so are up to six of the frames that are learnt from: all postures, 24 starts, the proportions of the four best, and
-/// digits moved. 0.5 to 2 s on one core. Other frames try two postures and some starts.
+/// A lost hand is looked for again (HandSearch). An image 0.1 s or more after the last one is searched at length. So
+/// are up to six of the frames that are learnt from. This takes 0.5 to 2 s on one core: all postures, 24 starts, the
+/// proportions of the four best, digits moved. Other frames try two postures and some starts.
 ///
 /// accuracy   three simulated D415 0.34 m away with their noise, a hand 6 % shorter and 7 % narrower than the template
 ///            that moves at 50 mm/s while its index finger flexes: the skin seen within 0.11 mm rms and 0.23 mm at 95 %
