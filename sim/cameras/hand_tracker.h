@@ -73,8 +73,8 @@ struct HandFit {
   PoseVector pose() const;
 };
 
-/// Why a hand is lost and what would help: "probability 0.12 (0.4 required): 88 % of the points near the skin lie on it;
-/// ...". Empty of one that is not lost.
+/// Why a hand is lost and what would help: "probability 0.12 (0.4 required): 88 % of the points near the skin lie on
+/// it; ...". Empty of one that is not lost.
 std::string lost_text(const HandFit& fit);
 
 /// What a track() took [s].
@@ -91,8 +91,8 @@ struct FitTimes {
 /// In each frame the pose starts from a prediction by the last two frames and is fitted (PoseFit). The prediction takes
 /// the motion of the place times 0.8 and that of the joints times 0.5. The fit is believed if it is probable enough.
 /// The probability is that of a logistic regression. It goes by the distances of the points from the skin and by the
-/// proportions. It also goes by what the images say of the skin (SightCheck), as a whole and at each digit's end. Points
-/// behind the wrist do not count. If the fit is not believed, the hand is lost, and the fit says so.
+/// proportions. It also goes by what the images say of the skin (SightCheck), as a whole and at each digit's end.
+/// Points behind the wrist do not count. If the fit is not believed, the hand is lost, and the fit says so.
 /// If the hand is not lost, the skin is then deformed towards the points (DeformationFit).
 ///
 /// A lost hand is looked for again (HandSearch). An image 0.1 s or more after the last one is searched at length. So

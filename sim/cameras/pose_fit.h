@@ -95,9 +95,9 @@ struct PoseFitResult {
 ///   sum_i rho(r_i) / (c s_i^2) + sum_j ((q_j - prior_j) / deviation_j)^2,   rho(r) = r^2 / (1 + (r / m)^2)
 ///
 /// r_i is the distance of point i from the smooth skin, along the normal at the nearest point of the face nearest to
-/// it. s_i^2 is the point's variance and that of the skin's model (0.3 mm for a shape that is known). c = 8 is for points that err together, m is
-/// the scale. The smooth skin passes through the vertices and has their normals n_k. With weights b_k of the corners
-/// x_k at the foot,
+/// it. s_i^2 is the point's variance and that of the skin's model (0.3 mm for a shape that is known). c = 8 is for
+/// points that err together, m is the scale. The smooth skin passes through the vertices and has their normals n_k.
+/// With weights b_k of the corners x_k at the foot,
 ///
 ///   r = (n . (p - sum b_k x_k) + sum b_k n_k . (p - x_k)) / 2,   n = sum b_k n_k / |..|
 ///
