@@ -102,7 +102,7 @@ class Methods(CommandTest):
         self.run_ok("run", scene, "-o", "best")
         with h5py.File(self.folder / "best" / "run.h5") as run:
             best, error = run["target/amplitude"][0], run["methods/radiation"].attrs["relative_error_radiation"]
-        for factor, worse in ((0.3, -0.01), (30, 0.1)):  # fainter ones differ by little: the level is free
+        for factor, worse in ((0.3, -0.05), (30, 0.1)):  # fainter ones differ by their local minimum
             self.run_ok("run", scene, "-o", f"x{factor}", "--set", f"target.pressure_pa={factor * best}")
             with h5py.File(self.folder / f"x{factor}" / "run.h5") as run:
                 self.assertGreater(run["methods/radiation"].attrs["relative_error_radiation"], error + worse)
