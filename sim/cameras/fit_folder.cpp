@@ -144,9 +144,8 @@ bool finds_other_hand(const CameraFolder& folder, const FolderFit& how, Progress
 
 std::string frames_csv(const std::vector<FittedFrame>& frames) {
   std::string text =
-      "time_s,lost,probability,residual_mm,explained,share,evidence,seen,misfit,digits_off,oddity,landmark_off_mm,fit_"
-      "ms,"
-      "file,reason\n";
+      "time_s,lost,probability,residual_mm,explained,share,evidence,seen,misfit,digits_off,oddity,landmark_off_mm,"
+      "fit_ms,file,reason\n";
   for (const FittedFrame& frame : frames) {
     const HandFit& fit = frame.fit;
     text += fmt::format("{},{:d},", schema::decimal_text(fit.seconds), fit.lost);

@@ -21,8 +21,6 @@ constexpr double kLearningTurn = 20 * kDegree;  // deviation of joints from wher
 constexpr double kFirstLearningReach = 12e-3;   // reach of the first round [m]
 constexpr double kLearningReach = 5e-3;
 constexpr double kLearningScale = 2e-3;
-constexpr double kLeastModelError = 0.3e-3;  // of a shape that was learnt [m]
-constexpr double kMostModelError = 1.5e-3;
 
 HandProportions deviations(const LearningOptions& options) {
   HandProportions result = HandProportions::Constant(options.part);
@@ -119,7 +117,7 @@ ShapedHand proportions_step(const HandTemplate& hand, const ShapedHand& shape, c
   Misfit misfit;
   ProportionMatrix curvature = ProportionMatrix::Zero();
   HandProportions slope = HandProportions::Zero();
-  const double scale = std::max(1.6e-3 + 1.6 * fit.model_error(), reach / 3);
+  const double scale = std::max(fit.robust_scale(), reach / 3);
   for (std::size_t f = 0; f < frames.size(); ++f) {
     centres.emplace_back(frames[f].at.rowwise().mean());
     fit.match(shape, frames[f], states[f], reach, scale);
@@ -314,7 +312,7 @@ void HandTracker::with_proportions(const DepthFrame& frame, Attempt& attempt, do
   shape_ = fitted_proportions(*hand_, attempt.shape, {attempt.points}, states, attempt.prior, options_.learning,
                               kRounds, fit_);
   other.state = fit_.fit(shape_, attempt.points, states.front(), attempt.prior,
-                         {options_.rounds, kLearningReach, kLearningReach, scale(), 1, false})
+                         {options_.rounds, kLearningReach, kLearningReach, fit_.robust_scale(), 1, false})
                     .state;
   fit_.expect_model_error(expected);
   evaluate(frame, attempt.points, other);
@@ -392,7 +390,7 @@ bool HandTracker::learn(std::size_t count, const std::function<DepthFrame(std::s
     chosen_states.push_back(states[from]);
   }
   learnt_ = true;
-  fit_.expect_model_error(kLeastModelError);
+  fit_.expect_model_error(kKnownSkinError);
   shape_ = fitted_proportions(*hand_, shape_, chosen_points, chosen_states, {}, options_.learning,
                               options_.learning.rounds, fit_);
   const std::size_t step = (taken + kLearningViews - 1) / kLearningViews;
@@ -414,7 +412,7 @@ bool HandTracker::learn(std::size_t count, const std::function<DepthFrame(std::s
     misfit +=
         (view.fit.residual * view.fit.residual - view.fit.noise * view.fit.noise) / static_cast<double>(views.size());
   }
-  fit_.expect_model_error(std::clamp(std::sqrt(std::max(misfit, 0.0)), kLeastModelError, kMostModelError));
+  fit_.expect_model_error(std::clamp(std::sqrt(std::max(misfit, 0.0)), kKnownSkinError, kUnknownSkinError));
   look_for(shape_, {1.0});
   shifts_.resize(3, 0);
   if (!past_.empty()) {

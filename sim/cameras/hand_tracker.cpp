@@ -20,7 +20,6 @@ namespace {
 constexpr double kFollowReach = 8e-3;        // from the predicted skin [m]
 constexpr double kSharp = 2e-3;              // of robust weights about a skin that is known [m]
 constexpr double kPolishError = 0.7e-3;      // model error that a right fit may go down to [m]
-constexpr double kUnlearntError = 1.5e-3;    // of the template's skin from that of any hand, rms [m]
 constexpr double kStiffTurn = 2 * kDegree;   // of joints that hardly move
 constexpr double kFollowTurn = 6 * kDegree;  // deviation of joints from what is predicted
 constexpr double kRegionMargin = 40e-3;      // round the hand where points are looked for [m]
@@ -156,7 +155,7 @@ HandTracker::HandTracker(const HandTemplate& hand, std::vector<DepthCamera> came
       shape_(hand_->shaped(HandProportions::Zero())),
       fit_(*hand_),
       postures_(postures(*hand_)) {
-  fit_.expect_model_error(kUnlearntError);
+  fit_.expect_model_error(kUnknownSkinError);
   look_for(shape_, {kSizes.begin(), kSizes.end()});
   for (Eigen::Index v = 0; v < hand_->mesh().vertex_count(); ++v) {
     const std::size_t bone = hand_->influences(v).front().bone;
@@ -289,7 +288,7 @@ void HandTracker::evaluate(const DepthFrame& frame, const HandPoints& points, Ha
   }
   fit.misfit = std::sqrt(std::max(0.0, rough_squares - rough_noise) /
                          std::max(1.0, static_cast<double>(fit_.matches().size()))) /
-               (learnt_ ? 2 * fit_.model_error() : kUnlearntError);
+               (learnt_ ? 2 * fit_.model_error() : kUnknownSkinError);
   fit.oddity = learnt_ ? 0 : shape_.proportions.norm() / options_.learning.size;
   if (cut) {
     fit_.match(shape_, points, fit.state, kNear, kSharp);
@@ -326,7 +325,9 @@ HandFit HandTracker::fitted(const DepthFrame& frame, const HandPoints& points, c
   {
     const Stopwatch watch(times_.pose);
     const double reach = learning_ ? 2 * kFollowReach : kFollowReach;
-    fit.state = fit_.fit(shape_, points, start, prior, {options_.rounds, reach, kFollowReach, scale(), 1, false}).state;
+    fit.state =
+        fit_.fit(shape_, points, start, prior, {options_.rounds, reach, kFollowReach, fit_.robust_scale(), 1, false})
+            .state;
   }
   evaluate(frame, points, fit);
   return fit;
@@ -393,10 +394,10 @@ HandFit HandTracker::found(const DepthFrame& frame, HandPoints& points) {
     starts_.clear();
     for (Attempt& one : all) {
       if (one.fit.placed) {
-        with_proportions(frame, one, kUnlearntError);
+        with_proportions(frame, one, kUnknownSkinError);
         if (one.fit.digits_off > 0) {
           with_digits_moved(frame, one);
-          with_proportions(frame, one, kUnlearntError);
+          with_proportions(frame, one, kUnknownSkinError);
         }
       }
     }

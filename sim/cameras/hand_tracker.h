@@ -39,7 +39,8 @@ struct FitOptions {
   double belief = kUsualBelief;  // least probability of a fit that is believed
 };
 
-/// A hand as it was fitted to one frame. Where it is lost, what was fitted best is not to be believed; asked says why.
+/// A hand as it was fitted to one frame. Where it is lost, what was fitted best is not to be believed: lost_text() says
+/// why.
 struct HandFit {
   double seconds = 0;
   bool lost = true;
@@ -51,7 +52,7 @@ struct HandFit {
   double probability = 0;            // that it is right, by scripts/hand_belief
   double required = 0;               // probability of a fit that is believed
   double residual = 0;               // rms distance of the matched points from the skin, robustly weighted [m]
-  double explained = 0;              // share of the points near the hand's skin that lie on it (FitBelief)
+  double explained = 0;              // share of the points near the hand's skin that lie on it
   std::vector<double> explained_by;  // the same of each camera's points; NaN if it has none there
   double noise = 0;                  // what the residual would be of the points' noise alone [m]
   double misfit = 0;                 // rms distance of the matched points besides their noise, relative to 1.5 mm, or
@@ -165,7 +166,6 @@ class HandTracker {
     PosePrior prior;
   };
 
-  double scale() const { return 1.6e-3 + 1.6 * fit_.model_error(); }  // of robust weights [m]
   void look_for(const ShapedHand& shape, std::vector<double> sizes);
   void learn_digits(std::vector<LearningView>& views);
   HandPoints read(const DepthFrame& frame, const Box& within);

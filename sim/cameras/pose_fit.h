@@ -90,6 +90,10 @@ struct PoseFitResult {
   double explained = 0;  // share of the points within three of their deviations and 1 mm of the skin
 };
 
+/// Of the template's skin, rms [m]: of a shape that was learnt, and from that of any hand.
+inline constexpr double kKnownSkinError = 0.3e-3;
+inline constexpr double kUnknownSkinError = 1.5e-3;
+
 /// Fits a hand's pose to points of its skin: Levenberg and Marquardt on
 ///
 ///   sum_i rho(r_i) / (c s_i^2) + sum_j ((q_j - prior_j) / deviation_j)^2,   rho(r) = r^2 / (1 + (r / m)^2)
@@ -114,6 +118,8 @@ class PoseFit {
   /// How far the skin is expected to be from that of the shape [m], rms.
   void expect_model_error(double error) { model_error_ = error; }
   double model_error() const { return model_error_; }
+  /// m of the robust weights that goes with it [m].
+  double robust_scale() const { return 1.6e-3 + 1.6 * model_error_; }
 
   PoseFitResult fit(const ShapedHand& shape, const HandPoints& points, const HandState& start, const PosePrior& prior,
                     const PoseFitOptions& options = {});
@@ -150,7 +156,7 @@ class PoseFit {
   const HandTemplate& hand_;
   JointAngles least_;
   JointAngles most_;
-  double model_error_ = 0.3e-3;
+  double model_error_ = kKnownSkinError;
   double end_;  // y in the template's frame [m]: skin behind it matches nothing
   Points vertices_;
   Points normals_;

@@ -368,8 +368,7 @@ TEST(HandTracker, SaysWhatOfAFitIsNotBelieved) {
   fit.confirmed = {500, 300};
   const std::string shares =
       "probability 0.12 (0.4 required): 88 % of the points near the skin lie on it; 70 % of the skin that should be "
-      "seen "
-      "is seen";
+      "seen is seen";
   EXPECT_EQ(lost_text(fit), shares);
   fit.digits_off = 2;
   EXPECT_EQ(lost_text(fit), shares + "; 2 of the fingertips are not where they are fitted, fingers apart show more");

@@ -99,11 +99,12 @@ class Methods(CommandTest):
 
     def test_best_pressure_of_radiation(self):
         scene = self.scene("best", "[radiation]")
-        self.run_ok("run", scene, "-o", "best")
+        kernels = {"OPENBLAS_CORETYPE": "Haswell"}  # rounding decides which local minimum it ends in
+        self.run_ok("run", scene, "-o", "best", env=kernels)
         with h5py.File(self.folder / "best" / "run.h5") as run:
             best, error = run["target/amplitude"][0], run["methods/radiation"].attrs["relative_error_radiation"]
-        for factor, worse in ((0.3, -0.05), (30, 0.1)):  # fainter ones differ by their local minimum
-            self.run_ok("run", scene, "-o", f"x{factor}", "--set", f"target.pressure_pa={factor * best}")
+        for factor, worse in ((0.3, -0.01), (30, 0.1)):  # fainter ones differ by little: the level is free
+            self.run_ok("run", scene, "-o", f"x{factor}", "--set", f"target.pressure_pa={factor * best}", env=kernels)
             with h5py.File(self.folder / f"x{factor}" / "run.h5") as run:
                 self.assertGreater(run["methods/radiation"].attrs["relative_error_radiation"], error + worse)
 

@@ -94,8 +94,9 @@ class Pattern(CommandTest):
             self.assertIn(said, done.stderr)
             with h5py.File(self.folder / "out/pattern.h5") as file:
                 self.assertTrue(any(said in text for text in file["warnings"].asstr()))
-        done = self.run_ok("pattern", scene, "-o", "out", "--force", "--set", "pattern.most_turn_deg=null")
-        for name in ("few_frames", "part_period", "below_wanted"):
+        done = self.run_ok("pattern", scene, "-o", "out", "--force", "--set", "pattern.most_turn_deg=null",
+                           env={"OPENBLAS_CORETYPE": "Haswell"})  # rounding decides which local minimum a frame ends in
+        for name in ("few_frames", "part_period", "below_wanted", "frames_behind"):
             self.assertNotIn(name, done.stderr)
 
     def test_check_says_what_it_takes(self):
