@@ -26,7 +26,6 @@ double relative(const VectorXcd& found, const VectorXcd& expected) {
   return (found - expected).norm() / expected.norm();
 }
 
-/// docs/run-file.md shows this function.
 VectorXcd own_method(const SkinProblem& problem, int steps) {
   const MatrixXcd& h = problem.target;
   const MatrixXcd& r = problem.outside;
