@@ -1,10 +1,10 @@
 """Does every tutorial as its reader would, block by block, in a folder of its own that looks like a clone.
 
 `sh` and `python` blocks run. A `yaml` block becomes the file that its first line names. A `text` block must stand in the output of the
-block before: words unchanged, numbers within 5 %, `..` for anything. A stand-in replaces the board; four of its transducers are walked. Two runs without shown figures have no evaluation mesh. Blocks after a line `<!-- not run: REASON -->` are
-left out and listed; docs_test.py checks the names of their commands. After `<!-- picture: FILE -->` the image on the next line is that
-file of these runs. With TOUCHFIELD_PICTURES set it is drawn again. Those in LONG repeat other tests with figures; they run in
-long_tutorials_test.py.
+block before: words unchanged, numbers within 5 %, `..` for anything. A stand-in replaces the board; four of its transducers are walked.
+Two runs without shown figures have no evaluation mesh. Blocks after a line `<!-- not run: REASON -->` are left out and listed;
+docs_test.py checks the names of their commands. After `<!-- picture: FILE -->` the image on the next line is that file of these runs. With
+TOUCHFIELD_PICTURES set it is drawn again. Those in LONG repeat other tests with figures; they run in long_tutorials_test.py.
 """
 
 import os
