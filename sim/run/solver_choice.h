@@ -60,7 +60,7 @@ double expected_steps(Scheme scheme, bool two_level);
 /// by_grid   seconds of the grid of body_cost()
 double product_share(SolverKind kind, Eigen::Index unknowns, double by_grid);
 
-/// Rules for `auto`, in docs/user-guide.md:
+/// Rules for `auto`:
 ///   burton_miller(_polished)   GMRES in single precision, with products by a grid where those are faster, else
 ///                              matrix-free; with TwoLevel where it saves more than it takes to make; LU where there
 ///                              are so many right-hand sides that factorising once is cheaper and the matrix fits half
