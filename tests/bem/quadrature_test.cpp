@@ -72,7 +72,7 @@ Eigen::Array4d expect_errors(const Face& face, const Vector3& x, const Vector3& 
   return found;
 }
 
-/// A row of the table in docs/accuracy.md: the largest errors of a class of places.
+/// A row of results/tables/face_integrals.csv: the largest errors of a class of places.
 void print_errors(const std::string& where, const Eigen::Array4d& worst) {
   const auto cell = [&](int i) { return worst(i) < 1e-15 ? "0" : fmt::format("{:.1e}", worst(i)); };
   print_row("face_integrals", {{{"where", where}, {"S", cell(0)}, {"D", cell(1)}, {"D'", cell(2)}, {"W", cell(3)}}});
