@@ -41,7 +41,7 @@ class Joints(CommandTest):
             at = numpy.array([21 + 30 * 0.02 * k, -145, 200])
             joints = {name: change(1e-3 * (place + at)) for name, place in own.items()}
             frames.append((0.02 * k, joints if k != 10 else None))
-        docs = (SOURCE / "docs/cameras.md").read_text()
+        docs = (SOURCE / "docs/joints.md").read_text()
         example, = [code for code in re.findall(r"```python\n(.*?)```", docs, re.S) if "hand.csv" in code]
         example, changed = re.subn("^frames = .*$", "", example, flags=re.M)
         self.assertEqual(changed, 1)
@@ -81,7 +81,7 @@ class Joints(CommandTest):
         self.table()
         with open(self.folder / "hand.csv", newline="") as file:
             first = list(csv.reader(file))[1]
-        docs = (SOURCE / "docs/cameras.md").read_text()
+        docs = (SOURCE / "docs/joints.md").read_text()
         example, = [code for code in re.findall(r"```python\n(.*?)```", docs, re.S) if "sendto" in code]
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
             free.bind(("127.0.0.1", 0))
