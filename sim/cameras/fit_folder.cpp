@@ -52,58 +52,53 @@ bool learn(const CameraFolder& folder, double seconds, HandTracker& tracker, Pro
   return false;
 }
 
-/// The built-in hands that a recording may show, and how well each fits.
+/// A built-in hand that a recording may show, and how well it fits.
 struct Candidate {
   HandShape hand;
   std::optional<HandTracker> tracker{};  // once it is tried: its template takes a second
   double worth = 0;                      // of some frames together
 };
 
-constexpr double kClear = 0.9;  // of the worth of the best: what comes closer is not told from it
-
-/// The best of a side.
-double worth_of(const std::deque<Candidate>& candidates, HandSide side) {
-  double worth = 0;
-  for (const Candidate& candidate : candidates) {
-    worth = candidate.hand.side == side ? std::max(worth, candidate.worth) : worth;
+/// Whether the candidate is in the frame.
+bool fits(Candidate& candidate, const CameraFolder& folder, const DepthFrame& frame, const Box& workspace) {
+  if (!candidate.tracker) {
+    candidate.tracker.emplace(HandTemplate(candidate.hand, HandTemplate::kUsualEdge), folder.cameras(), workspace);
   }
-  return worth;
+  candidate.tracker->forget();
+  const HandFit fit = candidate.tracker->track(frame);
+  candidate.worth += fit.lost ? 0.0 : fit.worth();
+  return !fit.lost;
 }
 
-bool sides_are_close(const std::deque<Candidate>& candidates) {
-  const double right = worth_of(candidates, HandSide::kRight);
-  const double left = worth_of(candidates, HandSide::kLeft);
-  return std::min(right, left) > kClear * std::max(right, left);
+bool sides_are_close(const std::deque<Candidate>& sides) {
+  constexpr double kClear = 0.9;  // of the worth of the best: what comes closer is not told from it
+  const auto [least, most] = std::ranges::minmax_element(sides, {}, &Candidate::worth);
+  return sides.size() > 1 && least->worth > kClear * most->worth;
 }
 
-/// Fits each to some frames, spread over the recording, until one shows a hand whose side is clear, or enough show one.
-/// To several cameras a hand of the other side is lost, which takes long to find out: one that they find has the right
-/// side. In a single image the side may be a guess.
-void compare(const CameraFolder& folder, const Box& workspace, std::deque<Candidate>& candidates) {
-  constexpr std::size_t kMostFrames = 8;
-  constexpr int kEnough = 6;
+/// Fits each side to some frames, spread over the recording, until one shows a hand whose side is clear, or enough show
+/// one. Returns the frames. To several cameras a hand of the other side is lost, which takes long to find out: one that
+/// they find has the right side. In a single image the side may be a guess.
+std::vector<DepthFrame> compare(const CameraFolder& folder, const Box& workspace, std::deque<Candidate>& sides) {
+  constexpr std::size_t kMostFrames = 5;
+  constexpr int kEnough = 4;
+  std::vector<DepthFrame> tried;
   const std::size_t step = (folder.size() + kMostFrames - 1) / kMostFrames;
   int found = 0;
   for (std::size_t k = 0; k < folder.size() && found < kEnough; k += step) {
-    const DepthFrame frame = folder.frame(k);
+    tried.push_back(folder.frame(k));
     bool any = false;
-    for (Candidate& candidate : candidates) {
-      if (any && folder.cameras().size() > 1 && candidate.hand.side != candidates.front().hand.side) {
-        return;
+    for (Candidate& side : sides) {
+      if (!any || folder.cameras().size() == 1) {
+        any = fits(side, folder, tried.back(), workspace) || any;
       }
-      if (!candidate.tracker) {
-        candidate.tracker.emplace(HandTemplate(candidate.hand, HandTemplate::kUsualEdge), folder.cameras(), workspace);
-      }
-      candidate.tracker->forget();
-      const HandFit fit = candidate.tracker->track(frame);
-      candidate.worth += fit.lost ? 0.0 : fit.worth();
-      any = any || !fit.lost;
     }
     found += any ? 1 : 0;
-    if (found > 0 && !sides_are_close(candidates)) {
-      return;
+    if (found > 0 && !sides_are_close(sides)) {
+      break;
     }
   }
+  return tried;
 }
 
 /// The hand whose pose and side fit best, of those that may be chosen; a warning where the other side fits nearly as
@@ -117,20 +112,20 @@ HandShape nearest_hand(const CameraFolder& folder, const FolderFit& how, std::op
     hand.pose = how.any_pose ? "flat" : how.hand.pose;
     hand.side = side;
   }
-  compare(folder, workspace, sides);
-  Candidate& best = *std::ranges::max_element(sides, {}, &Candidate::worth);
+  const std::vector<DepthFrame> tried = compare(folder, workspace, sides);
+  const Candidate& best = *std::ranges::max_element(sides, {}, &Candidate::worth);
   if (sides_are_close(sides)) {
     warning = fmt::format("side: the images fit a {} hand nearly as well as the {} hand that is used; give --side",
                           side_name(other_side(best.hand.side)), side_name(best.hand.side));
   }
-  if (!how.any_pose) {
-    return best.hand;
+  Candidate pointing{best.hand};
+  pointing.hand.pose = "index_up";
+  if (how.any_pose) {
+    for (const DepthFrame& frame : tried) {
+      fits(pointing, folder, frame, workspace);
+    }
   }
-  std::deque<Candidate> poses(2);
-  poses[0].hand = poses[1].hand = best.hand;
-  poses[1].hand.pose = "index_up";
-  compare(folder, workspace, poses);
-  return std::ranges::max_element(poses, {}, &Candidate::worth)->hand;
+  return pointing.worth > best.worth ? pointing.hand : best.hand;
 }
 
 /// Whether the other hand is in the images.

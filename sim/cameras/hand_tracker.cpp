@@ -85,9 +85,9 @@ int confirming_cameras(const HandFit& fit) {
 /// (scripts/hand_belief).
 double probability_of(const HandFit& fit) {
   const auto lack = [](double share) { return std::log(1.01 - share); };
-  const double logit = 5.09 - 0.67 * lack(fit.explained) - 0.24 * lack(fit.share) - 1.01 * lack(fit.evidence) -
-                       3.33 * fit.misfit - 0.17 * fit.digits_off - 0.23 * fit.oddity +
-                       4.14 * std::log(fit.seen + 0.02) + (confirming_cameras(fit) > 1 ? 2.76 : 0.0);
+  const double logit = 5.04 - 0.86 * lack(fit.explained) - 0.15 * lack(fit.share) - 1.07 * lack(fit.evidence) -
+                       3.50 * fit.misfit - 0.20 * fit.digits_off - 0.32 * fit.oddity +
+                       4.06 * std::log(fit.seen + 0.02) + (confirming_cameras(fit) > 1 ? 2.28 : 0.0);
   return 1 / (1 + std::exp(-logit));
 }
 
