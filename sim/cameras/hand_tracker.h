@@ -28,7 +28,7 @@ struct LearningOptions {
 };
 
 /// Most hands of other people reach it, and few other things do: forearms and empty gloves (docs/cameras.md).
-inline constexpr double kUsualBelief = 0.55;
+inline constexpr double kUsualBelief = 0.5;
 
 struct FitOptions {
   PointOptions points{.most = 900};
