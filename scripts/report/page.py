@@ -100,7 +100,7 @@ def write_report(work, report, quick, only=None):
         if only not in (None, *parts):
             continue
         if not is_done(work, *parts):
-            print(f"{parts[0]}: not finished; the report keeps its former results, if any")
+            print(f"{parts[0]}: not finished; the report keeps its former results, if any", file=sys.stderr)
             continue
         for name, rows in rows_of(work, quick).items():
             write_table(report / f"tables/{name}.csv", rows, made(work, *parts))
