@@ -80,7 +80,7 @@ class Reproduce(unittest.TestCase):
                 kept, = csv.reader(table.read_text().splitlines()[1:2])
                 self.assertEqual(list(self.rows(table.name)[0]), kept, table.name)
 
-    def test_tables_and_captions_say_which_program_and_which_scenes_made_them(self):
+    def test_tables_say_which_program_and_which_scenes_made_them(self):
         text = (self.folder / "report/report.md").read_text()
         said = subprocess.run([PROGRAM, "--version"], capture_output=True, text=True, check=True).stdout
         revision = re.search(r"\(([^)]+)\)", said)[1]
@@ -89,7 +89,7 @@ class Reproduce(unittest.TestCase):
             self.assertRegex(head, rf"^# made by: scripts/reproduce --quick; revision: {re.escape(revision)}; scenes: \S", table.name)
             self.assertIn(f"(tables/{table.name})", text)
         scene = hashlib.sha256((SOURCE / "scenes/width_8mm.yaml").read_bytes()).hexdigest()[:12]
-        for name in ("metrics.csv", "sequences.csv", "convergence.csv", "study.csv"):
+        for name in ("metrics.csv", "sequences.csv", "convergence.csv", "assumptions.csv"):
             self.assertIn(f"width_8mm.yaml {scene}", (self.folder / "report/tables" / name).read_text().splitlines()[0], name)
         self.assertNotIn(str(SOURCE), text)
 
