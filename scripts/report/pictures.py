@@ -42,7 +42,7 @@ def assumptions(tables):
     axes.set(xlabel="evaluated error [%]", ylim=(len(rows) - 0.5, -0.5))
     axes.grid(axis="y", color="0.9")
     axes.set_axisbelow(True)
-    axes.legend(fontsize=9, ncol=4, loc="lower center", bbox_to_anchor=(0.5, 1))
+    axes.legend(fontsize=9, ncol=2, loc="lower center", bbox_to_anchor=(0.5, 1))
     return drawing
 
 
