@@ -55,7 +55,7 @@ constexpr Command kCommands[] = {
     {add_array_command, kArrays,
      "touchfield array list\n  touchfield array walk --to sonicsurface:/dev/ttyUSB0 --emit"},
     {add_doctor_command, kHelp, "touchfield doctor"},
-    {add_schema_command, kHelp, "touchfield schema --format markdown"},
+    {add_schema_command, kHelp, "touchfield schema edge_mm\n  touchfield schema --format markdown"},
 };
 
 }  // namespace

@@ -191,8 +191,8 @@ int doctor_command(const CommonFlags& flags) {
   return 0;
 }
 
-int schema_command(const std::string& format) {
-  put(format == "json" ? schema_json() : schema_markdown());
+int schema_command(const std::string& format, const std::string& key) {
+  put(!key.empty() ? schema_text(key) : format == "json" ? schema_json() : schema_markdown());
   return 0;
 }
 
@@ -207,10 +207,12 @@ void add_doctor_command(CLI::App& app, Invocation& invocation) {
 void add_schema_command(CLI::App& app, Invocation& invocation) {
   const auto format = std::make_shared<std::string>("markdown");
   CLI::App* command = app.add_subcommand("schema", "Print the schema of scene files");
-  command->add_option("--format", *format, "Format: markdown, or json for editors")
-      ->check(one_of({"markdown", "json"}))
-      ->capture_default_str();
-  command->callback([format, &invocation] { invocation.action = [format] { return schema_command(*format); }; });
+  const auto key = std::make_shared<std::string>();
+  auto* form = command->add_option("--format", *format, "Format: markdown, or json for editors")
+                   ->check(one_of({"markdown", "json"}))
+                   ->capture_default_str();
+  command->add_option("KEY", *key, "Print this key alone: solve.iterations, or the end of such a path")->excludes(form);
+  command->callback([=, &invocation] { invocation.action = [=] { return schema_command(*format, *key); }; });
 }
 
 }  // namespace touchfield

@@ -1,7 +1,6 @@
 """The published figure, computed again: the wanted pressure on the skin and the pressure of each method."""
 
 import dataclasses
-import math
 
 import matplotlib
 import numpy
@@ -10,7 +9,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 from matplotlib.collections import LineCollection, PolyCollection  # noqa: E402
 
-from runs import LABELS, METRICS, SCENES, attributes, number, percent, skin  # noqa: E402
+from runs import LABELS, METRICS, SCENES, attributes, skin  # noqa: E402
 
 COLUMNS = ["paper", "unscattered", "surface", "radiation", "focus"]
 MARGIN = 0.006  # m of skin around the target
@@ -117,98 +116,3 @@ def metric_rows(work, names, folder):
                         | {metric: f"{float(known[metric]):.9g}" for metric in METRICS}
                         | {"peak_radiation_pa": f"{radiation[method].max():.9g}", "status": known["status"]})
     return rows
-
-
-def short_table(rows):
-    """Header and rows of the most important metrics."""
-    header = ["scene", "method", "scheme", "error", "optimality gap", "error of P", "width, wanted / obtained / of P [mm]",
-              "length, wanted / of P [mm]", "leakage", "mean pressure on the target / peak [kPa]",
-              "force on the target / outside / sum of abs(P) A outside [mN]", "loudest P outside / mean on the target",
-              "difference between the meshes, all skin / near the target"]
-    shown = []
-    for row in rows:
-        shown.append([row["scene"], f"`{row['method']}`", row["scheme"], percent(row["relative_error"]),
-                      percent(row[gap_of(row)], 2), percent(row["relative_error_radiation"]),
-                      " / ".join(number(row[width], 2) for width in ("width_wanted_mm", "width_mm", "width_radiation_mm")),
-                      " / ".join(number(row[length], 2) for length in ("length_wanted_mm", "length_radiation_mm")),
-                      percent(row["leakage"]), f"{float(row['mean_inside_pa']) / 1e3:.1f} / {float(row['peak_pa']) / 1e3:.1f}",
-                      " / ".join(f"{1e3 * float(row[force]):.2f}" for force in ("force_target_n", "force_elsewhere_n",
-                                                                               "abs_force_elsewhere_n")),
-                      number(row["loudest_elsewhere"], 2),
-                      f"{percent(row['evaluation_difference'])} / {percent(row['evaluation_difference_target'])}"])
-    return header, shown
-
-
-def gap_of(row):
-    """The metric with the gap of the method's own cost; other methods are held against the bound of `surface`."""
-    return "optimality_gap_radiation" if row["method"] == "radiation" else "optimality_gap"
-
-
-def differences(error, names, method, other):
-    """In percentage points, one per scene."""
-    return ", ".join(f"{SCENES[name]} {100 * (error[name, method] - error[name, other]):+.1f}" for name in names)
-
-
-def sentences(rows, names):
-    """Comparison of the methods over the scenes."""
-    error = {(row["scene"], row["method"]): float(row["relative_error"]) for row in rows}
-    said = []
-    helps = [name for name in names if error[name, "paper"] < error[name, "unscattered"]]
-    said.append(f"With scattering in the solver (`paper`), the evaluated error is lower than without (`unscattered`) on "
-                f"{len(helps)} of {len(names)} scenes. In percentage points, `paper` minus `unscattered` is: "
-                f"{differences(error, names, 'paper', 'unscattered')}.")
-    if len(helps) < len(names):
-        said.append("Scattering in the solver does not lower the error on: "
-                    + ", ".join(SCENES[name] for name in names if name not in helps) + ".")
-    original = [name for name in names if error[name, "paper_original"] < error[name, "unscattered_original"]]
-    said.append(f"With the published scattering model and equal weights, the error of `paper_original` is lower than that of "
-                f"`unscattered_original` on {len(original)} of {len(names)} scenes. In percentage points, `paper_original` minus "
-                f"`unscattered_original` is: {differences(error, names, 'paper_original', 'unscattered_original')}.")
-    ours = [name for name in names if error[name, "surface"] <= error[name, "paper"]]
-    said.append(f"The error of `surface` is at most that of `paper` on {len(ours)} of {len(names)} scenes. In percentage points, "
-                f"`surface` minus `paper` is: {differences(error, names, 'surface', 'paper')}.")
-    boxes = [name for name in names if name.startswith("width_")]
-    for key, of in (("width_mm", "abs(p)^2"), ("width_radiation_mm", "the radiation pressure P")):
-        width = {(row["scene"], row["method"]): float(row[key]) for row in rows}
-        largest = max(abs(width[name, "paper"] - width[name, "unscattered"]) for name in boxes)
-        said.append(f"The full widths at half maximum of {of} for " + ", ".join(SCENES[name] for name in boxes) + " are, in mm: "
-                    + "; ".join(f"`{method}` " + ", ".join(f"{width[name, method]:.1f}" for name in boxes)
-                                for method in ("surface", "radiation", "paper", "unscattered", "focus"))
-                    + f". The widths of `paper` and `unscattered` differ by at most {largest:.1f} mm.")
-    leakage = {(row["scene"], row["method"]): float(row["leakage"]) for row in rows}
-    less = [name for name in names if leakage[name, "paper"] < leakage[name, "unscattered"]]
-    said.append(f"The leakage of `paper` is lower than that of `unscattered` on {len(less)} of {len(names)} scenes. In percentage "
-                f"points, `paper` minus `unscattered` is: {differences(leakage, names, 'paper', 'unscattered')}.")
-    return [*said, pressed(rows, names), *proved(rows, names)]
-
-
-def pressed(rows, names):
-    """What `radiation` gains and costs against `surface`."""
-    known = {(row["scene"], row["method"]): row for row in rows}
-    error, mean = ({key: float(row[metric]) for key, row in known.items()} for metric in ("relative_error_radiation", "relative_error"))
-    outside = {method: ", ".join(percent(float(known[name, method]["abs_force_elsewhere_n"]) / float(known[name, method]["force_target_n"]), 0)
-                                 for name in names) for method in ("surface", "radiation")}
-    return (f"Skin is pressed by P. `radiation` minus `surface` is, in percentage points of the error of P: "
-            f"{differences(error, names, 'radiation', 'surface')}; of the error of abs(p): {differences(mean, names, 'radiation', 'surface')}. "
-            f"The sum of abs(P) A outside, over the force on the target, is in this order {outside['radiation']} with `radiation` and "
-            f"{outside['surface']} with `surface`.")
-
-
-def proved(rows, names):
-    """Optimality gaps of `surface` and `radiation`, and the difference between the meshes. Empty if no run has an optimality bound."""
-    known = {row["scene"]: row for row in rows if row["method"] == "surface"}
-    bounded = [name for name in names if not math.isnan(float(known[name]["optimality_gap"]))]
-    if not bounded:
-        return []
-    said = ("No choice of phases can lower the cost of `surface` by more than the optimality gap: "
-            + ", ".join(f"{SCENES[name]} {percent(known[name]['optimality_gap'], 2)}" for name in bounded)
-            + ". Method `radiation` has another cost; its gap is "
-            + ", ".join(f"{SCENES[row['scene']]} {percent(row[gap_of(row)], 2)}" for row in rows
-                        if row["method"] == "radiation" and row["scene"] in bounded)
-            + ". This is proved for the computed matrix. It does not include the discretisation error.")
-    evaluated = [name for name in bounded if not math.isnan(float(known[name]["evaluation_difference"]))]
-    if evaluated:
-        said += (" The pressures on the solving mesh and on the evaluation mesh differ, near the target and on all skin, by "
-                 + ", ".join(f"{percent(known[name]['evaluation_difference_target'])} and "
-                             f"{percent(known[name]['evaluation_difference'])} ({SCENES[name]})" for name in evaluated) + ".")
-    return [said]

@@ -109,13 +109,6 @@ def setting(scene, path):
     return None
 
 
-def settings(folder, paths):
-    """{path: value} of a run."""
-    with h5py.File(pathlib.Path(folder) / "run.h5") as run:
-        scene = scene_of(run)
-    return {path: setting(scene, path) for path in paths}
-
-
 def table(path):
     """Rows of a CSV file as dictionaries; lines that begin with # are comments."""
     with open(path, newline="", encoding="utf-8") as file:
@@ -146,9 +139,6 @@ class Made:
 
     def head(self):
         return f"# made by: {self.command}; revision: {self.revision()}; scenes: {self.scenes() or 'none'}\n"
-
-    def caption(self):
-        return f"touchfield {self.revision()} from {self.scenes()} (SHA-256)."
 
 
 def steps_of(work, *parts):
@@ -194,21 +184,7 @@ def number(value, digits=3):
     return "-" if value != value else f"{value:.{digits}g}" if value == 0 or abs(value) < 1e5 else f"{value:.2e}"
 
 
-def counted(count, noun):
-    """"1 hand", "2 hands"."""
-    return f"{count} {noun}{'' if count == 1 else 's'}"
-
-
-def listed(items):
-    """"a", "a and b", "a, b and c"."""
-    return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)
-
-
 def percent(value, digits=1):
     value = float(value)
     return "-" if value != value else f"{100 * value:.{digits}f} %"
 
-
-def markdown_table(header, rows):
-    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
-    return "\n".join(lines + ["| " + " | ".join(str(cell) for cell in row) + " |" for row in rows])

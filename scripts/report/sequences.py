@@ -7,14 +7,13 @@ matrix of the products of the drive vectors. A sequence has a mean of such matri
 """
 
 import dataclasses
-import math
 import pathlib
 
 import h5py
 import numpy
 import scipy.optimize
 
-from runs import number, percent, table, write_table
+from runs import table, write_table
 
 FRAMES = [1, 2, 4, 8, 16]
 SEEDS = [1]
@@ -90,25 +89,3 @@ def kept_rows(work, quick, origin):
         problem = read(run.parent)
         write_table(kept, rows(problem, FRAMES[:2], SEEDS, 60) if quick else rows(problem), origin)
     return table(kept)
-
-
-def sentences(found):
-    """Results of the sequences, and the proved bound."""
-    one = float(found[0]["surface_misfit"])
-    more = [row for row in found if int(row["frames"]) > 1]
-    bound, surface = float(found[0]["bound_pa2m2"]), float(found[0]["surface_cost_pa2m2"])
-    said = ["The misfit is the root of the cost of `surface` relative to that of silence. For a sequence, the root of the mean square "
-            f"over the patterns replaces the absolute pressure. One pattern of `surface` reaches {one:.4f}. Sequences of "
-            + ", ".join(str(row["frames"]) for row in more) + " patterns reach "
-            + ", ".join(f"{float(row['misfit']):.4f}" for row in more) + " at best."]
-    if not math.isfinite(bound):
-        return said + ["Nothing is proved about these sequences, because the run has no optimality bound."]
-    gap, gain = surface / bound - 1, 1 - min(float(row["cost_pa2m2"]) for row in more) / surface
-    said.append(f"It is proved that no sequence of patterns up to full level has a cost below {number(bound, 6)} Pa2 m2, at any length. "
-                f"The one pattern of `surface` is {percent(gap, 2)} above this bound. The best sequence found is "
-                + (f"{percent(gain, 3)} below the one pattern." if gain > 0 else f"{percent(-gain, 3)} above the one pattern."))
-    said.append(f"This holds for the computed matrix. It has {found[0]['target_rows']} rows for target faces, "
-                f"{found[0]['outside_rows']} rows for the skin outside the target, and {found[0]['channels']} columns for the "
-                "transducers. The bound does not apply to skin that feels something other than the mean square. It does not include "
-                "the difference between the matrix and a real hand.")
-    return said

@@ -2,17 +2,16 @@
 
 The input is a folder of hands, each the output of `touchfield sweep scenes/sweeps/widths.yaml`. Each observer learns on all other
 hands. It is tested on the hand left out: which of the three widths was meant? Some observers read a width, of abs(p)^2 or of the
-radiation pressure P, without or with noise of their own. The ideal one sees the whole pattern, unchanged or scaled to one level. Observers are models. They show what reaches the skin, not what people feel.
+radiation pressure P, without or with noise of their own. The ideal one sees the whole pattern, unchanged or scaled to one level.
+Observers are models. They show what reaches the skin, not what people feel.
 """
 
 import dataclasses
 import math
-import pathlib
 
 import numpy as np
 import scipy.stats
 
-from runs import write_table
 from widths_trials import WIDTHS, Trials, classes, evened
 
 CHANCE = 1 / len(WIDTHS)
@@ -30,8 +29,6 @@ DRAWS = 20  # of the internal noise per trial
 SIGMAS = np.concatenate([[0], np.geomspace(0.02, 10, 12)])
 FITTED = np.geomspace(0.5, 2, 15)  # times the fitted sigma: the range in which sigma is fitted to resamples
 RESAMPLES = 10000  # resamples of the hands
-NOTE = ("This is a model of the device and of an observer, not of people. It shows what an observer could distinguish by the pressure"
-        " on the skin, not what people feel.")
 
 
 @dataclasses.dataclass
@@ -45,9 +42,6 @@ class Score:
     hands: int
     trials: int
     per_hand: list[float]
-    confusion: list[list[float]]  # trials; row: width meant, column: width answered
-    confusion_low: list[list[float]] = dataclasses.field(default_factory=list)  # shares of a row, 95 % interval
-    confusion_high: list[list[float]] = dataclasses.field(default_factory=list)
 
 
 @dataclasses.dataclass
@@ -76,20 +70,13 @@ class Comparison:
 @dataclasses.dataclass
 class Result:
     """All results of `analyse`. Sigma is in units of the wanted pressure squared, of width readers in mm."""
-    note: str
-    hands: list[str]
-    failed: int
-    cells: int
-    seed: int
     sigma: dict[str, float]  # of each observer; 0 for those without noise of their own
     sigma_interval: dict[str, tuple[float, float]]  # 95 % over resamples; NaN where nothing was fitted
     calibrated: dict[str, bool]  # at `sigma` it is as good with `paper` as people were
     scores: list[Score]
     comparisons: list[Comparison]
-    sigmas: list[float]
     curves: dict[str, dict[str, list[float]]]  # observer with noise: method: share correct per sigma
     noise: list[dict]  # rows: observer, method, third, noise_low_mm, noise_high_mm, share, trials
-    shapes: int = 0  # different ratios of breadth to length among the hands; 0 if the sizes are unknown
 
     def score(self, observer: str, method: str) -> Score:
         return next(s for s in self.scores if (s.observer, s.method) == (observer, method))
@@ -310,9 +297,8 @@ def evaluate_observer(trials: Trials, observer: str, sigma: float, fitted: bool,
         total = counted.sum(axis=0)
         shares[method] = share_of(drawn[method])
         low, high = interval(shares[method])
-        rows_low, rows_high = interval(drawn[method] / drawn[method].sum(axis=2, keepdims=True))
         scores.append(Score(observer, method, float(share_of(total)), float(low), float(high), hands,
-                            int(round(total.sum())), share_of(counted).tolist(), total.tolist(), rows_low.tolist(), rows_high.tolist()))
+                            int(round(total.sum())), share_of(counted).tolist()))
     ends = interval(np.exp(np.interp(position, np.arange(len(sigmas)), np.log(sigmas)))) if fitted else (math.nan, math.nan)
     comparisons = []
     for first, second in ((a, b) for a, b in PAIRS if a in own and b in own):
@@ -357,38 +343,17 @@ def analyse(trials: Trials, seed: int = 1) -> Result:
             noise += by_thirds(trials, observer, method, answers[np.arange(len(answers)), label[trials.method == method]])
     for comparison, corrected in zip(comparisons, holm([c.p for c in comparisons])):
         comparison.p_holm = corrected
-    shapes = len({round(breadth / length, 2) for breadth, length in trials.sizes.values()})
-    return Result(NOTE, hands.tolist(), trials.failed, trials.pattern.shape[1], seed, sigma, intervals, calibrated, scores,
-                  comparisons, SIGMAS.tolist(), curves, noise, shapes)
+    return Result(sigma, intervals, calibrated, scores, comparisons, curves, noise)
 
 
-def is_consistent(result: Result, observer: str) -> bool:
-    """Whether what an observer distinguishes better with `paper` than with `unscattered` is within what people leave open."""
-    found = next(c for c in result.comparisons if (c.observer, c.first, c.second) == (observer, *PAIRS[0]))
-    return PEOPLE_DIFFERENCE[0] <= found.difference <= PEOPLE_DIFFERENCE[1]
+def tables(result: Result) -> dict[str, list[dict]]:
+    """Rows of widths.csv and widths_wilcoxon, _fit and _noise.csv."""
+    def rows(header: list[str], found: list[dict]) -> list[dict]:
+        return [{key: f"{row[key]:.6g}" if isinstance(row[key], float) else row[key] for key in header} for row in found]
 
-
-def write_tables(result: Result, folder: str | pathlib.Path, origin) -> None:
-    """Writes widths.csv and widths_confusion, _wilcoxon, _sigma, _fit and _noise.csv. `origin` is a runs.Made."""
-    folder = pathlib.Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-
-    def write(name: str, header: list[str], rows: list[dict]) -> None:
-        write_table(folder / f"{name}.csv", [{key: f"{row[key]:.6g}" if isinstance(row[key], float) else row[key]
-                                              for key in header} for row in rows], origin)
-
-    write("widths", ["observer", "method", "share", "low", "high", "hands", "trials"], [vars(s) for s in result.scores])
-    write("widths_confusion", ["observer", "method", "wanted_mm", "answered_mm", "trials", "share", "low", "high"],
-          [{"observer": s.observer, "method": s.method, "wanted_mm": wanted, "answered_mm": answered,
-            "trials": s.confusion[i][j], "share": s.confusion[i][j] / sum(s.confusion[i]), "low": s.confusion_low[i][j],
-            "high": s.confusion_high[i][j]} for s in result.scores
-           for i, wanted in enumerate(WIDTHS) for j, answered in enumerate(WIDTHS)])
-    write("widths_wilcoxon", [field.name for field in dataclasses.fields(Comparison)],
-          [vars(c) for c in result.comparisons])
-    write("widths_sigma", ["observer", "sigma", *METHODS],
-          [{"observer": observer, "sigma": sigma, **{method: curves[method][i] for method in METHODS}}
-           for observer, curves in result.curves.items() for i, sigma in enumerate(result.sigmas)])
-    write("widths_fit", ["observer", "sigma", "low", "high", "fitted"],
-          [{"observer": observer, "sigma": result.sigma[observer], "low": result.sigma_interval[observer][0],
-            "high": result.sigma_interval[observer][1], "fitted": int(result.calibrated[observer])} for observer in result.curves])
-    write("widths_noise", list(result.noise[0]), result.noise)
+    return {"widths": rows(["observer", "method", "share", "low", "high", "hands", "trials"], [vars(s) for s in result.scores]),
+            "widths_wilcoxon": rows([field.name for field in dataclasses.fields(Comparison)], [vars(c) for c in result.comparisons]),
+            "widths_fit": rows(["observer", "sigma", "low", "high", "fitted"], [
+                {"observer": observer, "sigma": result.sigma[observer], "low": result.sigma_interval[observer][0],
+                 "high": result.sigma_interval[observer][1], "fitted": int(result.calibrated[observer])} for observer in result.curves]),
+            "widths_noise": rows(list(result.noise[0]), result.noise)}

@@ -2,21 +2,20 @@
 
 import dataclasses
 import json
-import math
 import pathlib
 
 import h5py
 import numpy as np
 
-from runs import scene_of, setting, table
+from runs import table
 
 WIDTHS = np.array([5.0, 8.0, 11.0])  # mm
-REACH_MM, CELL_MM, PROFILE_MM = 12, 1.5, 0.5
+REACH_MM, CELL_MM = 12, 1.5
 
 
 @dataclasses.dataclass
 class Trials:
-    """One row per trial and method. `pattern` and `profile` are abs(p)^2 over the wanted pressure squared [1]."""
+    """One row per trial and method. `pattern` is abs(p)^2 over the wanted pressure squared [1]."""
     hand: np.ndarray  # [N] name of the folder
     width_mm: np.ndarray  # [N] wanted: 5, 8 or 11
     method: np.ndarray  # [N] of widths.METHODS
@@ -24,12 +23,6 @@ class Trials:
     reading_radiation: np.ndarray  # [N] the same of the radiation pressure P
     noise: np.ndarray  # [N] of the sensed surface [mm RMS]
     pattern: np.ndarray  # [N, cells] averages over cells of 1.5 mm
-    profile: np.ndarray | None = None  # [N, bins] along x, over abs(y) <= 2 mm
-    profile_x: np.ndarray | None = None  # [bins] middles [mm]
-    failed: int = 0  # cases left out because their status is not ok
-    sizes: dict = dataclasses.field(default_factory=dict)  # hand: (breadth, length) [mm]
-    correlation_mm: float = math.nan  # of the sensed surface's noise
-    offset_mm_rms: float = math.nan  # of the misplacement along each axis
 
 
 def cell_averages(triangles: np.ndarray, area: np.ndarray, value: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -55,21 +48,14 @@ def load(hands_folder: str | pathlib.Path) -> Trials:
     the same skin twice, with new internal noise.
     """
     edges = np.arange(-REACH_MM, REACH_MM + CELL_MM / 2, CELL_MM)
-    fine = np.arange(-REACH_MM, REACH_MM + PROFILE_MM / 2, PROFILE_MM)
-    rows, patterns, profiles, failed, sizes, offsets, correlation = [], [], [], set(), {}, [], math.nan
+    rows, patterns = [], []
     for folder in sorted(pathlib.Path(hands_folder).glob("hand_*")):
         cases: dict[int, list[dict]] = {}
         for row in table(folder / "sweep.csv"):
             if row["status"] == "ok":
                 cases.setdefault(int(row["case"]), []).append(row)
-            else:
-                failed.add((folder.name, row["case"]))
         for case, lines in cases.items():
             with h5py.File(folder / "cases" / f"{case:05d}" / "run.h5") as run:
-                scene = scene_of(run)
-                sizes[folder.name] = tuple(float(setting(scene, f"body.hand.{key}_mm")) for key in ("breadth", "length"))
-                correlation = float(setting(scene, "sensing.correlation_mm"))
-                offsets.append(json.loads(setting(scene, "sensing.offset_mm")))
                 evaluation = run["evaluation"]
                 corners = 1e3 * evaluation["mesh/vertices"][:][evaluation["mesh/triangles"][:]]
                 normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -79,18 +65,15 @@ def load(hands_folder: str | pathlib.Path) -> Trials:
                 for row in lines:
                     energy = np.abs(evaluation["methods"][row["name"]]["pressure"][:][seen] / wanted) ** 2
                     patterns.append(cell_averages(corners, area, energy, edges, edges).ravel())
-                    profiles.append(cell_averages(corners, area, energy, fine, np.array([-2.0, 2.0]))[:, 0])
                     rows.append((folder.name, json.loads(row["target.box.size_mm"])[0], row["name"],
                                  float(row["width_mm"] or "nan"), float(row["width_radiation_mm"] or "nan"),
                                  float(row["sensing.noise_mm_rms"])))
     if not rows:
         raise ValueError(f"{hands_folder}: no case with status ok in any hand_*/sweep.csv")
     hand, width, method, reading, reading_radiation, noise = map(np.array, zip(*rows))
-    pattern, profile = np.array(patterns), np.array(profiles)
-    skin, line = np.isfinite(pattern).all(axis=0), np.isfinite(profile).all(axis=0)
-    return Trials(hand, width.astype(float), method, reading, reading_radiation, noise, pattern[:, skin], profile[:, line],
-                  (fine[:-1] + PROFILE_MM / 2)[line], len(failed), sizes, correlation,
-                  float(np.sqrt((np.array(offsets) ** 2).mean())))
+    pattern = np.array(patterns)
+    skin = np.isfinite(pattern).all(axis=0)
+    return Trials(hand, width.astype(float), method, reading, reading_radiation, noise, pattern[:, skin])
 
 
 def evened(trials: Trials) -> Trials:

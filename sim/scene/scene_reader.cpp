@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <iterator>
 #include <map>
+#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -282,7 +283,28 @@ class MarkdownPage {
   std::map<const MapInfo*, std::string> written_;  // and the section that has its keys
 };
 
-constexpr const char* kPageHead = R"(# Scenes
+// The keys whose paths end with `wanted`, without indices of lists. Maps that several keys share count once.
+std::string described(const std::string& wanted, const std::string& path, const MapInfo& info,
+                      std::set<const MapInfo*>& seen) {
+  std::string text;
+  for (const auto& key : info.keys) {
+    const std::string name = path.empty() ? key.name : path + "." + key.name;
+    const MapInfo* map = map_within(key.type);
+    if (("." + name).ends_with("." + wanted)) {
+      text += fmt::format("{}\n  {}\n  value: {}\n  default, example: {}\n", name, key.help, value_text(key),
+                          need_text(key));
+      for (std::size_t i = 0; map != nullptr && i < map->keys.size(); ++i) {
+        text += fmt::format("    {}: {}\n", map->keys[i].name, map->keys[i].help);
+      }
+    }
+    if (map != nullptr && seen.insert(map).second) {
+      text += described(wanted, name, *map, seen);
+    }
+  }
+  return text;
+}
+
+constexpr const char* kPageHead = R"(# Scene keys
 
 A scene is a YAML file that describes a run: the transducers, the body that scatters their sound, the part of its skin
 to press on, and the methods that find the phases. `touchfield run scenes/quick.yaml` runs a scene. `touchfield check`
@@ -307,7 +329,7 @@ checks it without solving anything. `touchfield check --resolved` prints it with
 World coordinates: an array lies in the plane z = 0 and emits along +z unless it is moved. Rotations are in degrees
 about the fixed x, then y, then z axis.
 
-The tables below and `schema.json` are generated from the table that the scene reader uses.
+`touchfield schema KEY` prints one key. `schema.json` is generated from the same table as this page.
 
 ## A scene
 )";
@@ -394,6 +416,32 @@ std::string schema_markdown() {
   MarkdownPage page;
   page.section("", *schema::scene_codec().type.map);
   return kPageHead + page.text();
+}
+
+std::string schema_text(const std::string& key) {
+  std::string wanted = key;
+  while (wanted.find('[') < wanted.find(']')) {
+    wanted.erase(wanted.find('['), wanted.find(']') - wanted.find('[') + 1);
+  }
+  const MapInfo& scene = *schema::scene_codec().type.map;
+  std::vector<std::string> names = scene.names();
+  while (true) {
+    std::set<const MapInfo*> seen;
+    if (std::string text = described(wanted, "", scene, seen); !text.empty()) {
+      return text;
+    }
+    const std::size_t dot = wanted.find('.');
+    if (dot == std::string::npos) {
+      for (const MapInfo* map : seen) {
+        std::ranges::copy(map->names(), std::back_inserter(names));
+      }
+      break;
+    }
+    wanted.erase(0, dot + 1);
+  }
+  const std::string near = schema::nearest_word(names, wanted);
+  throw InputError(fmt::format("a scene has no key {}{}", schema::quoted_for_message(key),
+                               near.empty() ? "" : fmt::format(", did you mean {}?", near)));
 }
 
 std::string schema_json() {

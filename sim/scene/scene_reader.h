@@ -35,8 +35,10 @@ std::string shape_text(const BodySpec& body);
 /// from.
 std::set<std::string> named_files(const Scene& scene);
 
-/// The schema, made from the reader's own table: a Markdown page and a JSON Schema for editors.
+/// The schema, made from the reader's own table: a Markdown page, and a JSON Schema for editors.
 std::string schema_markdown();
+/// The keys whose paths end with this one: meaning, value, default, example. Throws InputError if there are none.
+std::string schema_text(const std::string& key);
 std::string schema_json();
 
 }  // namespace touchfield
