@@ -134,14 +134,14 @@ def test_scans_that_do_not_tell_are_refused(twin):
         tf.fit_calibration(tf.compare_scan(scan.run, scan.points, abs(scan.measured)))
 
 
-FIELDS = script("measured_fields")
+FIELDS = script("makers/package.py")
 
 
 @pytest.mark.skipif(not FIELDS.data_folder().is_dir(), reason="TOUCHFIELD_DATA names the parent of measured_256")
-def test_the_maps_of_others_fit_as_in_the_table():
+def test_the_maps_of_others_fit_as_in_the_table(tmp_path):
     """Correlations within 0.005 of results/tables/measured_fields.csv, and the radius of the microphone within 0.1 mm."""
     lines = (SOURCE / "results/tables/measured_fields.csv").read_text().splitlines()[2:]
     kept = {(line.split(",")[0], "receiver" in line): line.rsplit('"', 1)[1].split(",")[1:] for line in lines}
-    for row in FIELDS.measure(FIELDS.data_folder(), ["HeightMod_Star"]):
-        _, correlation, _, radius, *_ = kept[row[0], "receiver" in row[1]]
-        assert row[3] == pytest.approx(float(correlation), abs=0.005) and row[5] == pytest.approx(float(radius), abs=0.1), row
+    for row in FIELDS.measured(FIELDS.data_folder(), tmp_path, ["HeightMod_Star"]):
+        _, correlation, _, radius, *_ = kept[row["map"], "receiver" in row["fitted"]]
+        assert row["correlation"] == pytest.approx(float(correlation), abs=0.005) and row["receiver_mm"] == pytest.approx(float(radius), abs=0.1), row
