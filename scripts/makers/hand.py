@@ -13,7 +13,6 @@ POSES = {"flat": "published means: about 425 and 340", "index_up": "the thumb li
 
 
 def poses(work):
-    work.runs.mkdir(parents=True, exist_ok=True)
     path = work.runs / "hand.ply"
     for pose, note in POSES.items():
         hand = json.loads(work.call("hand", "-o", path, "--pose", pose, "--edge-mm", "1.5", "--force", "--json"))
@@ -49,7 +48,6 @@ HELD_OUT = [("width_8mm", ["body.hand={pose: flat}", "body.place={landmark: palm
 def beyond(work):
     """One row per setting: errors above the finest solution of the scene, of scenes that chose the defaults and of others that test them."""
     given = work.runs / "settings"
-    work.runs.mkdir(parents=True, exist_ok=True)
     given.write_text("".join(f"{near} {far} {kept} {points}\n" for _, near, far, kept, points in SETTINGS))
     above, seconds = {}, [[] for _ in SETTINGS]
     for label, scenes in (("chosen", CHOSEN), ("held_out", HELD_OUT)):

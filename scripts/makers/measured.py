@@ -60,7 +60,6 @@ def card_runs(work):
     def row(name, count, card, processor, off):
         return {"work": name, "faces": count, "card_s": f"{card:.3g}", "processor_s": f"{processor:.3g}", "ratio": f"{processor / card:.1f}", "off": f"{off:.2g}"}
 
-    work.runs.mkdir(parents=True, exist_ok=True)
     write_ply(work.runs / "sphere.ply", *icosphere(5, SPHERE_KA / K * 1e3))
     scene = work.runs / "sphere.yaml"
     scene.write_text("name: sphere\narray: {plane_wave: {direction: [0, 0, 1]}}\nbody: {mesh: {file: sphere.ply, unit: mm}}\nevaluation: none\nwrite: [h5]\n"
@@ -137,7 +136,6 @@ def live_recorded(work, seconds=60):
 
 def chain(work):
     """bench/chain writes its two tables."""
-    work.runs.mkdir(parents=True, exist_ok=True)
     work.call(ROOT / "bench/chain", "--seconds", 30, "-o", work.runs, env={"TOUCHFIELD_PROGRAM": work.program})
     return {name: table(work.runs / f"{name}.csv") for name in ("chain", "chain_parts")}
 
@@ -155,7 +153,6 @@ def waiting(work, turns=3):
             ("sleep at once: `OMP_WAIT_POLICY=passive`", {"OMP_WAIT_POLICY": "passive"}), ("one thread: `OMP_NUM_THREADS=1`", {"OMP_NUM_THREADS": "1"})]
     changes = [listed("surface", "paper"), "evaluation=none", "field=null", "write=[h5]"]
     clean = {name: value for name, value in os.environ.items() if not name.startswith(("OMP_", "GOMP_"))}
-    work.runs.mkdir(parents=True, exist_ok=True)
 
     def seconds(setting):
         done = subprocess.run([work.program, "run", ROOT / "scenes/capsule.yaml", "-o", work.runs / "run", "--force", "--device", "cpu", *sets(changes)],

@@ -108,7 +108,6 @@ def study(work, count=60):
     cases = {}
     for number in range(count):
         path = work.runs / f"{number:02d}.yaml"
-        work.runs.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(scene(number), indent=1))
         cases[number] = (path, [], "--threads", "1")
     scenes = [{row["name"]: {key: float(row[key]) for key in ("cost_skin", "seconds_solve")} for row in table(folder / "metrics.csv") if row["name"] != PAYS}

@@ -140,7 +140,6 @@ def gains_of(cases, found, parts):
 
 def gain(work, seeds=5):
     played, cases = Course(SPEEDS), cases_of(seeds)
-    work.runs.mkdir(parents=True, exist_ok=True)
     sweep = work.runs / "prediction.yaml"
     sweep.write_text(sweep_text(cases, played), encoding="utf-8")
     work.call("sweep", sweep, "-o", work.runs / "plays", "--jobs", work.jobs)

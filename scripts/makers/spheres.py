@@ -24,7 +24,6 @@ write: [h5]
 
 def solved(work, body, schemes, direction="[0, 0, 1]", evaluation="none"):
     """The scene, and the open run, of each scheme's pressures in a plane wave."""
-    work.runs.mkdir(parents=True, exist_ok=True)
     methods = ", ".join(f"{{fixed: {{as: {scheme}, scheme: {scheme}, phases_rad: 0}}}}" for scheme in schemes)
     scene, out = work.runs / "scene.yaml", work.runs / "out"
     scene.write_text(SCENE.format(direction=direction, body=body, methods=methods, evaluation=evaluation))
@@ -43,7 +42,6 @@ def from_file(work, ka, splits, schemes):
     """On 20 x 4^splits faces, by way of a mesh file."""
     from meshes import icosphere, write_ply
     from sphere_series import K
-    work.runs.mkdir(parents=True, exist_ok=True)
     write_ply(work.runs / "sphere.ply", *icosphere(splits, ka / K * 1e3))
     return errors(work, "{mesh: {file: sphere.ply, unit: mm}}", ka / K, schemes)
 

@@ -61,6 +61,9 @@ class Work:
     images: pathlib.Path
     taken: tuple = ()  # seconds and GiB of the last call
 
+    def __post_init__(self):
+        self.runs.mkdir(parents=True, exist_ok=True)
+
     def call(self, *words, prefix=(), env=None, stdin=None):
         """Standard output of the program, or of another one if the first word is a path of it."""
         own = [] if isinstance(words[0], pathlib.Path) else [self.program]
@@ -100,7 +103,6 @@ class Work:
             identity = {"version": version, "command": words, "scene": hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""}
             if not (stamp.is_file() and json.loads(stamp.read_text())["of"] == identity and folder.is_dir()):
                 begun = time.monotonic()
-                self.runs.mkdir(parents=True, exist_ok=True)
                 stamp.unlink(missing_ok=True)
                 said = self.call(*words, "-o", folder, "--force", "--quiet", **how)
                 stamp.write_text(json.dumps({"of": identity, "said": said}))

@@ -9,6 +9,7 @@ import re
 import shutil
 
 import numpy as np
+import scipy.spatial
 from runs import table
 from work import ROOT
 
@@ -61,9 +62,7 @@ def arc(radius, most_degrees, columns, rows, axis):
 
 
 def spacing(points):
-    squares = ((points[:, None, :] - points[None, :, :]) ** 2).sum(axis=2)
-    np.fill_diagonal(squares, np.inf)
-    return math.sqrt(squares.min())
+    return scipy.spatial.cKDTree(points).query(points, 2)[0][:, 1].min()
 
 
 def all_layouts():
@@ -168,7 +167,6 @@ def swept(work, name):
 
 
 def designs(work):
-    work.runs.mkdir(parents=True, exist_ok=True)
     lines = {}
     known = write_layouts(work.runs)
     for row in swept(work, "designs"):
