@@ -158,7 +158,6 @@ def measured(data, runs, scored):
     """Two rows per map: those that are fitted, then those that are scored. The place, turn and step of the scans are not published. They are
     fitted to each map, with a microphone of radius 0 and with its radius, which is the mean over the fitted maps for all others."""
     rows, radii, boards = [], [], {}
-    pathlib.Path(runs).mkdir(parents=True, exist_ok=True)
     for name in [*FITTED, *scored]:
         layout = MAPS[name][:2]
         if layout not in boards:

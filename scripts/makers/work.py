@@ -61,9 +61,6 @@ class Work:
     images: pathlib.Path
     taken: tuple = ()  # seconds and GiB of the last call
 
-    def __post_init__(self):
-        self.runs.mkdir(parents=True, exist_ok=True)
-
     def call(self, *words, prefix=(), env=None, stdin=None):
         """Standard output of the program, or of another one if the first word is a path of it."""
         own = [] if isinstance(words[0], pathlib.Path) else [self.program]
