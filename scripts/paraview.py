@@ -2,10 +2,8 @@
 
     pvpython scripts/paraview.py RESULTS -o picture.png          the skin seen from the array, one view per method
     pvpython scripts/paraview.py MOTION --motion film.ogv        the same over the time of a motion; also .avi, or .png for frames
-    pvpython scripts/paraview.py RESULTS                         everything in a window: skin, target, array and fields
 
---png FILE writes a picture of that window, and --state FILE a state file for ParaView. On a machine without a display, use
-xvfb-run -a pvpython scripts/paraview.py ...
+On a machine without a display, use xvfb-run -a pvpython scripts/paraview.py ...
 """
 
 import argparse
@@ -14,7 +12,6 @@ import os
 import sys
 
 import paraview_figure
-import paraview_scene
 
 FILMS = (".png", ".avi", ".ogv")
 
@@ -46,26 +43,18 @@ def parse_arguments(words):
                         help="write a picture of the skin seen from the array, with one view per method")
     parser.add_argument("--motion", metavar="FILM", type=ending(FILMS),
                         help="write the motion as a film (.avi or .ogv) or as numbered pictures (.png), one per instant")
-    parser.add_argument("--method", action="append", default=[], 
-                        help="method to show (default: all; without -o and --motion the first); may be repeated with -o and --motion")
+    parser.add_argument("--method", action="append", default=[], help="method to show (default: all); may be repeated")
     parser.add_argument("--around-mm", type=above_zero,
-                        help="show only the target and this much of the skin around it, with -o or --motion")
+                        help="show only the target and this much of the skin around it")
     parser.add_argument("--fps", type=above_zero,
                         help="frames per second of the film (default: the speed of the motion)")
-    parser.add_argument("--png", type=ending([".png"]), help="write a picture of skin, array and fields, seen from the side")
-    parser.add_argument("--state", metavar="PVSM", type=ending([".pvsm"]), help="write the same scene as a ParaView state file")
     arguments = parser.parse_args(words)
     if not os.path.isdir(arguments.results):
         parser.error(f"{arguments.results} is not a directory")
-    ways = [way for way in (arguments.output, arguments.motion, arguments.png or arguments.state) if way]
-    if len(ways) > 1:
-        parser.error("use only one of -o, --motion, and --png or --state per call")
+    if bool(arguments.output) == bool(arguments.motion):
+        parser.error("use one of -o and --motion per call")
     if arguments.fps and not (arguments.motion and not arguments.motion.endswith(".png")):
         parser.error("--fps requires --motion with .avi or .ogv")
-    if arguments.around_mm and not (arguments.output or arguments.motion):
-        parser.error("--around-mm requires -o or --motion")
-    if len(arguments.method) > 1 and not (arguments.output or arguments.motion):
-        parser.error("several --method require -o or --motion")
     return arguments
 
 
@@ -74,22 +63,10 @@ def main():
     try:
         if arguments.output:
             paraview_figure.draw(arguments.results, arguments.output, arguments.method, arguments.around_mm)
-            return
-        if arguments.motion:
+        else:
             paraview_figure.play(arguments.results, arguments.motion, arguments.method, arguments.around_mm, arguments.fps)
-            return
-        view = paraview_scene.load(arguments.results, *arguments.method)
-    except paraview_scene.RunError as error:
+    except paraview_figure.RunError as error:
         sys.exit(f"paraview.py: {error}")
-    simple = paraview_scene.simple
-    view.ViewSize = [1200, 900]
-    simple.ResetCamera(view)
-    if arguments.png:
-        simple.SaveScreenshot(arguments.png, view, ImageResolution=[1200, 900])
-    if arguments.state:
-        simple.SaveState(arguments.state)
-    if not arguments.png and not arguments.state:
-        simple.Interact(view)
 
 
 if __name__ == "__main__":

@@ -1,11 +1,9 @@
-"""The skin of a run or a moving body seen from the array, with one ParaView view per method."""
+"""The skin of a run or a moving body seen from the array, with one ParaView view per method and one colour scale."""
 
 import math
 import os
+import sys
 import xml.etree.ElementTree
-
-import paraview_scene as scene
-from paraview_scene import INK, SUFFIX, RunError
 
 PANEL = (420, 600)  # size of a view [pixels]
 TITLE_HEIGHT = 40
@@ -13,6 +11,96 @@ BAR_WIDTH = 180  # a multiple of four, as PANEL: films require it
 MOST_COLUMNS = 4
 OUTLINE_LIFT = 4e-4  # [m] towards the array, so that adjacent faces do not cover half of the outline
 MARGIN = 0.92  # share of a view that the skin fills
+TOP_SHARE = 0.999  # the colour scale ends here, so that a single face with a high pressure does not darken all others
+SUFFIX = "_abs_pa"
+INK = [0.1, 0.1, 0.1]
+
+
+class RunError(Exception):
+    """An error that the caller can correct."""
+
+
+def need_paraview():
+    """Imports ParaView. Arguments and files are checked before, because that does not need ParaView."""
+    global servermanager, simple, vtk_to_numpy
+    # This file has the name of the package it needs: its own folder must not be searched first.
+    sys.path = [p for p in sys.path if not os.path.isfile(os.path.join(p or ".", "paraview.py"))]
+    try:
+        from paraview import servermanager, simple
+        from vtkmodules.util.numpy_support import vtk_to_numpy
+        from vtkmodules.vtkRenderingCore import vtkRenderWindow
+    except ImportError as missing:
+        raise RunError(f"this Python has no ParaView ({missing}): use pvpython") from missing
+    if vtkRenderWindow().GetClassName() == "vtkXOpenGLRenderWindow" and not os.environ.get("DISPLAY"):
+        raise RunError("there is no display: use xvfb-run -a pvpython")
+
+
+def quantile(values, share):
+    values = sorted(v for v in values if math.isfinite(v))
+    return values[min(len(values) - 1, math.ceil(share * (len(values) - 1)))] if values else 0.0
+
+
+def array_names(source):
+    """Names of the faces' values in the order of the file, which is that of the scene's methods."""
+    arrays = servermanager.Fetch(source).GetCellData()
+    return [arrays.GetArrayName(i) for i in range(arrays.GetNumberOfArrays())]
+
+
+def methods_of(source):
+    return [name[: -len(SUFFIX)] for name in array_names(source) if name.endswith(SUFFIX)]
+
+
+def name_bar(bar, title):
+    bar.Title, bar.ComponentTitle = title, ""
+    bar.TitleColor = bar.LabelColor = INK
+    bar.RangeLabelFormat = "%.4g"
+
+
+def show_skin(surface, method, view):
+    display = simple.Show(surface, view)
+    display.Interpolation = "Flat"
+    display.Ambient, display.Diffuse, display.Specular = 0.7, 0.3, 0.0
+    simple.ColorBy(display, ("CELLS", method + SUFFIX))
+
+
+def show_outline(surface, view):
+    """The border of the target as a red line; None without a target."""
+    if "target_pa" not in array_names(surface):
+        return None
+    inside = simple.Threshold(registrationName="target", Input=surface, Scalars=["CELLS", "target_pa"])
+    inside.ThresholdMethod, inside.UpperThreshold = "Above Upper Threshold", sys.float_info.min
+    edges = simple.FeatureEdges(registrationName="target outline", Input=simple.ExtractSurface(Input=inside))
+    edges.BoundaryEdges, edges.FeatureEdges, edges.NonManifoldEdges, edges.ManifoldEdges = True, False, False, False
+    display = simple.Show(edges, view)
+    display.ColorArrayName = ["POINTS", ""]  # one colour
+    display.AmbientColor = display.DiffuseColor = [0.92, 0.12, 0.24]
+    display.LineWidth = 2.5
+    display.Ambient, display.Diffuse = 1.0, 0.0
+    return display
+
+
+def set_colours(method, top, view):
+    colours = simple.GetColorTransferFunction(method + SUFFIX)
+    colours.ApplyPreset("Viridis (matplotlib)", True)
+    colours.RescaleTransferFunction(0.0, top or 1.0)
+    name_bar(simple.GetScalarBar(colours, view), "sound pressure amplitude [Pa]")
+
+
+def mean_axis(array):
+    axes = vtk_to_numpy(servermanager.Fetch(array).GetPointData().GetArray("axis"))
+    axis = axes.mean(axis=0)
+    length = math.sqrt(float(axis @ axis))
+    return [float(a) / length for a in axis] if length > 1e-3 else [0.0, 0.0, 1.0]
+
+
+def skin_and_array(run_dir):
+    paths = [os.path.join(run_dir, name) for name in ("surface.vtp", "array.vtp")]
+    for path in paths:
+        if not os.path.isfile(path):
+            moving = os.path.isfile(os.path.join(run_dir, "evaluation.pvd"))
+            raise RunError(f"{path} is missing: " + ("for a moving body, use --motion FILM" if moving
+                                                     else "add vtp to write in the scene"))
+    return paths
 
 
 def series_of(path):
@@ -57,7 +145,7 @@ def grid(count):
 
 def looking_from(array):
     """The direction in which the array faces, and the up direction of its view: +y of the world, or +x."""
-    along = scene.mean_axis(array) if array else [0.0, 0.0, 1.0]
+    along = mean_axis(array) if array else [0.0, 0.0, 1.0]
     up = [0.0, 1.0, 0.0] if abs(along[1]) < 0.99 else [1.0, 0.0, 0.0]
     share = sum(a * u for a, u in zip(along, up))
     up = [u - share * a for a, u in zip(along, up)]
@@ -78,17 +166,17 @@ class Sight:
         ends = []
         self.top = wanted = 0.0
         for skin in skins:
-            points = scene.vtk_to_numpy(skin.GetPoints().GetData())
+            points = vtk_to_numpy(skin.GetPoints().GetData())
             arrays = skin.GetCellData()
             target = arrays.GetArray("target_pa")
             names = [arrays.GetArrayName(i) for i in range(arrays.GetNumberOfArrays())]
-            self.top = max([self.top] + [scene.quantile(scene.vtk_to_numpy(arrays.GetArray(name)).tolist(), scene.TOP_SHARE)
+            self.top = max([self.top] + [quantile(vtk_to_numpy(arrays.GetArray(name)).tolist(), TOP_SHARE)
                                          for name in names if name.endswith(SUFFIX)])
             pressed = []
             if target is not None:
-                amplitudes = scene.vtk_to_numpy(target)
+                amplitudes = vtk_to_numpy(target)
                 wanted = max(wanted, float(amplitudes.max()))
-                faces = scene.vtk_to_numpy(skin.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+                faces = vtk_to_numpy(skin.GetPolys().GetConnectivityArray()).reshape(-1, 3)
                 pressed = points[faces[amplitudes > 0].ravel()]
             if around_mm is not None and len(pressed) == 0:
                 continue
@@ -116,13 +204,13 @@ class Sight:
 
 
 def white_view(layout, cell, text=None):
-    view = scene.simple.CreateView("RenderView")
+    view = simple.CreateView("RenderView")
     view.UseColorPaletteForBackground = 0
     view.Background = [1.0, 1.0, 1.0]
     view.OrientationAxesVisibility = 0
-    scene.simple.AssignViewToLayout(view, layout, cell)
+    simple.AssignViewToLayout(view, layout, cell)
     if text is not None:
-        display = scene.simple.Show(text, view)
+        display = simple.Show(text, view)
         display.Color, display.FontSize, display.WindowLocation = INK, 17, "Upper Center"
     return view
 
@@ -148,26 +236,26 @@ def figure(skin, array, skins, methods, around_mm, clock=None):
     sight = Sight(array, skins, around_mm)
     columns, rows = grid(len(methods))
     size = [columns * PANEL[0] + BAR_WIDTH, rows * (PANEL[1] + TITLE_HEIGHT)]
-    layout = scene.simple.CreateLayout("figure")
+    layout = simple.CreateLayout("figure")
     layout.SetSize(*size)
     layout.SplitHorizontal(0, 1 - BAR_WIDTH / size[0])
     panels = panels_of(layout, 1, columns, rows)
     for method, panel in zip(methods, panels):
         title = layout.SplitVertical(panel, TITLE_HEIGHT / (PANEL[1] + TITLE_HEIGHT))
-        white_view(layout, title, scene.simple.Text(Text=method))
+        white_view(layout, title, simple.Text(Text=method))
         view = white_view(layout, title + 1)
-        scene.show_skin(skin, method, view)
-        outline = scene.show_outline(skin, view)
+        show_skin(skin, method, view)
+        outline = show_outline(skin, view)
         if outline is not None:
             outline.Position = [-OUTLINE_LIFT * a for a in sight.along]
-        scene.set_colours(method, sight.top, view)
-        scene.simple.GetDisplayProperties(skin, view).SetScalarBarVisibility(view, False)
+        set_colours(method, sight.top, view)
+        simple.GetDisplayProperties(skin, view).SetScalarBarVisibility(view, False)
         sight.place(view)
     for panel in panels[len(methods):]:
         white_view(layout, panel)
     side = white_view(layout, 2, clock)
-    bar = scene.simple.GetScalarBar(scene.simple.GetColorTransferFunction(methods[0] + SUFFIX), side)
-    scene.name_bar(bar, "abs(p) [Pa]")
+    bar = simple.GetScalarBar(simple.GetColorTransferFunction(methods[0] + SUFFIX), side)
+    name_bar(bar, "abs(p) [Pa]")
     bar.Visibility, bar.WindowLocation = 1, "Any Location"
     bar.Position, bar.ScalarBarLength, bar.ScalarBarThickness = [0.12, 0.12], 0.7, 22
     bar.HorizontalTitle, bar.TitleFontSize, bar.LabelFontSize = 1, 14, 14
@@ -186,33 +274,33 @@ def chosen(methods, asked, results):
 
 def draw(results, picture, asked, around_mm):
     """Writes the figure of a run as one picture."""
-    surface, array = scene.skin_and_array(results)
-    scene.need_paraview()
-    skin = scene.simple.XMLPolyDataReader(FileName=[surface])
-    source = scene.simple.XMLPolyDataReader(FileName=[array])
-    methods = chosen(scene.methods_of(skin, "CELLS"), asked, results)
-    layout, size = figure(skin, source, [scene.servermanager.Fetch(skin)], methods, around_mm)
-    scene.simple.SaveScreenshot(picture, layout, ImageResolution=size, SeparatorWidth=0)
+    surface, array = skin_and_array(results)
+    need_paraview()
+    skin = simple.XMLPolyDataReader(FileName=[surface])
+    source = simple.XMLPolyDataReader(FileName=[array])
+    methods = chosen(methods_of(skin), asked, results)
+    layout, size = figure(skin, source, [servermanager.Fetch(skin)], methods, around_mm)
+    simple.SaveScreenshot(picture, layout, ImageResolution=size, SeparatorWidth=0)
 
 
 def play(results, film, asked, around_mm, rate):
     """Writes the figure over the time of a motion, as numbered pictures or a film."""
     path = os.path.join(results, "evaluation.pvd")
     series = series_of(path)
-    scene.need_paraview()
-    skin = scene.simple.PVDReader(FileName=path)
+    need_paraview()
+    skin = simple.PVDReader(FileName=path)
     array = os.path.join(results, "array.vtp")
-    source = scene.simple.XMLPolyDataReader(FileName=[array]) if os.path.isfile(array) else None  # missing before 0.2
+    source = simple.XMLPolyDataReader(FileName=[array]) if os.path.isfile(array) else None  # missing before 0.2
     skins = []
     for _, file in series:
-        step = scene.simple.XMLPolyDataReader(FileName=[file])
-        skins.append(scene.servermanager.Fetch(step))
-        scene.simple.Delete(step)
-    methods = chosen(scene.methods_of(skin, "CELLS"), asked, results)
-    clock = scene.simple.AnnotateTimeFilter(Input=skin, Format="{time:.3f} s")
+        step = simple.XMLPolyDataReader(FileName=[file])
+        skins.append(servermanager.Fetch(step))
+        simple.Delete(step)
+    methods = chosen(methods_of(skin), asked, results)
+    clock = simple.AnnotateTimeFilter(Input=skin, Format="{time:.3f} s")
     layout, size = figure(skin, source, skins, methods, around_mm, clock)
-    animation = scene.simple.GetAnimationScene()
+    animation = simple.GetAnimationScene()
     animation.UpdateAnimationUsingDataTimeSteps()
     animation.PlayMode = "Snap To TimeSteps"
     options = {} if film.endswith(".png") else {"FrameRate": rate or frames_a_second(series)}
-    scene.simple.SaveAnimation(film, layout, ImageResolution=size, SeparatorWidth=0, FrameWindow=[0, len(series) - 1], **options)
+    simple.SaveAnimation(film, layout, ImageResolution=size, SeparatorWidth=0, FrameWindow=[0, len(series) - 1], **options)

@@ -1,7 +1,6 @@
 """How scans were taken, and the responses of channels, from fields that are known."""
 
-import importlib.machinery
-import importlib.util
+import sys
 
 import numpy as np
 import pytest
@@ -10,16 +9,12 @@ import touchfield as tf
 from conftest import SOURCE
 from touchfield import _scans
 
+sys.path.insert(0, str(SOURCE / "scripts/makers"))
+import package as fields  # noqa: E402
+
 pytest.importorskip("scipy")
 SETTING = {"x": 2e-3, "y": -1e-3, "z": 1.5e-3, "turn_x": 0.02, "turn_y": -0.01, "turn_z": 0.05, "size": 1.04, "receiver": 3e-3,
            "sound_speed": 1.01}
-
-
-def script(name):
-    loader = importlib.machinery.SourceFileLoader(name, str(SOURCE / "scripts" / name))
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(name, loader))
-    loader.exec_module(module)
-    return module
 
 
 def noisy(values, share, seed):
@@ -134,14 +129,11 @@ def test_scans_that_do_not_tell_are_refused(twin):
         tf.fit_calibration(tf.compare_scan(scan.run, scan.points, abs(scan.measured)))
 
 
-FIELDS = script("measured_fields")
-
-
-@pytest.mark.skipif(not FIELDS.data_folder().is_dir(), reason="TOUCHFIELD_DATA names the parent of measured_256")
-def test_the_maps_of_others_fit_as_in_the_table():
+@pytest.mark.skipif(not fields.data_folder().is_dir(), reason="TOUCHFIELD_DATA names the parent of measured_256")
+def test_the_maps_of_others_fit_as_in_the_table(tmp_path):
     """Correlations within 0.005 of results/tables/measured_fields.csv, and the radius of the microphone within 0.1 mm."""
     lines = (SOURCE / "results/tables/measured_fields.csv").read_text().splitlines()[2:]
     kept = {(line.split(",")[0], "receiver" in line): line.rsplit('"', 1)[1].split(",")[1:] for line in lines}
-    for row in FIELDS.measure(FIELDS.data_folder(), ["HeightMod_Star"]):
-        _, correlation, _, radius, *_ = kept[row[0], "receiver" in row[1]]
-        assert row[3] == pytest.approx(float(correlation), abs=0.005) and row[5] == pytest.approx(float(radius), abs=0.1), row
+    for row in fields.measured(fields.data_folder(), tmp_path, ["HeightMod_Star"]):
+        _, correlation, _, radius, *_ = kept[row["map"], "receiver" in row["fitted"]]
+        assert row["correlation"] == pytest.approx(float(correlation), abs=0.005) and row["receiver_mm"] == pytest.approx(float(radius), abs=0.1), row

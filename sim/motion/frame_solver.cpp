@@ -402,7 +402,7 @@ MotionFrame FrameSolver::solve(const Model& model) {
 
 namespace {
 
-// The quickest first. Of those that scripts/frame_study tries, none is both slower and farther off than another one.
+// The quickest first. Of those that scripts/tables frame_study tries, none is both slower and farther off.
 constexpr FrameSetting kSettings[] = {
     {3.0 * kMillimetre, 7.5 * kMillimetre, Scheme::kChief, 1},
     {3.0 * kMillimetre, 7.5 * kMillimetre, Scheme::kChief, 3},

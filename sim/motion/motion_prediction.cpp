@@ -9,7 +9,7 @@ namespace touchfield {
 
 namespace {
 
-// Chosen for motions like those of scripts/prediction_study, seen by cameras.
+// Chosen for motions like those of scripts/tables prediction, seen by cameras.
 constexpr double kMemory = 0.3;         // of the likelihoods [s]
 constexpr double kIndependent = 4;      // values among those of a skin
 constexpr double kAccelerates = -5;     // the logarithm of how likely that is beforehand, against a constant velocity

@@ -130,7 +130,7 @@ class RunFuzzers(unittest.TestCase):
 class HandTables(unittest.TestCase):
     def test_the_poses_have_the_kept_areas(self):
         with tempfile.TemporaryDirectory(prefix="touchfield-hands-") as folder:
-            done = subprocess.run([SOURCE / "scripts/hand_tables", "hand_poses", "-o", folder], capture_output=True, text=True, check=False)
+            done = subprocess.run([SOURCE / "scripts/tables", "hand_poses", "-o", folder, "--work", f"{folder}/runs"], capture_output=True, text=True, check=False)
             self.assertEqual(done.returncode, 0, done.stderr)
             made, kept = ([row.split(",")[:4] for row in (root / "hand_poses.csv").read_text().splitlines() if row.startswith("`")]
                           for root in (pathlib.Path(folder), SOURCE / "results/tables"))

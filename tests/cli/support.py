@@ -1,7 +1,5 @@
 """What the command-line tests share: running the program, scenes, reading run.h5 as a user would."""
 
-import importlib.machinery
-import importlib.util
 import os
 import pathlib
 import re
@@ -64,14 +62,6 @@ class CommandTest(unittest.TestCase):
 
     def entries(self):
         return sorted(str(path.relative_to(self.folder)) for path in self.folder.rglob("*"))
-
-
-def script(name):
-    """A script of the project as a module."""
-    loader = importlib.machinery.SourceFileLoader(name, str(SOURCE / "scripts" / name))
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(name, loader))
-    loader.exec_module(module)
-    return module
 
 
 def faces(run):

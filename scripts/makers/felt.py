@@ -1,10 +1,6 @@
-#!/usr/bin/python3 -I
 """What skin does under circling and modulated spots: felt_modulation.csv, felt_speed.csv and two pictures for docs/felt.md.
 
-usage: scripts/felt_study [-o FOLDER] [--work FOLDER] [--program PROGRAM] [--pictures]
-
-Solves spots on a finger (scenes/circle.yaml) and on a flat palm with `touchfield pattern`, without the forearm: some minutes in all.
-`touchfield felt` then takes the same frames at every frequency, speed and skin. The patterns are
+The patterns, on a finger (scenes/circle.yaml) and on a flat palm, without the forearm, are
 
   circle   a spot of 8 mm goes round a circle in 40 frames: lateral modulation
   rest     the same spot in the middle of the circle; its sound goes from 0 to 1 and back by a sine in 40 frames: amplitude modulation
@@ -16,91 +12,71 @@ All figures are at equal peak: drives are scaled so that the largest radiation p
 linear in P and P in the square of the drive, so that this is exact. At equal drive `drive_db` is to be added to each of the columns _db.
 These are circle minus rest, on the same skin, of the largest value over the skin; p_patch has the sum of squares over the skin instead.
 The columns _range are the range over all skins. rest_p_over_200hz_db compares the spot at rest with itself at 200 Hz.
-
-  -o FOLDER    holds results/tables and docs/images (default: this repository)
-  --work DIR   keep patterns here, and take those that are there
-  --pictures   draw the tables that are there
 """
 
-import argparse
 import functools
 import itertools
 import math
-import os
-import pathlib
-import subprocess
-import sys
-import tempfile
 
 import h5py
-import matplotlib
 import numpy
+from runs import table
+from work import ROOT, sets
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT / "scripts/report"))
-
-matplotlib.use("Agg")
-from matplotlib import pyplot  # noqa: E402
-from runs import made_by, table, write_table  # noqa: E402
-
-SCENE = ROOT / "scenes/circle.yaml"
 FRAMES = 40  # of a turn or period
 HIGHEST = 2000  # that the program allows [Hz]
 PEAK = 100.0  # [Pa]
 FREQUENCIES = [10, 30, 50, 100, 200]
 SPEEDS = [1, 1.5, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18, 20]  # [m/s]
-SKINS = ["soft", "middle", "stiff", "none"]
-COLOURS = dict(zip(SKINS, ["#0072B2", "#009E73", "#D55E00", "#000000"]))
-MARKERS = dict(zip(SKINS, "os^x"))
+SKINS = {"soft": ("#0072B2", "o"), "middle": ("#009E73", "s"), "stiff": ("#D55E00", "^"), "none": ("#000000", "x")}
 # Column: dataset of felt.h5, dB per decade. The figure p_patch is made here.
-FIGURES = {"displacement": ("displacement", 20), "velocity": ("velocity", 20), "energy": ("energy_pc", 10), "p": ("weighted_p", 20),
-           "ra": ("weighted_ra", 20)}
+FIGURES = {"displacement": ("displacement", 20), "velocity": ("velocity", 20), "energy": ("energy_pc", 10), "p": ("weighted_p", 20), "ra": ("weighted_ra", 20)}
 UNITS = {"displacement_um": ("displacement", 1e6), "velocity_mm_s": ("velocity", 1e3), "energy_pc_j_m3": ("energy", 1)}
-COMMON = ["write=[h5]", "body.hand.forearm_mm=0", "body.edge_mm={near_target: 1.4, far: 7, within_mm: 15}", "pattern.watch=[]",
-          "target.pressure_pa=9600", "felt.at_mm=[0, 0, 200]", "pattern.diameter_mm=8", f"pattern.frames_per_second={100 * FRAMES}"]
-REST = ["pattern.circle.radius_mm=0.1", "pattern.amplitude={hz: 100}"]
+COMMON = ["body.hand.forearm_mm=0", "body.edge_mm={near_target: 1.4, far: 7, within_mm: 15}", "pattern.watch=[]", "target.pressure_pa=9600",
+          "felt.at_mm=[0, 0, 200]", "pattern.diameter_mm=8", f"pattern.frames_per_second={100 * FRAMES}"]
 PALM = ["body.hand.pose=flat", "body.place={landmark: palm_centre, at_mm: [0, 0, 200]}", "pattern.circle.at=palm_centre",
         "target.box={at: palm_centre, size_mm: [12, 12, 20]}"]
-SMALL = ["array.grid.count=[20, 18]"]
 BONE_4, NO_END, LESS_LOSS, BONE_12 = "4 mm on bone", "without end", "without end, loss 0.2", "12 mm on bone"
 LAYERS = {BONE_4: ["felt.layers=on_bone", "felt.bone_mm=4"], NO_END: ["felt.layers=half_space"],
           LESS_LOSS: ["felt.layers=half_space", "felt.tan_delta=0.2"], BONE_12: ["felt.layers=on_bone", "felt.bone_mm=12"]}
 # Place: changes of the scene, radii [mm] and layers of circles against spots at rest, then of circles by speed.
 PLACES = {"fingertip": ([], [3, 5], [BONE_4], [3, 5], [BONE_4]),
           "palm": (PALM, [3, 5], [NO_END, BONE_12], [5, 8], [NO_END, LESS_LOSS, BONE_12]),
-          "fingertip, 20 x 18 channels": (SMALL, [3], [BONE_4], [], [])}
+          "fingertip, 20 x 18 channels": (["array.grid.count=[20, 18]"], [3], [BONE_4], [], [])}
 
 
 class Study:
-    """Patterns that were solved, and what skins do under them."""
+    """Patterns that were solved, and what skins do under them. Radius 0 is the spot at rest."""
 
-    def __init__(self, program, work):
-        self.program, self.work = program, work
+    def __init__(self, work):
+        self.work = work
+        radii = {place: sorted({0, *own, *others}) for place, (_, own, _, others, _) in PLACES.items()}
+        self.patterns = work.solved({(place, radius): ("circle", [*PLACES[place][0], *(
+            [f"pattern.circle.radius_mm={radius}"] if radius else ["pattern.circle.radius_mm=0.1", "pattern.amplitude={hz: 100}"])])
+            for place, own in radii.items() for radius in own}, "pattern", COMMON)
         self.felt = functools.cache(self.felt)
 
-    def call(self, command, source, out, changes):
-        sets = [part for change in changes for part in ("--set", change)]
-        subprocess.run([self.program, command, str(source), "-o", str(out), "--force", "--quiet", *sets], check=True,
-                       stdout=subprocess.DEVNULL)
+    def pressures(self, place, radius):
+        """P of each frame on the faces of the patch [Pa], and their areas [m2]."""
+        with h5py.File(self.patterns[place, radius] / "pattern.h5") as file:
+            return file["patch/radiation"][:], file["mesh/area"][:][file["patch/faces"][:]]
 
-    def pattern(self, place, radius):
-        """Folder of a solved pattern; radius 0 is the spot at rest."""
-        folder = self.work / f"{place}_{radius}".replace(" ", "_").replace(",", "")
-        if not (folder / "pattern.h5").exists():
-            circle = REST if radius == 0 else [f"pattern.circle.radius_mm={radius}"]
-            self.call("pattern", SCENE, folder, [*COMMON, *PLACES[place][0], *circle])
-            print(folder.name, flush=True)
-        return folder
+    def peak(self, place, radius):
+        return float(self.pressures(place, radius)[0].max())
+
+    def spot_mm2(self, place):
+        """Where P is at least half of its largest."""
+        pressure, area = self.pressures(place, 0)
+        loudest = pressure[pressure.max(axis=1).argmax()]
+        return float(1e6 * area[loudest >= 0.5 * loudest.max()].sum())
 
     def felt(self, place, layers, radius, hz):
         """{skin: {figure: value}} at a largest P of PEAK."""
-        folder = self.pattern(place, radius)
-        factor = PEAK / pressures(folder)[0].max()
-        harmonics = FRAMES // 2 if radius > 0 else 2
-        self.call("felt", folder, self.work / "felt", [*LAYERS[layers], f"felt.frames_per_second={FRAMES * hz:.10g}",
-                                                       f"felt.highest_hz={min(HIGHEST, harmonics * hz):.10g}"])
+        factor, lines = PEAK / self.peak(place, radius), FRAMES // 2 if radius > 0 else 2
+        changes = [*LAYERS[layers], f"felt.frames_per_second={FRAMES * hz:.10g}", f"felt.highest_hz={min(HIGHEST, lines * hz):.10g}"]
+        self.work.call("felt", self.patterns[place, radius], "-o", self.work.runs / "felt", "--force", "--quiet", *sets(changes))
         found = {}
-        with h5py.File(self.work / "felt/felt.h5") as file:
+        with h5py.File(self.work.runs / "felt/felt.h5") as file:
             method, = file["methods"].values()
             for skin in SKINS:
                 maps = {figure: (factor**2 if per_decade == 10 else factor) * method["skins"][skin][part][:]
@@ -108,20 +84,6 @@ class Study:
                 found[skin] = {"energy": numpy.nan, **{figure: float(numpy.nanmax(values)) for figure, values in maps.items()},
                                "p_patch": float(numpy.nansum(maps["p"]**2)**0.5)}
         return found
-
-
-def pressures(folder):
-    """P of each frame on the faces of the patch [Pa], and their areas [m2]."""
-    with h5py.File(folder / "pattern.h5") as file:
-        patch = file["patch"]
-        return patch["radiation"][:], file["mesh/area"][:][patch["faces"][:]]
-
-
-def spot_mm2(folder):
-    """Where P is at least half of its largest."""
-    pressure, area = pressures(folder)
-    loudest = pressure[pressure.max(axis=1).argmax()]
-    return float(1e6 * area[loudest >= 0.5 * loudest.max()].sum())
 
 
 def decibels(values, reference, figure):
@@ -134,10 +96,6 @@ def absolute(values, skin, prefix=""):
     return {prefix + column: math.nan if skin == "none" else unit * values[figure] for column, (figure, unit) in UNITS.items()}
 
 
-def texts(row):
-    return {key: ("" if value != value else f"{value:.5g}") if isinstance(value, float) else value for key, value in row.items()}
-
-
 def spread(values):
     """The range of dB over all skins, and whether the order depends on the skin."""
     values = [value for value in values if value == value]
@@ -147,15 +105,14 @@ def spread(values):
     return both if min(values) > 0 or max(values) < 0 else f"{both}: depends"
 
 
-def modulation_rows(study):
+def modulation(study):
     rows = []
     for place, (_, radii, tissues, _, _) in PLACES.items():
-        peak = {radius: float(pressures(study.pattern(place, radius))[0].max()) for radius in (0, *radii)}
         for layers, radius, hz in itertools.product(tissues, radii, FREQUENCIES):
             circle, rest, at_200 = (study.felt(place, layers, *which) for which in ((radius, hz), (0, hz), (0, 200)))
-            of_all = {"soft_over_stiff_db": decibels(circle["soft"], circle["stiff"], "displacement"),
-                      "drive_db": 20 * math.log10(peak[radius] / peak[0]), "circle_peak_pa": peak[radius], "rest_peak_pa": peak[0],
-                      "spot_mm2": spot_mm2(study.pattern(place, 0))}
+            peak, rest_peak = study.peak(place, radius), study.peak(place, 0)
+            of_all = {"soft_over_stiff_db": decibels(circle["soft"], circle["stiff"], "displacement"), "drive_db": 20 * math.log10(peak / rest_peak),
+                      "circle_peak_pa": peak, "rest_peak_pa": rest_peak, "spot_mm2": study.spot_mm2(place)}
             gains = {skin: {figure: decibels(circle[skin], rest[skin], figure) for figure in (*FIGURES, "p_patch")} for skin in SKINS}
             of_all |= {f"{figure}_range": spread([gain[figure] for gain in gains.values()]) for figure in gains["none"]}
             rows += [{"place": place, "layers": layers, "radius_mm": radius, "hz": hz, "skin": skin,
@@ -165,7 +122,7 @@ def modulation_rows(study):
     return rows
 
 
-def speed_rows(study):
+def speed(study):
     """The columns _db are relative to the best speed on the same skin."""
     rows = []
     for place, (_, _, _, radii, tissues) in PLACES.items():
@@ -175,16 +132,20 @@ def speed_rows(study):
             for skin in SKINS:
                 best = {figure: max(values[skin][figure] for values in found.values()) for figure in FIGURES}
                 rows += [{"place": place, "layers": layers, "radius_mm": radius, "skin": skin, "speed_m_s": speed, "hz": speed / length,
-                          **absolute(values[skin], skin),
-                          **{f"{figure}_db": decibels(values[skin], best, figure) for figure in FIGURES}}
+                          **absolute(values[skin], skin), **{f"{figure}_db": decibels(values[skin], best, figure) for figure in FIGURES}}
                          for speed, values in found.items()]
     return rows
 
 
-def pictures(tables, images):
+def tables(work):
+    study = Study(work)
+    return {name: [{key: ("" if value != value else f"{value:.5g}") if isinstance(value, float) else value for key, value in row.items()} for row in rows]
+            for name, rows in (("felt_modulation", modulation(study)), ("felt_speed", speed(study)))}
+
+
+def pictures(images):
     """Both tables as curves: a column per place and layers, a colour per skin."""
-    modulation, speed = table(tables / "felt_modulation.csv"), table(tables / "felt_speed.csv")
-    speed = [row for row in speed if row["radius_mm"] == {"fingertip": "5", "palm": "8"}[row["place"]]]
+    from matplotlib import pyplot
 
     def draw(rows, x, quantities, label, styles):
         columns = list(dict.fromkeys((row["place"], row["layers"]) for row in rows if row["place"] in ("fingertip", "palm")))
@@ -195,48 +156,24 @@ def pictures(tables, images):
                 panel.axhline(0, color="#888888", linewidth=0.8, zorder=0)
                 panel.grid(alpha=0.25)
                 here = [row for row in rows if (row["place"], row["layers"]) == column and row[quantity]]
-                for (radius, style), skin in itertools.product(styles.items(), SKINS):
+                for (radius, style), (skin, (colour, marker)) in itertools.product(styles.items(), SKINS.items()):
                     points = [(float(row[x]), float(row[quantity])) for row in here if (row["radius_mm"], row["skin"]) == (radius, skin)]
                     if points:
-                        panel.plot(*zip(*points), style, color=COLOURS[skin], marker=MARKERS[skin], markersize=4, linewidth=1.3,
-                                   label=f"{skin}, {radius} mm")
+                        panel.plot(*zip(*points), style, color=colour, marker=marker, markersize=4, linewidth=1.3, label=f"{skin}, {radius} mm")
         for (place, layers), top, bottom in zip(columns, *axes):
             top.set_title(f"{place}, {layers}", fontsize=9)
             bottom.set_xlabel(label)
-        shown = dict(zip(*reversed(axes[0, 0].get_legend_handles_labels())))
-        shown |= dict(zip(*reversed(axes[0, -1].get_legend_handles_labels())))
+        shown = dict(zip(*reversed(axes[0, 0].get_legend_handles_labels()))) | dict(zip(*reversed(axes[0, -1].get_legend_handles_labels())))
         figure.legend(shown.values(), shown.keys(), loc="upper center", bbox_to_anchor=(0.5, 0), ncols=8, fontsize=8, frameon=False)
         return figure, axes
 
-    figure, axes = draw(modulation, "hz", [("p_db", "Pacinian weighting [dB]"),
-                                           ("displacement_db", "displacement [dB]")], "frequency [Hz]", {"3": "-", "5": "--"})
+    perceived, moved = ("p_db", "Pacinian weighting [dB]"), ("displacement_db", "displacement [dB]")
+    tables = ROOT / "results/tables"
+    figure, axes = draw(table(tables / "felt_modulation.csv"), "hz", [perceived, moved], "frequency [Hz]", {"3": "-", "5": "--"})
     axes[0, 0].set_xscale("log")
     axes[0, 0].set_xticks(FREQUENCIES, FREQUENCIES)
     axes[0, 0].minorticks_off()
     figure.savefig(images / "felt_modulation.png", dpi=90, bbox_inches="tight")
-    figure, axes = draw(speed, "speed_m_s", [("displacement_db", "displacement [dB]"), ("p_db", "Pacinian weighting [dB]")],
-                     "draw speed [m/s]", {"5": "--", "8": "-"})
+    speeds = [row for row in table(tables / "felt_speed.csv") if row["radius_mm"] == {"fingertip": "5", "palm": "8"}[row["place"]]]
+    figure, _ = draw(speeds, "speed_m_s", [moved, perceived], "draw speed [m/s]", {"5": "--", "8": "-"})
     figure.savefig(images / "felt_speed.png", dpi=90, bbox_inches="tight")
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("-o", dest="root", type=pathlib.Path, default=ROOT)
-    parser.add_argument("--work", type=pathlib.Path)
-    parser.add_argument("--program", default=os.environ.get("TOUCHFIELD_PROGRAM", str(ROOT / "build/release/apps/touchfield")))
-    parser.add_argument("--pictures", action="store_true")
-    arguments = parser.parse_args()
-    program = str(pathlib.Path(arguments.program).resolve())
-    tables = arguments.root / "results/tables"
-    if not arguments.pictures:
-        with tempfile.TemporaryDirectory() as folder:
-            work = (arguments.work or pathlib.Path(folder)).resolve()
-            work.mkdir(parents=True, exist_ok=True)
-            study = Study(program, work)
-            for name, rows in (("felt_modulation", modulation_rows(study)), ("felt_speed", speed_rows(study))):
-                write_table(tables / f"{name}.csv", [texts(row) for row in rows], made_by("scripts/felt_study", program, [SCENE]))
-    pictures(tables, arguments.root / "docs/images")
-
-
-if __name__ == "__main__":
-    main()

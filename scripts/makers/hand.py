@@ -1,0 +1,64 @@
+"""The built-in hand: its poses, and tables of the bench about large bodies and the skin beyond."""
+
+import csv
+import json
+import re
+import statistics
+
+from work import ROOT, listed, sets
+
+POSES = {"flat": "published means: about 425 and 340", "index_up": "the thumb lies over the curled fingers",
+         "grasp": "a box of 55 mm between the pads of thumb and fingers",
+         "point_down": "`index_up` with the index finger bent a little", "fist": ""}
+
+
+def poses(work):
+    path = work.runs / "hand.ply"
+    for pose, note in POSES.items():
+        hand = json.loads(work.call("hand", "-o", path, "--pose", pose, "--edge-mm", "1.5", "--force", "--json"))
+        vertices, faces = map(int, re.findall(rb"element (?:vertex|face) (\d+)", path.read_bytes()))
+        yield {"pose": f"`{pose}`", "area [cm2]": f"{hand['area_cm2']:.0f}", "volume [cm3]": f"{hand['volume_cm3']:.0f}",
+               "holes through it": 1 - (vertices - faces // 2) // 2, "": note}  # Euler: V - F / 2 = 2 - 2 holes
+
+
+# Pose, edge near the index fingertip [mm], edge elsewhere or 0, forearm.
+BODIES = [(pose, edge, 0, 0) for pose in POSES for edge in (4.5, 2.2, 1.36, 0.97, 0.72)] + [("index_up", 1.2, 6.5, 0), ("index_up", 0.6, 3, 0)]
+BODIES += [("index_up", 1.2, 6.5, 250), ("index_up", 3.2, 0, 250), ("index_up", 1.6, 0, 250), ("grasp", 1.6, 0, 250)]
+
+
+def large(work):
+    """A pose without a mesh of an edge length is left out."""
+    for body in BODIES:
+        try:
+            yield from csv.DictReader(work.bench("large_bodies", *body).splitlines())
+        except RuntimeError as error:
+            print(error, flush=True)
+
+
+NEAR, FAR = 1.2, 6.5
+# What changes, near [mm], far [mm], kept [mm] (0: the whole hand), points (0: as many as the program takes).
+SETTINGS = [("finest", 1.0, 3.5, 0, 0), ("default", NEAR, FAR, 0, 0), *(("near", near, FAR, 0, 0) for near in (0.8, 1.6, 2.4)),
+            *(("far", NEAR, far, 0, 0) for far in (5, 8, 12)), *(("kept", NEAR, FAR, kept, 0) for kept in (30, 40, 50, 80)),
+            *(("points", NEAR, FAR, 40, points) for points in (200, 400, 600, 1200))]
+CHOSEN = [("width_8mm", []), ("penetration", [])]
+HELD_OUT = [("width_8mm", ["body.hand={pose: flat}", "body.place={landmark: palm_centre, at_mm: [0, 0, 150]}", "target.box={at: palm_centre, size_mm: [12, 12, 6]}"]),
+            ("width_8mm", ["body.hand={pose: point_down}", "body.place.at_mm=[0, 0, 100]"]), ("width_8mm", ["body.place.at_mm=[20, 10, 300]"])]
+
+
+def beyond(work):
+    """One row per setting: errors above the finest solution of the scene, of scenes that chose the defaults and of others that test them."""
+    given = work.runs / "settings"
+    given.write_text("".join(f"{near} {far} {kept} {points}\n" for _, near, far, kept, points in SETTINGS))
+    above, seconds = {}, [[] for _ in SETTINGS]
+    for label, scenes in (("chosen", CHOSEN), ("held_out", HELD_OUT)):
+        above[label] = [[] for _ in SETTINGS]
+        for scene, changes in scenes:
+            with given.open() as settings:
+                printed = work.bench("beyond_study", ROOT / f"scenes/{scene}.yaml", *sets([listed("surface"), "field=[]", *changes]), stdin=settings)
+            lines = list(csv.DictReader(printed.splitlines()))
+            for number, line in enumerate(lines):
+                above[label][number].append(float(line["relative_error"]) - float(lines[0]["relative_error"]))  # the first is the finest
+                seconds[number].append(float(line["seconds"]))
+    return [{"factor": what, "near_mm": near, "far_mm": far, "kept_mm": kept or "whole", "points": points or "auto"}
+            | {f"{label}_{name}": f"{of(own[number]):.5f}" for label, own in above.items() for name, of in (("median", statistics.median), ("worst", max))}
+            | {"seconds": f"{statistics.median(seconds[number]):.3g}"} for number, (what, near, far, kept, points) in enumerate(SETTINGS)]

@@ -1,0 +1,182 @@
+"""Layouts of an array, ranked by the error that they reach on a target with phases alone and with amplitudes too.
+
+A layout is a table of positions and axes. Each has at most 1,500 transducers of 10 mm. They do not overlap, and the centre of the
+target is at least 20 mm away.
+"""
+
+import math
+import re
+import shutil
+
+import numpy as np
+import scipy.spatial
+from runs import table
+from work import ROOT
+
+MOST = 1500
+PITCH = 10.16e-3  # [m], of transducers of 10 mm
+CENTRE = np.array([0.0, 0.0, 0.2])  # of the target [m]
+WIDTHS_OF = "60 kHz, radius 165 mm, 105 deg"  # it clears the hand by two wavelengths
+FREE = "{surface: {as: with_amplitudes, free_amplitudes: true}}"
+
+
+def plate(nx, ny, distance, axis="x", tilt=0.0, pitch=PITCH):
+    """A plate that faces the target from `distance`, its normal `tilt` degrees from the vertical."""
+    x, y = ((np.arange(n) - (n - 1) / 2) * pitch for n in (nx, ny))
+    points = np.array([(a, b, 0.0) for b in y for a in x])
+    c, s = math.cos(math.radians(tilt)), math.sin(math.radians(tilt))
+    turn = np.array({"x": [[1, 0, 0], [0, c, -s], [0, s, c]], "y": [[c, 0, s], [0, 1, 0], [-s, 0, c]]}[axis])
+    return points @ turn.T + CENTRE - distance * turn[:, 2], np.tile(turn[:, 2], (len(points), 1))
+
+
+def together(*plates):
+    return np.vstack([points for points, _ in plates]), np.vstack([axes for _, axes in plates])
+
+
+def cap(radius, most_degrees, count=MOST):
+    """Part of a sphere about the target, from straight below to an angle, covered evenly (Fibonacci's spiral)."""
+    i = np.arange(count) + 0.5
+    z = 1 - (1 - math.cos(math.radians(most_degrees))) * i / count
+    turn = math.pi * (1 + 5**0.5) * i
+    s = np.sqrt(1 - z**2)
+    out = np.stack([s * np.cos(turn), s * np.sin(turn), -z], axis=1)
+    return CENTRE + radius * out, -out
+
+
+def surround(radius, most_degrees, count):
+    """A cap beyond the horizontal, without what is near the hand."""
+    points, axes = cap(radius, most_degrees, count)
+    clear = is_clear(points, 0.01)
+    return points[clear], axes[clear]
+
+
+def arc(radius, most_degrees, columns, rows, axis):
+    """Part of a cylinder about the target: `columns` along the arc, `rows` along its axis (x or y)."""
+    points, axes = [], []
+    for angle in np.radians(np.linspace(-most_degrees, most_degrees, columns)):
+        out = np.array([math.sin(angle), 0, -math.cos(angle)]) if axis == "y" else np.array([0, math.sin(angle), -math.cos(angle)])
+        for step in (np.arange(rows) - (rows - 1) / 2) * PITCH:
+            points.append(CENTRE + radius * out + (np.array([0, step, 0]) if axis == "y" else np.array([step, 0, 0])))
+            axes.append(-out)
+    return np.array(points), np.array(axes)
+
+
+def spacing(points):
+    return scipy.spatial.cKDTree(points).query(points, 2)[0][:, 1].min()
+
+
+def all_layouts():
+    """Family, what is varied, the layout, and the frequency [kHz]."""
+    for family, name, layout in layouts_at_40_khz():
+        yield family, name, layout, 40
+    for frequency in (50, 60, 70, 80):
+        for name, layout in (("44 x 34, 200 mm", plate(44, 34, 0.2)), ("cap, radius 180 mm, 88 deg", cap(0.18, 88)),
+                             ("cap, radius 200 mm, 80 deg", cap(0.2, 80)), ("cap, radius 220 mm, 80 deg", cap(0.22, 80)),
+                             ("surround, radius 170 mm, 140 deg", surround(0.17, 140, 1600))):
+            yield f"{frequency} kHz", name, layout, frequency
+    # What the others lead to: as dense as they can be, beyond the horizontal, where three wavelengths span the target.
+    for frequency, radius, degrees in ((60, 0.15, 120), (60, 0.165, 105), (60, 0.16, 120), (55, 0.15, 120), (65, 0.15, 120), (70, 0.15, 120)):
+        yield "dense", f"{frequency} kHz, radius {1e3 * radius:.0f} mm, {degrees} deg", surround(radius, degrees, 1600), frequency
+
+
+def layouts_at_40_khz():
+    for nx, ny in ((44, 34), (34, 44), (60, 25), (25, 60), (24, 24)):
+        for distance in (0.06, 0.08, 0.1, 0.15, 0.2, 0.25, 0.3):
+            yield "flat", f"{nx} x {ny}, {1e3 * distance:.0f} mm", plate(nx, ny, distance)
+    for pitch in (13e-3, 20e-3):
+        for distance in (0.1, 0.2, 0.3):
+            yield "sparse", f"pitch {1e3 * pitch:.0f} mm, {1e3 * distance:.0f} mm", plate(38, 38, distance, pitch=pitch)
+    for radius in (0.16, 0.2, 0.25, 0.3):
+        for degrees in (30, 45, 60, 70, 80, 88):
+            for count in (1500, 1000, 500):
+                yield "cap", f"radius {1e3 * radius:.0f} mm, {degrees} deg, {count}", cap(radius, degrees, count)
+    for radius, degrees, count in ((0.17, 100, 1500), (0.17, 120, 1600), (0.17, 140, 1600), (0.2, 120, 1580), (0.25, 120, 1580)):
+        yield "surround", f"radius {1e3 * radius:.0f} mm, {degrees} deg", surround(radius, degrees, count)
+    for axis in ("x", "y"):
+        for tilt in (30, 50, 70):
+            for distance in (0.15, 0.2, 0.25):
+                yield "two plates", f"turned about {axis} by {tilt} deg, {1e3 * distance:.0f} mm", together(
+                    plate(27, 27, distance, axis, tilt), plate(27, 27, distance, axis, -tilt))
+        for tilt in (50, 70):
+            for distance in (0.18, 0.22):
+                yield "three plates", f"turned about {axis} by {tilt} deg, {1e3 * distance:.0f} mm", together(
+                    plate(22, 22, distance), plate(22, 22, distance, axis, tilt), plate(22, 22, distance, axis, -tilt))
+    for tilt in (45, 75):
+        for distance in (0.15, 0.2):
+            yield "five plates", f"{tilt} deg, {1e3 * distance:.0f} mm", together(
+                plate(17, 17, distance), *(plate(17, 17, distance, axis, sign * tilt) for axis in "xy" for sign in (1, -1)))
+    for axis in ("x", "y"):
+        for radius in (0.12, 0.2):
+            for degrees in (45, 85):
+                columns = int(math.radians(2 * degrees) * radius / PITCH)
+                yield "arc", f"along {axis}, radius {1e3 * radius:.0f} mm, {degrees} deg", arc(
+                    radius, degrees, columns, min(34, MOST // columns), axis)
+
+
+def is_clear(points, more=0.0):
+    """Of the hand, which lies above 195 mm, within 75 mm of x = 0 and below y = 30 mm."""
+    return (points[:, 2] < 0.185 - more) | (abs(points[:, 0]) > 0.085 + more) | (points[:, 1] > 0.04 + more)
+
+
+def sound(points, axes):
+    """Whether it can be built and clears the hand."""
+    near = np.linalg.norm(points - CENTRE, axis=1).min()
+    return len(points) <= MOST and spacing(points) >= 0.0099 and near >= 0.02 and is_clear(points).all()
+
+
+def edges(frequency):
+    """As fine for the wavelength as the base scene's are at 40 kHz."""
+    return f"{{near_target: {1.2 * 40 / frequency:.3g}, far: {6.5 * 40 / frequency:.3g}, within_mm: 15}}"
+
+
+def write_layouts(folder):
+    """Layouts and two sweeps. designs.yaml compares the layouts, with optimality bounds. widths.yaml evaluates boxes of 5, 8 and 11 mm, and
+    lower pressures, by one of the best layouts on finer meshes."""
+    rows, cases = [], []
+    for family, name, (points, axes), frequency in all_layouts():
+        if not sound(points, axes):
+            continue
+        number = len(rows) + 1
+        np.savetxt(folder / f"layout_{number:03d}.csv", np.hstack([1e3 * points, axes]), "%.6g", ",", header="x_mm,y_mm,z_mm,nx,ny,nz", comments="")
+        rows.append({"layout": number, "family": family, "name": name, "transducers": len(points), "spacing_mm": round(1e3 * spacing(points), 2)})
+        more = "" if frequency == 40 else f", frequency_khz: {frequency}, body.edge_mm: {edges(frequency)}"
+        kind = "" if frequency == 40 else ", directivity: piston"  # the measured one is of 40 kHz
+        cases.append(f"  - {{array: {{positions: {{file: layout_{number:03d}.csv}}{kind}}}{more}, solve.iterations: {150 if family == 'dense' else 60}}}\n")
+    shutil.copy(ROOT / "scenes/width_8mm.yaml", folder / "base.yaml")  # names of files start from its folder
+    common = "base: base.yaml\nname: {}\nset:\n  field: []\n  write: [h5]\n"
+    (folder / "designs.yaml").write_text(
+        common.format("designs") + f"  solve.optimality_bound: true\n  solve.methods: [surface, {FREE}]\n  evaluation: same\ncases:\n" + "".join(cases))
+    best, = [row["layout"] for row in rows if row["name"] == WIDTHS_OF]
+    (folder / "widths.yaml").write_text(
+        common.format("widths") + "  frequency_khz: 60\n"
+        f"  array: {{positions: {{file: layout_{best:03d}.csv}}, directivity: piston}}\n  solve.methods: [{FREE}]\n  solve.iterations: 150\n"
+        "  body.edge_mm: {near_target: 0.8, far: 3, within_mm: 15}\n"
+        "  evaluation: {scheme: burton_miller_polished, edge_mm: {near_target: 0.67, far: 2.6, within_mm: 15}}\n"
+        "cases:\n" + "".join(f"  - {{target.box.size_mm: {box}, target.pressure_pa: {pressure}}}\n" for box, pressure in (
+            ("[5, 12, 6]", 4800), ("[8, 8, 6]", 4800), ("[11, 6, 6]", 4800), ("[8, 8, 6]", 1200), ("[8, 8, 6]", 300))))
+    return {row["layout"]: row for row in rows}
+
+
+def swept(work, name):
+    """Rows of the cases that ended well. A transducer in the hand ends its case only."""
+    try:
+        work.call("sweep", work.runs / f"{name}.yaml", "-o", work.runs / name, "--jobs", work.jobs)
+    except RuntimeError as error:
+        print(error, flush=True)
+    return [row for row in table(work.runs / name / "sweep.csv") if row["status"] == "ok"]
+
+
+def designs(work):
+    lines = {}
+    known = write_layouts(work.runs)
+    for row in swept(work, "designs"):
+        number = int(re.search(r"layout_(\d+)[.]csv", row["array"])[1])
+        line = lines.setdefault(number, dict(known[number]))
+        line |= {f"error_{row['name']}": f"{float(row['relative_error']):.4f}", f"power_{row['name']}": f"{float(row['power_share']):.5f}",
+                 "error_bound": f"{float(row['error_bound']):.4f}", f"width_mm_{row['name']}": row["width_mm"] and f"{float(row['width_mm']):.2f}"}
+    ranked = sorted(lines.values(), key=lambda line: min(float(line["error_surface"]), float(line["error_with_amplitudes"])))
+    ranked = [{"rank": rank, **line} for rank, line in enumerate(ranked, 1)]
+    keys = ["relative_error", "width_mm", "width_wanted_mm", "leakage", "force_target_n", "evaluation_difference", "power_share"]
+    widths = [{"box_mm": row["target.box.size_mm"].strip("[]").replace(", ", " x "), "pressure_pa": row["target.pressure_pa"]}
+              | {key: f"{float(row[key]):.5g}" for key in keys} for row in swept(work, "widths")]
+    return {"array_designs_best": ranked[:12], "array_widths": widths}
