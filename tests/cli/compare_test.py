@@ -8,7 +8,7 @@ import zlib
 import h5py
 import numpy
 
-from support import FINGER, SOURCE, CommandTest, open_run
+from support import FINGER, CommandTest, open_run
 
 SHORT = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[paper, focus]").replace(
     "write: [h5, vtp, vti]", "write: [h5]")
@@ -27,9 +27,9 @@ class Compare(CommandTest):
     def as_json(self, *arguments, code=0):
         return json.loads(self.compared(*arguments, "--json", code=code), parse_constant=self.fail)
 
-    def test_the_quick_scene_twice(self):
+    def test_a_scene_twice(self):
         for out in "ab":
-            self.run_ok("run", SOURCE / "scenes/capsule.yaml", "-o", out, "--quiet", "--set", "write=[h5]", "--set", "target.pressure_pa=300")
+            self.run_scene(out, text=Points.SCAN)
         said = self.compared("a", "b", "--tolerance", "1e-6")
         self.assertRegex(said, r"verdict   (identical: |the same to rounding: )")
         self.assertIn("every result is within it", said)
@@ -38,8 +38,8 @@ class Compare(CommandTest):
         self.assertEqual(found["scene"], {})
         self.assertNotEqual(*(found["provenance"][run]["command_line"] for run in "ab"))
         self.assertEqual(*(found["provenance"][run]["scene_hash"] for run in "ab"))
-        self.assertEqual([method["name"] for method in found["methods"]], ["surface", "radiation", "paper", "unscattered", "focus"])
-        self.assertEqual([field["name"] for field in found["fields"]], ["side"])
+        self.assertEqual([method["name"] for method in found["methods"]], ["paper", "focus"])
+        self.assertEqual([field["name"] for field in found["fields"]], ["below"])
         self.assertIsNone(found["within_tolerance"])
 
     def test_a_changed_scene_is_named_by_its_key(self):
@@ -89,7 +89,7 @@ class Compare(CommandTest):
 
     def test_command_line(self):
         self.run_scene("a")
-        for arguments in [("a",), (), ("a", "a", "a"), ("a", "a", "--tolerance", "-1"), ("a", "a", "--tolerance", "x")]:
+        for arguments in [("a",), ("a", "a", "a"), ("a", "a", "--tolerance", "-1")]:
             self.is_refused("compare", *arguments)
         (self.folder / "empty").mkdir()
         self.is_refused("compare", "a", "empty", says="empty/run.h5")
@@ -135,9 +135,6 @@ class Points(CommandTest):
             self.assertEqual(len(rows), points + 1)
             self.assertEqual(sum(row.endswith(",") for row in rows), found["used"])
             self.assertTrue((self.folder / "plot.png").read_bytes().startswith(b"\x89PNG"))
-        refused = self.touchfield("compare", "a", "--points", "scan.csv", "--out", "rows.csv")
-        self.assertEqual(refused.returncode, 2)
-        self.assertIn("rows.csv: the file exists", refused.stderr)
         other = self.touchfield("compare", "a", "--points", "scan.csv", "--method", "paper", "--tolerance", "0.001")
         self.assertEqual(other.returncode, 1)
         self.assertRegex(other.stdout, r"within tolerance +no\n")
@@ -154,9 +151,7 @@ class Points(CommandTest):
                                 (("--points", "good.csv", "--out", "x.png", "--picture", "x.png"), "--out and --picture are both x.png"),
                                 (("a", "--points", "good.csv"), "--points"),
                                 (("--out", "rows.csv"), "--points")]:
-            done = self.touchfield("compare", "a", *arguments)
-            self.assertEqual(done.returncode, 2, done.stdout)
-            self.assertIn(says, done.stderr)
+            self.is_refused("compare", "a", *arguments, says=says)
         self.assertFalse((self.folder / "rows.csv").exists())
 
 
@@ -165,16 +160,12 @@ class Repeat(CommandTest):
         scene = self.write("scene.yaml", FINGER)
         self.run_ok("run", scene, "-o", "first", "--quiet", "--set", "array.level=0.5", "--threads", 1)
         scene.unlink()
-        for source in ("first", "first/run.h5"):
-            self.run_ok("run", "--from", source, "-o", "again", "--force", "--quiet", "--threads", 1)
-            said = self.run_ok("compare", "first", "again", "--tolerance", "0").stdout  # the same program and threads
-            self.assertIn("identical", said)
-        changed = self.touchfield("run", "--from", "first", "-o", "other", "--quiet", "--set", "array.level=0.6")
-        self.assertEqual(changed.returncode, 0, changed.stderr)
+        self.run_ok("run", "--from", "first/run.h5", "-o", "again", "--force", "--quiet", "--threads", 1)
+        said = self.run_ok("compare", "first", "again", "--tolerance", "0").stdout  # the same program and threads
+        self.assertIn("identical", said)
+        self.run_ok("run", "--from", "first", "-o", "other", "--quiet", "--set", "array.level=0.6")
         self.assertRegex(self.run_ok("compare", "first", "other").stdout, r"\n +array.level +0.5 +0.6\n")
-        both = self.touchfield("run", "scene.yaml", "--from", "first")
-        self.assertEqual(both.returncode, 2)
-        self.assertIn("--from", both.stderr)
+        self.is_refused("run", "scene.yaml", "--from", "first", says="--from")
 
 
 if __name__ == "__main__":

@@ -123,7 +123,7 @@ class Work(Mesh):
         vertices, triangles, _ = self.foreign()
         lengths = edge_lengths(vertices, triangles)
         self.assertEqual(len(triangles), 2300)
-        self.assertLess(lengths.min(), 1.6)
+        self.assertLess(lengths.min(), 2)
         self.assertGreater(lengths.max(), 25)
 
         path = self.obj(vertices * 1e-3, triangles, "foreign.obj")

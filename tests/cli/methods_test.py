@@ -108,17 +108,7 @@ class Methods(CommandTest):
             with h5py.File(self.folder / f"x{factor}" / "run.h5") as run:
                 self.assertGreater(run["methods/radiation"].attrs["relative_error_radiation"], error + worse)
 
-    def test_the_same_seed_gives_the_same_phases(self):
-        phases = []
-        for out, seed in (("a", 3), ("b", 3), ("c", 4)):
-            scene = self.scene(1500, f"[{{surface: {{start: {{random: {seed}}}}}}}]")
-            self.run_ok("run", scene, "-o", out)
-            with h5py.File(self.folder / out / "run.h5") as run:
-                phases.append(run["methods/surface/phase"][:])
-        numpy.testing.assert_allclose(phases[0], phases[1], atol=1e-6)
-        self.assertGreater(numpy.abs(phases[0] - phases[2]).max(), 0.1)
-
-    MOVED = "[{surface: {start: spectral, iterations: 300}}, paper, unscattered, focus, gs, eigen]"
+    MOVED = "[{surface: {start: spectral, iterations: 300}}, paper, focus, gs, eigen]"
 
     def moved(self, name, replacements):
         text = self.scene(500, self.MOVED).read_text()
@@ -157,8 +147,7 @@ class Methods(CommandTest):
 
     def test_three_thousand_transducers(self):
         """Twice what the paper has, many of them farther from the body than a third of a metre."""
-        scene = self.scene(3000, "[{surface: {start: {random: 1}}}, {paper: {iterations: 3}}, "
-                                 "{unscattered: {iterations: 3}}, focus, gs_pat, eigen]")
+        scene = self.scene(3000, "[{surface: {start: {random: 1}}}, {paper: {iterations: 3}}, focus, eigen]")
         scene.write_text(scene.read_text().replace("count: [8, 8]", "count: [60, 50]"))
         self.run_ok("run", scene, "-o", "out")
         with h5py.File(self.folder / "out" / "run.h5") as run:
@@ -171,15 +160,6 @@ class Methods(CommandTest):
                 self.assertLessEqual(cost[-1], cost[0], name)
         self.assertEqual(min(error, key=error.get), "surface")
         self.assertLess(error["surface"], 0.42)  # 0.39 was seen
-
-    def test_a_warm_start_goes_on(self):
-        self.run_ok("run", self.scene(1500, "[surface]"), "-o", "first")
-        self.run_ok("run", self.scene(1500, "[{surface: {iterations: 3, start: {previous: first/run.h5}}}]"), "-o",
-                    "second")
-        with h5py.File(self.folder / "first" / "run.h5") as first, h5py.File(self.folder / "second" / "run.h5") as second:
-            end = first["methods/surface/cost"][-1]
-            self.assertAlmostEqual(second["methods/surface/cost"][0] / end, 1, places=6)
-            self.assertLessEqual(second["methods/surface/cost"][-1], end * (1 + 1e-9))
 
 
 if __name__ == "__main__":

@@ -65,7 +65,8 @@ class Pattern(CommandTest):
         numpy.testing.assert_allclose([float(row["radiation_mean_square_pa2"]) for row in lines], wanted, rtol=1e-6, atol=1e-20)
         self.assertGreater((out / "strip.png").stat().st_size, 5000)
         self.assertIn("rms 5-15hz [Pa]", (out / "report.html").read_text())
-        self.run_ok("info", "out")
+        told = json.loads(self.run_ok("info", "out", "--json").stdout)
+        self.assertEqual([point["point"] for point in told["radiation_pressure"]], ["bottom", "start", "opposite"])
 
         said = json.loads(self.run_ok("send", "out", "--json").stdout)
         self.assertEqual((said["frames"], said["rate_hz"]), (20, 1000.0))
@@ -73,27 +74,19 @@ class Pattern(CommandTest):
         slower = json.loads(self.run_ok("send", "out/pattern.h5", "--rate", "10", "--json").stdout)
         self.assertAlmostEqual(slower["seconds"], 2)
 
-    def test_json(self):
-        scene = self.write("scene.yaml", CIRCLE)
-        said = json.loads(self.run_ok("pattern", scene, "-o", "out", "--json", "--set", "write=[h5]").stdout)
-        self.assertEqual(said["frames"], 20)
-        self.assertEqual([point["point"] for point in said["radiation_pressure"]], ["bottom", "start", "opposite"])
-        self.assertLess(said["relative_error"]["worst"], 1)
-        self.assertGreater(said["relative_error_ring_up"]["mean"], said["relative_error"]["mean"])
-        self.assertEqual(said["frames_alone"], 1)
-
     def test_warnings(self):
         scene = self.write("scene.yaml", CIRCLE)
-        for change, said in [("pattern.amplitude.hz=200", "few_frames: pattern.amplitude.hz = 200 has 5 frames per period"),
-                             ("pattern.seconds=0.015", "part_period: pattern.seconds = 0.015 has 1.5 periods of pattern.circle.hz"),
-                             ("pattern.seconds=0.015", "so the pattern jumps at each repeat; 0.02 would fit"),
-                             ("pattern.most_turn_deg=20", "solved by itself"),
-                             ("pattern.most_turn_deg=20", "raise pattern.most_turn_deg or frames_per_second"),
-                             ("pattern.pressure_pa=1e9", "below_wanted: 20 of 20 frames reach less than half")]:
-            done = self.run_ok("pattern", scene, "-o", "out", "--force", "--set", change, "--set", "write=[h5]")
-            self.assertIn(said, done.stderr)
+        for changes, says in [(["pattern.amplitude.hz=200", "pattern.pressure_pa=1e9"],
+                               ["few_frames: pattern.amplitude.hz = 200 has 5 frames per period", "below_wanted: 5 of 10 frames"]),
+                              (["pattern.seconds=0.015", "pattern.most_turn_deg=20"],
+                               ["part_period: pattern.seconds = 0.015 has 1.5 periods of pattern.circle.hz",
+                                "so the pattern jumps at each repeat; 0.02 would fit", "raise pattern.most_turn_deg or frames_per_second"])]:
+            done = self.run_ok("pattern", scene, "-o", "out", "--force", "--set", "write=[h5]", *[f"--set={change}" for change in changes])
             with h5py.File(self.folder / "out/pattern.h5") as file:
-                self.assertTrue(any(said in text for text in file["warnings"].asstr()))
+                kept = list(file["warnings"].asstr())
+            for said in says:
+                self.assertIn(said, done.stderr)
+                self.assertTrue(any(said in text for text in kept), said)
         done = self.run_ok("pattern", scene, "-o", "out", "--force", "--set", "pattern.most_turn_deg=null",
                            env={"OPENBLAS_CORETYPE": "Haswell"})  # rounding decides which local minimum a frame ends in
         for name in ("few_frames", "part_period", "below_wanted", "frames_behind"):
@@ -101,27 +94,22 @@ class Pattern(CommandTest):
 
     def test_check_says_what_it_takes(self):
         scene = self.write("scene.yaml", CIRCLE)
-        change = ["--set", "pattern.seconds=0.5", "--set", "pattern.amplitude.hz=200"]
+        change = ["--set", "pattern.seconds=0.1", "--set", "pattern.amplitude.hz=200"]
         told = json.loads(self.run_ok("check", scene, *change, "--json").stdout)
         said = told["pattern"]
-        self.assertEqual((said["frames"], said["pass_s"]), (500, 0.5))
+        self.assertEqual((said["frames"], said["pass_s"]), (100, 0.1))
         self.assertTrue(any(text.startswith("few_frames: ") for text in told["warnings"]))
         self.run_ok("pattern", scene, "-o", "out", *change)
         out = self.folder / "out"
         written = (out / "pattern.h5").stat().st_size + (out / "pattern.csv").stat().st_size
         self.assertLess(0.5 * written, said["files_mib"] * 2**20)
         self.assertGreater(2 * written, said["files_mib"] * 2**20)
-        self.assertGreater(said["memory_mib"] * 2**20, 500 * 16 * 64)
+        self.assertGreater(said["memory_mib"] * 2**20, 100 * 16 * 64)
         self.assertGreater(said["seconds"], 0)
-        loud = json.loads(self.run_ok("check", scene, "--set", "pattern.pressure_pa=1e6", "--json").stdout)
-        self.assertTrue(any(text.startswith("below_wanted: the array makes") for text in loud["warnings"]))
-        self.is_refused("check", scene, "--set", "pattern.circle.hz=500", says="must be below half")
 
     def test_refused(self):
         still = self.write("still.yaml", CIRCLE[:CIRCLE.index("pattern:")])
-        done = self.touchfield("pattern", still, "-o", "out")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("the scene has no pattern: section", done.stderr)
+        self.is_refused("pattern", still, "-o", "out", says="the scene has no pattern: section")
         scene = self.write("scene.yaml", CIRCLE)
         for change, said in [("pattern.circle.at=botom", "pattern.circle.at = botom must be one of"),
                              ("pattern.watch=[palm]", "pattern.watch[0] = palm must be one of"),
@@ -143,9 +131,7 @@ class Pattern(CommandTest):
                              ("pattern={line: {from: [0, 0, 50], to: [0, 0, 50]}}", "the path is 0 mm long"),
                              ("pattern={points: {at: [bottom, bottom]}}", "the path is 0 mm long"),
                              ("pattern.line={from: bottom, to: top}", "pattern: ")]:
-            done = self.touchfield("pattern", scene, "-o", "out", "--set", change)
-            self.assertEqual(done.returncode, 2, done.stderr)
-            self.assertIn(said, done.stderr)
+            self.is_refused("pattern", scene, "-o", "out", "--set", change, says=said)
 
 
 if __name__ == "__main__":
