@@ -40,13 +40,6 @@ class Device(CommandTest):
             self.assertIn(f"device {device}: ", done.stderr)
             self.assertFalse((self.folder / "out").exists())
 
-    def test_what_is_no_device(self):
-        self.is_refused("run", "scene.yaml", "-o", "out", "--device", "gpu", says="--device gpu: must be auto, cpu, cuda or cuda:N")
-
-    def test_the_resolved_scene_names_it(self):
-        resolved = self.run_ok("check", "scene.yaml", "--resolved", "--set", "solve.device=cpu").stdout
-        self.assertIn("device: cpu", resolved)
-
     def test_card(self):
         if not self.has_card:
             self.skipTest(self.card)
@@ -54,13 +47,6 @@ class Device(CommandTest):
         self.assertEqual(devices, {"cuda:0"})
         self.assertLess(numpy.abs(errors - self.solve("cpu")[0]).max(), 0.003)
         self.assertIn("CUDA", card)
-
-    def test_what_is_no_cap(self):
-        if not self.has_card:
-            self.skipTest(self.card)
-        for name in ("TOUCHFIELD_GPU_MEMORY_MB", "TOUCHFIELD_GPU_FAIL_AFTER"):
-            self.is_refused("run", "scene.yaml", "-o", "out", "--device", "cuda", env={name: "much"},
-                            says=f"{name}: much: must be a number above 0")
 
     def test_little_memory_leaves_the_card(self):
         if not self.has_card:

@@ -93,22 +93,6 @@ class Felt(CommandTest):
                              ("frames_per_second=0.1", "more than 10000 lines"), ("at_mm=[1, 2, 3]", "mm off the skin")):
             self.is_refused("felt", "out", "--set", f"felt.{change}", says=[says])
 
-    def test_points_and_skins(self):
-        self.run_ok("run", self.write("scene.yaml", STILL + "felt: {shear_kpa: 20}\n"), "-o", "out")
-        self.run_ok("run", self.write("scene.yaml", STILL), "-o", "other")
-        with h5py.File(self.folder / "out/run.h5") as run:
-            mesh, target = run["evaluation/mesh"] if "evaluation" in run else run["mesh"], run["target/face"][:]
-            middle = mesh["vertices"][:][mesh["triangles"][:][target[0]]].mean(axis=0)
-        ends = [[round(1e3 * v, 4) for v in middle + numpy.array([x, 0, 0])] for x in (-3e-3, 3e-3)]
-        said = json.loads(self.run_ok("felt", "out", "-o", "felt", "--json", "--set", f"felt.points_mm={ends}").stdout)
-        self.assertEqual([row["point"] for row in rows_of(self.folder / "felt/felt_spectrum.csv")][:6],
-                         ["middle"] * 2 + ["point1"] * 2 + ["point2"] * 2)
-        for row in said["skins"]:
-            self.assertLessEqual(row["dip_db"], 1e-9)
-            self.assertTrue(row["spread_mm2"] is None or 1 < row["spread_mm2"] < 500)
-        self.is_refused("felt", "out", "--against", "other", says=["different skins"])
-        self.run_ok("felt", "out", "--against", "other", "-o", "same", "--set", "felt.shear_kpa=30", "--set", "felt.layers=dermis_on_fat")
-
     def test_what_cannot_be_computed(self):
         scene = self.write("scene.yaml", STILL.replace("surface, ", "") + "felt: {}\n")
         done = self.run_ok("run", scene, "-o", "good", "--set", "felt.reference=paper")

@@ -68,23 +68,12 @@ class Dry(LiveTest):
             self.assertLess(float(row["solved_s"]), float(row["shown_s"]))
         self.is_refused("live", self.scene, "--method", "unscattered", "-o", "out")
 
-    def test_noise(self):
-        live = self.live("-o", "out", "--set", "motion.sensor.noise={noise_mm_rms: 0.3}")["live"]
-        self.assertGreater(live["frames"], 0)
-        self.assertEqual((live["silent_frames"], live["lost_frames"]), (0, 0))
-
     def test_as_text(self):
         done = self.run_ok("live", self.scene, "--method", "surface", "--seconds", "0.5", "--set",
                            "motion.predict=linear")
         for phrase in ("nothing was sent: a dry run", "latency ", "factorise", "95 %"):
             self.assertIn(phrase, done.stdout)
         self.assertEqual(self.run_ok("live", self.scene, "--method", "surface", "--seconds", "0.2", "--quiet").stdout, "")
-
-    def test_files_of_a_dry_run(self):
-        said = self.live("--seconds", "0.5", "--to", "dry-run:f.txt")
-        files = sorted(path.name for path in self.folder.glob("f-*.txt"))
-        self.assertEqual(said["files"], len(files))
-        self.assertEqual(files[0], "f-0001.txt")
 
     def test_without_emit_a_device_hears_nothing(self):
         board = Board()
@@ -177,15 +166,6 @@ class Viewed(LiveTest):
             played = frame["sounds"]
         self.assertIn("silent, data are too old; 1 frames sent", frame["state"])
         self.assertNotIn("skin", frame)
-
-    def test_ends_with_the_loop(self):
-        process, port = self.start("--set", "motion.seconds=60", "--max-seconds", "60")
-        events = self.ask(port, "/events")
-        self.event(events)
-        process.send_signal(signal.SIGINT)
-        while self.event(events)[0] == "message":
-            pass
-        self.assertEqual(process.wait(20), 128 + signal.SIGINT)
 
     def test_a_port_that_is_taken(self):
         _, port = self.start("--set", "motion.seconds=60", "--max-seconds", "60")

@@ -38,22 +38,12 @@ class Arguments(CommandTest):
         self.refused(2, says="results")
         self.refused(2, "missing", says="missing is not a directory")
         self.refused(2, run, "-o", "a.tif", says="a.tif must end in .png")
-        self.refused(2, run, "-o", "none/a.png", says="the folder none does not exist")
         self.refused(2, run, "--motion", "a.mp4", says="a.mp4 must end in .png, .avi, .ogv")
         self.refused(2, run, "-o", "a.png", "--motion", "a.ogv", says="use only one of -o, --motion")
-        self.refused(2, run, "--motion", "a.png", "--fps", 3, says="--fps requires --motion")
-        self.refused(2, run, "-o", "a.png", "--around-mm", "-1", says="-1 must be a number > 0")
-        self.refused(2, run, "--around-mm", "1", says="--around-mm requires -o or --motion")
-        self.refused(2, run, "--method", "a", "--method", "b", says="several --method require")
-
-    def test_folders_that_lack_a_file_are_named(self):
-        run = self.folder
         self.refused(1, run, "-o", "a.png", says="surface.vtp is missing: add vtp to write")
         self.refused(1, run, "--motion", "a.png", says="evaluation.pvd is missing: add vtp to write")
         self.write("evaluation.pvd", "")
         self.refused(1, run, "-o", "a.png", says="for a moving body, use --motion")
-
-    def test_python_without_paraview_is_told_of_pvpython(self):
         for name in ["surface.vtp", "array.vtp"]:
             self.write(name, "")
         self.refused(1, self.folder, "-o", "a.png", says="use pvpython")
@@ -81,10 +71,6 @@ class Series(CommandTest):
                            (PVD.format(STEP.format(1, "a.vtp") + STEP.format(1, "a.vtp")), "must be later than 1")]:
             with self.subTest(text=text), self.assertRaisesRegex(RunError, says):
                 self.series(text)
-
-    def test_views_and_colours(self):
-        self.assertEqual([paraview_figure.grid(count) for count in (1, 4, 5, 9)], [(1, 1), (4, 1), (3, 2), (3, 3)])
-        self.assertEqual([paraview_figure.round_above(v) for v in (0, 7, 30000, 10.5, 8.1e-3)], [1, 8, 30000, 12, 1e-2])
 
 
 class Pictures(CommandTest):

@@ -202,6 +202,7 @@ class RunTest(CommandTest):
             self.wait_for(out / "run.h5", process)
             while self.check_whole(out) < 5 * step:
                 self.assertIsNone(process.poll(), "the run ended before it could be killed")
+                time.sleep(0.002)
             time.sleep(0.002 * step)
             process.kill()
             process.communicate()
