@@ -67,13 +67,6 @@ def test_colours_survive_a_print_in_grey():
     assert (np.diff(levels) < 0).all() and levels[0] > 95 and levels[-1] < 20
 
 
-def test_lines_differ_without_colour():
-    count = 7
-    table = tf.Sweep(name=np.array([f"m{i}" for i in range(count)]), x=np.ones(count), relative_error=np.ones(count))
-    kinds = [(line.get_linestyle(), str(line._dash_pattern), line.get_marker()) for line in table.plot("x").lines]
-    assert all(a[1:] != b[1:] and a[2] != b[2] for a, b in itertools.combinations(kinds, 2))
-
-
 @pytest.mark.parametrize("quantity", ["radiation", "pressure"])
 def test_colours_are_those_of_the_values(run, tmp_path, quantity):
     shown = run.figure(["focus"], quantity, width="single", whole=False, top=1e3 if quantity == "pressure" else 4)

@@ -46,14 +46,3 @@ def test_an_old_name_is_answered_with_the_new(where, old, new, request):
         with pytest.raises(KeyError, match=f"{old} is called {new}'$"):
             values[old]
         assert new in values
-
-
-def test_another_name_is_unknown_as_before(run):
-    for thing in (tf, run, tf.Problem(*PROBLEM)):
-        with pytest.raises(AttributeError, match="no attribute 'other'"):
-            thing.other
-    with pytest.raises(KeyError, match="^'scores'$"):
-        run.metrics["surface"]["scores"]
-    old, new = next((old, new) for where, old, new in ROWS if where == "sweep")
-    with pytest.raises(tf.InputError, match=f"the column {old} is called {new}"):
-        tf.Sweep({new: np.ones(1)}).plot(new, old)
