@@ -2,7 +2,6 @@
 
 import html
 import inspect
-import itertools
 import sys
 import tempfile
 import types

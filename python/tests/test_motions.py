@@ -1,9 +1,7 @@
 """Motions, cameras and what is sent, against the program."""
 
 import csv
-import html
 import sys
-import types
 
 import h5py
 import numpy as np

@@ -1,27 +1,13 @@
 """Bad input: a clear message on one screen, exit code 2, nothing left behind."""
 
-import base64
 import csv
 import json
 import os
-import struct
 import subprocess
 import unittest
-import zlib
 
 from meshes import icosphere, write_ply
 from support import FINGER, PROGRAM, SOURCE, CommandTest
-
-TETRAHEDRON = """\
-v 0 0 0
-v 20 0 0
-v 0 20 0
-v 0 0 20
-f 1 3 2
-f 1 2 4
-f 1 4 3
-f 2 3 4
-"""
 
 MESH_SCENE = """\
 name: mesh

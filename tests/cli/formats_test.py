@@ -1,6 +1,5 @@
 """Formats of files: what docs/formats.md lists is written and read, every other version is refused with the release that reads it."""
 
-import csv
 import json
 import re
 import shutil

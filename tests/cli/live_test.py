@@ -35,7 +35,6 @@ motion:
 
 FULL = ["--max-level", "1"]  # the board has no other level
 DEVICE_FAILED = 4
-BAD_INPUT = 2
 
 
 class LiveTest(CommandTest):

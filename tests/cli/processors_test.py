@@ -128,9 +128,9 @@ class Processors(CommandTest):
         self.assertIn("looks for more for milliseconds", active["threads"]["state"])
         self.assertIn("GOMP_SPINCOUNT=4000", active["threads"]["advice"])
         self.assertIn("fonts-dejavu-core", active["pictures"]["advice"])
-        quiet = self.doctor({**cores, "GOMP_SPINCOUNT": "7"})["threads"]
-        self.assertIn("looks for more 7 times", quiet["state"])
-        self.assertEqual(quiet["advice"], "")
+        few = self.doctor({**cores, "GOMP_SPINCOUNT": "7"})["threads"]
+        self.assertIn("looks for more 7 times", few["state"])
+        self.assertEqual(few["advice"], "")
 
     def test_the_font_beside_the_program_needs_no_fontconfig(self):
         fonts = pathlib.Path("/usr/share/fonts/truetype/dejavu")
