@@ -75,25 +75,6 @@ class Bodies(CommandTest):
         self.assertIn("2 bodies have a landmark 'bottom'; say which: finger.bottom", said)
         self.assertIn("target.box.at = nose must be one of", self.refused("check", scene, "--set", "target.box.at=nose"))
 
-    def test_edges_by_place(self):
-        scene = self.write("scene.yaml", FINGER.replace("length_mm: 10", "length_mm: 40"))
-        self.run_ok("run", scene, "-o", "graded", "--set", "solve.methods=[focus]", "--set", "write=[h5]", "--set",
-                    "body.edge_mm={near_target: 1.2, far: 3.0, within_mm: 6, near: {y_plus: 1.5}}")
-        with open_run(self.folder / "graded") as run:
-            centroids, area = faces(run)
-            edge = numpy.sqrt(4 / numpy.sqrt(3) * area)
-            target = numpy.array([0, 0, 0.060])
-            far = numpy.linalg.norm(centroids - target, axis=1)
-            end = numpy.linalg.norm(centroids - [0, 0.028, 0.068], axis=1)
-            middle = (far > 0.017) & (end > 0.017)
-            self.assertAlmostEqual(edge[far < 5e-3].mean(), 1.2e-3, delta=0.15e-3)
-            self.assertAlmostEqual(edge[end < 5e-3].mean(), 1.5e-3, delta=0.2e-3)
-            self.assertAlmostEqual(edge[middle].mean(), 3.0e-3, delta=0.3e-3)
-        said = self.refused("check", self.write("no.yaml", FINGER.split("target:")[0] +
-                            "solve: {methods: [{fixed: {phases_rad: 0}}]}\n"), "--set",
-                            "body.edge_mm={near_target: 1.2, far: 3.0}")
-        self.assertIn("body.edge_mm.near_target needs a target", said)
-
     def test_a_part_of_a_body(self):
         scene = self.write("scene.yaml", FINGER.replace("length_mm: 10", "length_mm: 60"))
         evaluation = "evaluation={scheme: burton_miller_polished, edge_mm: 2.2}"
@@ -217,15 +198,6 @@ class Bodies(CommandTest):
                             "  edge_mm: 2\n  place: {at_mm: [60, 0, 60]}\n- name: ball").replace(
                             "capsule: {radius_mm: 8, length_mm: 10}", shape.replace("Z", "-50"))))
         self.assertIn("bodies: ball.mesh.landmarks.low: (0, 0, -50) mm is 29.9 mm off the skin", said)
-
-    def test_in_the_way_of_the_array(self):
-        scene = self.write("scene.yaml", FINGER)
-        # Between the transducers, 1 mm and more from each: only the board is hit.
-        said = self.refused("check", scene, "--set", "body={sphere: {radius_mm: 5}, edge_mm: 2, place: {at_mm: "
-                            "[0, 0, 4.9]}}", "--set", "target.box={centre_mm: [0, 0, 9], size_mm: [4, 4, 4]}")
-        self.assertIn("cuts through the board of array unit 0", said)
-        said = self.refused("check", scene, "--set", "body.place.at_mm=[0, 0, -8]")
-        self.assertIn("inside the body", said)
 
 
 if __name__ == "__main__":

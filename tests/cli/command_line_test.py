@@ -40,17 +40,6 @@ class CommandLine(CommandTest):
         self.assertNotIn("sweep-worker", self.said("sweep-work"))
         self.assertEqual(self.said("array"), "A subcommand is required; `touchfield array --help` explains it")
 
-    def test_examples_have_options_that_there_are(self):
-        for command, options in self.commands():
-            said = self.run_ok(*command[:1], "--help").stdout
-            examples = said.partition("Examples:\n")[2].split("\n")
-            self.assertTrue(examples[0].startswith(f"  touchfield {command[0]}"), said)
-            if command[1:]:
-                continue
-            known = {name for names, _ in options for name in names.split(",")}
-            used = {word.split("=")[0] for example in examples for word in example.split() if word.startswith("-")}
-            self.assertLessEqual(used, known, f"{command}")
-
     def test_a_scene_to_start_from(self):
         self.assertEqual(self.run_ok("init", "mine").stdout, "mine.yaml: next, touchfield run mine.yaml\n")
         self.assertIn("closed, manifold, outward: no faults", self.run_ok("check", "mine.yaml").stdout)

@@ -67,13 +67,6 @@ class Dry(LiveTest):
             self.assertLess(float(row["solved_s"]), float(row["shown_s"]))
         self.is_refused("live", self.scene, "--method", "unscattered", "-o", "out")
 
-    def test_as_text(self):
-        done = self.run_ok("live", self.scene, "--method", "surface", "--seconds", "0.5", "--set",
-                           "motion.predict=linear")
-        for phrase in ("nothing was sent: a dry run", "latency ", "factorise", "95 %"):
-            self.assertIn(phrase, done.stdout)
-        self.assertEqual(self.run_ok("live", self.scene, "--method", "surface", "--seconds", "0.2", "--quiet").stdout, "")
-
     def test_without_emit_a_device_hears_nothing(self):
         board = Board()
         self.addCleanup(board.close)

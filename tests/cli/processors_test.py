@@ -2,7 +2,6 @@
 
 import json
 import os
-import pathlib
 import shutil
 import subprocess
 import unittest
@@ -131,27 +130,6 @@ class Processors(CommandTest):
         few = self.doctor({**cores, "GOMP_SPINCOUNT": "7"})["threads"]
         self.assertIn("looks for more 7 times", few["state"])
         self.assertEqual(few["advice"], "")
-
-    def test_the_font_beside_the_program_needs_no_fontconfig(self):
-        fonts = pathlib.Path("/usr/share/fonts/truetype/dejavu")
-        if not fonts.is_dir():
-            self.skipTest("fonts-dejavu-core is not installed")
-        (self.folder / "bin").mkdir()
-        shutil.copy(PROGRAM, self.folder / "bin/touchfield")
-        own = self.folder / "share/touchfield/fonts"
-        own.mkdir(parents=True)
-        for name in ["DejaVuSans.ttf", "DejaVuSans-Bold.ttf"]:
-            shutil.copy(fonts / name, own)
-        scene = self.write("scene.yaml", HELD)
-        pictures = []
-        for program, environment in [(PROGRAM, {}), (self.folder / "bin/touchfield", {"FONTCONFIG_FILE": "/nowhere/fonts.conf"})]:
-            done = subprocess.run([program, "run", scene, "-o", "out", "--quiet", "--force", "--set", "write=[h5, png]"],
-                                  cwd=self.folder, env={**os.environ, **environment}, capture_output=True, text=True,
-                                  timeout=300, check=False)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertNotIn("ontconfig", done.stderr)
-            pictures.append((self.folder / "out/overview.png").read_bytes())
-        self.assertEqual(*pictures)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,5 @@
 """The transfer matrix in run.h5, read as a user would: pressures, surface's cost, what is kept and compared."""
 
-import json
 import unittest
 
 import numpy
@@ -57,22 +56,6 @@ class Transfer(CommandTest):
             energy = numpy.sum(outside * numpy.abs(surface["pressure"][:]) ** 2)
             self.assertAlmostEqual(numpy.sum(numpy.abs(matrix.outside @ drives(surface)) ** 2) / energy, 1, delta=1e-3)
         self.assertRegex(self.run_ok("info", "out").stdout, rf"target rows .*\n  burton_miller_polished +{len(matrix.face)} ")
-
-    def test_it_is_kept_by_a_repetition_and_of_no_weight_in_a_comparison(self):
-        self.run_ok("run", QUICK, "-o", "with", "--quiet", "--set", "write=[transfer]", "--set", "field=null", "--set",
-                    "target.pressure_pa=300", "--set", "solve.solver=lu")  # which the matrix has a say in choosing
-        self.run_ok("run", "--from", "with", "-o", "again", "--quiet")
-        with open_run(self.folder / "with") as run, open_run(self.folder / "again") as again:
-            a, b = Matrix(run), Matrix(again)
-            self.assertGreater(len(a.outside), 10)  # no method of this scene counts the skin outside
-            self.assertLess(numpy.linalg.norm(a.target - b.target), 1e-5 * numpy.linalg.norm(a.target))
-        self.run_ok("run", "--from", "with", "-o", "without", "--quiet", "--set", "write=[h5]")
-        with open_run(self.folder / "without") as run:
-            self.assertNotIn("transfer", run)
-        for other in ["again", "without"]:
-            found = json.loads(self.run_ok("compare", "with", other, "--json").stdout)
-            self.assertEqual(list(found["scene"]), [] if other == "again" else ["write[1]"])
-            self.assertIn(found["verdict"], ["identical", "same_to_rounding"])
 
 
 if __name__ == "__main__":

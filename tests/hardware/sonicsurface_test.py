@@ -183,6 +183,12 @@ class Bytes(BoardTest):
         self.assertTrue(board.wait(lambda b: b.silent_at is not None))
         self.assertEqual(board.patterns(), [])
 
+    def test_natural_order(self):
+        run = self.with_drives(self.run_of(), "ramp", 2 * numpy.pi * (numpy.arange(256) % 32) / 32)
+        board = self.board(order=list(range(256)))
+        self.send_ok(board, run, *BRIEF, options="?order=natural")
+        self.assertEqual(board.patterns(), [[n % 32 for n in range(256)]])
+
     def test_tactile_firmware(self):
         phases = numpy.random.default_rng(2).uniform(0, 2 * numpy.pi, 256)
         run = self.with_drives(self.run_of(), "random", phases)
