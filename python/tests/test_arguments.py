@@ -147,19 +147,6 @@ def test_errors_name_the_argument_and_its_unit(ball, call, error, says):
         call(ball)
 
 
-def test_arrays_and_transfers(ball, pair):
-    with pytest.raises(tf.InputError, match="axis of transducer 0 has length 2, it must be 1"):
-        tf.Array([[0, 0, 0]], [[0, 0, 2]])
-    with pytest.raises(tf.InputError, match="directivity = 'loud' must be omni, piston or t4010a1"):
-        tf.Array([[0, 0, 0]], [[0, 0, 1]], directivity="loud")
-    with pytest.raises(tf.InputError, match=rf"transfer: faces\[1\] = {len(ball)} must be 0 to {len(ball) - 1}"):
-        tf.transfer(ball, pair, faces=[0, len(ball)])
-    with pytest.raises(tf.InputError, match="scheme = 'magic' must be one of paper, "):
-        tf.transfer(ball, pair, scheme="magic")
-    with pytest.raises(tf.InputError, match="device = 'abacus' must be auto, cpu, cuda"):
-        tf.transfer(ball, pair, device="abacus")
-
-
 def test_what_scatters_is_closed_and_looks_outwards(ball, pair):
     for triangles, words in ((ball.triangles[1:], "boundary edges"), (ball.triangles[:, ::-1], "in")):
         mesh = tf.Mesh(ball.vertices, triangles)
@@ -171,24 +158,6 @@ def test_what_scatters_is_closed_and_looks_outwards(ball, pair):
     at = [[0, 0, 0], [0, 0, -0.1], [0, 0, 0.1]]
     values = tf.field(ball, pair, np.zeros(len(ball)), [1, 1], at)
     assert values[0] == 0 and np.isnan(values[1]) and np.isfinite(values[2])
-
-
-def test_problems(ball, pair):
-    h = tf.transfer(ball, pair, faces=[0, 1, 2])
-    problem = tf.Problem(h, [1, 1, 1], [1, 1, 1])
-    assert problem.outside.shape == (0, 2) and np.array_equal(problem.target, h)
-    for amplitudes, weights in (([1, 1], [1, 1, 1]), ([1, 1, 1], [1, 1]), ([1, 1, -1], [1, 1, 1]), ([1, 1, 1], [1, 0, 1])):
-        with pytest.raises(tf.InputError, match="Problem"):
-            tf.Problem(h, amplitudes, weights)
-    with pytest.raises(tf.InputError, match=r"Problem: target\[0, 1\] = nan.* must be finite"):
-        tf.Problem(np.where(np.arange(2) == 1, np.nan, h), [1, 1, 1], [1, 1, 1])
-    with pytest.raises(tf.InputError, match="lbfgs: start = 'best' must be adjoint, spectral, zero or a drive vector"):
-        tf.lbfgs(problem, start="best")
-    with pytest.raises(tf.InputError, match="surface: iterations = 0 must be >= 1"):
-        tf.surface(problem, iterations=0)
-    with pytest.raises(ValueError, match="read-only"):
-        problem.target[0] = 0
-    h[0] = 0  # one's own
 
 
 def test_errors_are_what_python_has_for_them():

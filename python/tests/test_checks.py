@@ -56,18 +56,6 @@ def test_sizes_of_no_body_are_refused(ball):
         tf.Mesh(hand.vertices * 1e3, hand.triangles)
 
 
-def test_arrays_that_nobody_can_have_built_are_refused():
-    for scale, words in ((1e3, "Array: positions.*are they in m"), (1e-3, "Array: positions.*are they in m")):
-        with pytest.raises(tf.InputError, match=words):
-            tf.Array(np.array([[0, 0, -0.1], [0.0105, 0, -0.1], [0.05, 0, -0.1]]) * scale, np.tile([0, 0, 1], (3, 1)))
-    with pytest.raises(tf.InputError, match="Array: positions"):
-        tf.Array([[0, 0, 0], [0, 0, 0]], [[0, 0, 1], [0, 0, 1]])
-    with pytest.warns(tf.TouchfieldWarning, match="array_pitch"):
-        tf.Array([[0, 0, 0], [0.001001, 0, 0]], [[0, 0, 1], [0, 0, 1]])
-    with pytest.warns(tf.TouchfieldWarning, match="array_size"):
-        tf.Array([[0, 0, 0], [3, 0, 0]], [[0, 0, 1], [0, 0, 1]])
-
-
 def test_transducers_keep_clear_of_the_body(ball):
     far = array_at(-0.1)
     pressure = tf.transfer(ball, far) @ [1, 1]

@@ -123,13 +123,6 @@ def test_sweeps_by_dask(finger, tmp_path):
     assert table["status"].tolist() == ["ok"] * 2
 
 
-def test_a_sweep_of_a_mesh_of_ones_own(ball, tmp_path):
-    scene = {"array": tf.Array.grid(4, 4, at=[0, 0, -0.1]), "body": ball, "solve": {"methods": ["focus"]}, "evaluation": "same",
-             "target": tf.Target.box(ball, "low", [8e-3, 8e-3, 6e-3], 200)}
-    table = tf.sweep({"base": scene, "grid": {"array.level": [0.5, 1.0]}}, tmp_path / "out", jobs=1)
-    assert table["peak_pa"][1] == pytest.approx(2 * table["peak_pa"][0], rel=1e-9)
-
-
 def test_files_of_meshes_go_with_the_process(python, tmp_path):
     path = python("""
         import json, touchfield as tf

@@ -56,23 +56,6 @@ def test_numbers_are_those_of_the_program(touchfield, results, tmp_path, kind, k
     assert "stiff" in repr(felt) and pickle.loads(pickle.dumps(felt)).table()[0] == pytest.approx(felt.table()[0], nan_ok=True)
 
 
-def test_another_may_be_the_reference(run):
-    felt, other = run.felt(), run.felt(modulation_hz=60, reference="focus")
-    of, relative = other.table(), felt.table(against=other)
-    assert relative[0]["p_db"] == pytest.approx(
-        20 * np.log10(np.nanmax(felt["surface", "soft"].weighted["p"]) / np.nanmax(other["focus", "soft"].weighted["p"])))
-    assert [row["p_db"] for row in of if row["method"] == "focus"] == [0] * 4
-
-
-def test_what_there_is_not(run):
-    with pytest.raises(KeyError, match="focus, hard. must be one of surface, paper, focus and one of soft, middle, stiff, none"):
-        run.felt()["focus", "hard"]
-    with pytest.raises(tf.InputError, match="width = 'wide' must be one of single, double"):
-        run.felt().figure(width="wide")
-    with pytest.raises(tf.InputError, match="depth of 100 mm must be from 0 to the bone at 4 mm"):
-        tf.skin_waves([(4e-3, 30e3)], on_bone=True, tan_delta=0.4, hz=200, wavenumbers=[500], depths=[0.1])
-
-
 @pytest.mark.parametrize("width, mm", [("single", 85), ("double", 175)])
 def test_a_figure_has_a_row_of_each_method(run, width, mm):
     pytest.importorskip("matplotlib")

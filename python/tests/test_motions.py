@@ -103,17 +103,6 @@ def test_dry_runs(run, motion, tmp_path, touchfield):
     assert same["transducers"] == 64
 
 
-def test_what_cannot_be_sent(run):
-    with pytest.raises(TypeError, match="source must be an Array, a Run, a list of them or a Motion, not int"):
-        tf.send(3)
-    with pytest.raises(TypeError, match="an Array needs drives"):
-        tf.send(run.array)
-    with pytest.raises(tf.InputError, match="amplitude"):
-        tf.send(run.array, np.full(len(run.array), 1.5j))
-    with pytest.raises(tf.InputError, match="level"):
-        tf.send(run, method="focus", level=0.9)
-
-
 def test_an_emission_ends_in_silence():
     """A board on a pseudo-terminal hears the phases, then that it is to be silent."""
     sys.path.insert(0, str(SOURCE / "tests/hardware"))

@@ -90,14 +90,3 @@ def test_a_larger_phase_is_later():
     near = tf.Wave().wavelength / 8
     later = np.angle(array.transfer([[0.3 + near, 0, 0.1]])[0] / along)
     assert np.all(later > 0)  # p ~ exp(i k r): so does a phase that is larger
-
-
-@pytest.mark.parametrize("call, error, says", [
-    (lambda pattern, finger: tf.pattern(finger), tf.InputError, "the scene has no pattern: section; run"),
-    (lambda pattern, finger: pattern.spectrum("nowhere"), tf.InputError, "^spectrum: point = 'nowhere' must be one of bottom, "),
-    (lambda pattern, finger: pattern.spectrum("bottom", highest=501), tf.InputError, "^spectrum: highest = 501 must be above 0 and at most 500 Hz$"),
-    (lambda pattern, finger: pattern.frames("focus"), tf.InputError, "^frames: method = 'focus' must be one of surface$"),
-])
-def test_errors(pattern, finger, call, error, says):
-    with pytest.raises(error, match=says):
-        call(pattern, finger)

@@ -99,16 +99,6 @@ def test_pictures_are_the_program_s(run, tmp_path):
         run.picture("other")
 
 
-def test_own_method_beside_the_built_in_ones(model, run):
-    with_own = tf.run(model, own={"mine": run.phases["surface"], "flat": np.zeros(len(model.array))}, threads=2)
-    assert with_own.methods == ["surface", "paper", "focus", "mine", "flat"]
-    for metric in ("relative_error", "leakage", "cost_skin", "optimality_gap", "peak_pa", "evaluation_difference"):
-        level = run.amplitudes["surface"].max()  # `surface` may turn the array down, given phases are at full drive
-        if level == 1 or metric in ("relative_error", "leakage", "cost_skin", "optimality_gap", "evaluation_difference"):
-            assert with_own.metrics["mine"][metric] == pytest.approx(with_own.metrics["surface"][metric], rel=1e-3), metric
-    assert tf.evaluate(model, run.phases["surface"])["relative_error"] == pytest.approx(with_own.metrics["mine"]["relative_error"], rel=1e-5)
-
-
 def test_fields(run):
     side = run.fields["side"]
     assert side["surface"].shape == (16, 1, 11) and side["points"].shape == (16, 1, 11, 3)
