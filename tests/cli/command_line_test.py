@@ -105,17 +105,6 @@ class Arrays(CommandTest):
         self.write("array.csv", "\n".join([*header, *rows]) + "\n")
         return self.scene("{positions: {file: array.csv}}")
 
-    def line_of(self, scene):
-        said = self.run_ok("check", scene).stdout
-        return re.search(r"^array +(.*)$", said, re.MULTILINE).group(1)
-
-    def test_check_and_run_say_where_the_array_is(self):
-        whole = "64 transducers, 71.12 x 71.12 mm, pitch 10.16 mm, facing +z"
-        self.assertEqual(self.line_of(self.positions(["x_mm,y_mm,z_mm"])), whole)
-        self.assertEqual(self.line_of(self.positions(["x_m,y_mm,z_mm"], (1e-3, 1))), whole)
-        done = self.run_ok("run", self.scene("{grid: {count: [8, 8]}}"), "-o", "out", "-v")
-        self.assertIn(f"  array: {whole}", done.stderr)
-
     def test_slips_of_units(self):
         for scene, says in [(self.positions(["x_mm,y_mm,z_mm"], (1e-3, 1e-3)), "The header of a file says what they are in"),
                             (self.scene("{grid: {count: [8, 8], pitch_mm: 0.01016}}", "grid.yaml"), "is pitch_mm in mm?")]:

@@ -87,13 +87,6 @@ class Compare(CommandTest):
         self.assertEqual(found["largest_result"]["what"], "pressure of paper")
         self.assertEqual(found["verdict"], "different")
 
-    def test_command_line(self):
-        self.run_scene("a")
-        for arguments in [("a",), ("a", "a", "a"), ("a", "a", "--tolerance", "-1")]:
-            self.is_refused("compare", *arguments)
-        (self.folder / "empty").mkdir()
-        self.is_refused("compare", "a", "empty", says="empty/run.h5")
-
 
 class Points(CommandTest):
     """A run against measured points."""
@@ -139,20 +132,6 @@ class Points(CommandTest):
         self.assertEqual(other.returncode, 1)
         self.assertRegex(other.stdout, r"within tolerance +no\n")
         self.assertIn("correlation", other.stdout)
-
-    def test_what_is_no_scan_is_bad_input(self):
-        self.run_ok("run", self.write("scene.yaml", SHORT), "-o", "a", "--quiet")
-        self.write("bad.csv", "x_mm,y_mm,z_mm,p_pa\n0,0,1,1\n0,0,two,1\n")
-        self.write("good.csv", "x_mm,y_mm,z_mm,p_pa\n0,0,10,1\n0,0,20,1\n")
-        for arguments, says in [(("--points", "bad.csv"), "bad.csv:3: z_mm = two must be a number"),
-                                (("--points", "none.csv"), "none.csv"),
-                                (("--points", "good.csv", "--method", "gs"), "method gs"),
-                                (("--points", "good.csv", "--picture", "plot.jpg"), "plot.jpg"),
-                                (("--points", "good.csv", "--out", "x.png", "--picture", "x.png"), "--out and --picture are both x.png"),
-                                (("a", "--points", "good.csv"), "--points"),
-                                (("--out", "rows.csv"), "--points")]:
-            self.is_refused("compare", "a", *arguments, says=says)
-        self.assertFalse((self.folder / "rows.csv").exists())
 
 
 class Repeat(CommandTest):

@@ -145,20 +145,6 @@ class Viewed(LiveTest):
         self.assertEqual((kind, data), ("end", "the loop has ended"))
         self.assertEqual(process.wait(20), 0)
 
-    def test_silence_between_frames(self):
-        _, port = self.start("--set", "motion.frames_hz=1", "--set", "motion.stale_ms=300")
-        page = self.ask(port, "/").read().decode()
-        events = self.ask(port, "/events")
-        played = False
-        while True:
-            frame = json.loads(self.event(events)[1])
-            self.assertIn(f'"live":"{frame["live"]}"', page)
-            if played and not frame["sounds"]:
-                break
-            played = frame["sounds"]
-        self.assertIn("silent, data are too old; 1 frames sent", frame["state"])
-        self.assertNotIn("skin", frame)
-
     def test_a_port_that_is_taken(self):
         _, port = self.start("--set", "motion.seconds=60", "--max-seconds", "60")
         self.is_refused("live", self.scene, "--method", "surface", "--view", port,

@@ -89,14 +89,6 @@ class Inspection(Mesh):
         self.refused(path, "--remesh", "2", "-o", "out.stl", says=["--unit", "173 mm if in cm"])
         self.refused(path, "--resurface", "2", says="--unit")
 
-    def test_a_stated_unit_that_fits_badly_is_warned_of(self):
-        path = self.cube(vertices=CORNERS * 1e-3)
-        self.assertEqual(self.report(path, "--unit", "m")["warnings"], [])
-        report = self.report(path, "--unit", "mm")
-        self.assertEqual(report["unit"], "mm")
-        self.assertRegex(report["warnings"][0], r"^unit: unit mm makes the body 0.173 mm across; it looks like m ")
-        self.refused(path, "--unit", "inch", says="--unit")
-
 
 class Work(Mesh):
     def volume(self, path, *arguments):
@@ -138,7 +130,7 @@ class Work(Mesh):
         vertices, triangles, _ = self.foreign()
         lengths = edge_lengths(vertices, triangles)
         self.assertLess(lengths.min(), 2)
-        self.assertGreater(lengths.max(), 7)
+        self.assertGreater(lengths.max(), 5)
 
         path = self.obj(vertices * 1e-3, triangles, "foreign.obj")
         report = self.report(path)
@@ -199,7 +191,7 @@ write: [h5]
     def foreign(self):
         """Vertices [mm], triangles and pad of a hand as others make them, coarse and uneven; it is made once."""
         if not self.made:
-            said = json.loads(self.run_ok("hand", "--pose", "index_up", "--edge-mm", "6", "-o", "fine.obj", "--json").stdout)
+            said = json.loads(self.run_ok("hand", "--pose", "index_up", "--edge-mm", "4", "-o", "fine.obj", "--json").stdout)
             self.made.extend([*thinned(*read_obj(self.folder / "fine.obj")), numpy.array(said["landmarks"]["index_pad"])])
         return self.made
 
@@ -301,20 +293,6 @@ write: [h5]
 
     def scene(self, text=SCENE):
         return self.write("scene.yaml", text)
-
-    def test_one_closed_skin(self):
-        report = self.report("balls.stl", "--unit", "mm", "--resurface", "1.5", "-o", "skin.ply")
-        result = report["result"]
-        self.assertEqual((result["closed"], result["components"], result["self_intersections"]), (True, 1, 0))
-        # Both less the lens that they share.
-        lens = numpy.pi * 6**2 * (10**2 + 4 * 10 * 8) / 120
-        self.assertAlmostEqual(result["volume_cm3"] * 1e3, 2 * 4 / 3 * numpy.pi * 8**3 - lens, delta=120)
-        self.assertLess(report["to_resurfaced"]["most_95_mm"], 0.5)
-        self.assertLess(report["to_resurfaced"]["share_counted"], 0.95)
-        self.assertGreater(report["from_resurfaced"]["farthest_mm"], 0)
-        for edge, says in [("0.001", "--resurface = 0.001 mm is too short"), ("50", "--resurface = 50 mm is too long")]:
-            self.refused("balls.stl", "--unit", "mm", "--resurface", edge, "-o", "out.stl", says=says)
-        self.assertEqual(self.report("skin.ply", "--unit", "mm")["surface"]["faults"], [])
 
     def test_a_scene_with_it(self):
         notes = json.loads(self.run_ok("check", self.scene(), "--json").stdout)["mesh_notes"]

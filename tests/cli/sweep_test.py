@@ -545,16 +545,6 @@ class SweepTest(CommandTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.same_to_the_byte("whole", "parts")
 
-    def test_what_a_case_writes(self):
-        self.write("tiny.yaml", TINY.replace("write: [h5]\n", ""))
-        self.sweep("s.yaml", "grid: {array.level: [1]}\n")
-        self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet")
-        self.assertEqual(sorted(path.name for path in (self.folder / "out/cases/00001").iterdir()), ["case.json", "run.h5"])
-        self.sweep("s.yaml", "set: {write: [h5, vtp]}\ngrid: {array.level: [1]}\n")
-        self.run_ok("sweep", "s.yaml", "-o", "more", "--quiet")
-        self.assertEqual(sorted(path.name for path in (self.folder / "more/cases/00001").iterdir()),
-                         ["array.vtp", "case.json", "run.h5", "run.vtm", "surface.vtp"])
-
     # Work is used again
 
     def test_cases_that_share_a_factorisation_are_runs_of_their_own(self):

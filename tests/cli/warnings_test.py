@@ -101,16 +101,6 @@ class Warnings(CommandTest):
         self.assertRegex(said[0], r"^facing_away: .* target\.box is turned 1(79|80) degrees .* body\.place\.rotate_deg, ")
         self.assertIn(said[0], self.run_ok("check", "scene.yaml", "--set", "body.place.rotate_deg=[180, 0, 0]").stdout)
 
-    def test_a_target_between_two_arrays_faces_one(self):
-        places = [[x, y, z] for z in (0, 120) for x in (-15, -5, 5, 15) for y in (-15, -5, 5, 15)]
-        axes = [[0, 0, 1 if z == 0 else -1] for _, _, z in places]
-        above = f"array={{positions: {{points_mm: {places}, axes: {axes}}}}}"
-        for height, box in ((30, "bottom"), (90, "top")):
-            said = self.checked(above, f"body.place.at_mm=[0, 0, {height}]", f"target.box.at={box}")["warnings"]
-            self.assertEqual(said, [], (height, box))
-        said = self.checked(above, "target.box={at: x_plus, size_mm: [6, 12, 8]}")["warnings"]
-        self.assertRegex(said[0], "^facing_away: ")
-
     def test_below_wanted(self):
         self.warned(SOFT, "target.pressure_pa=4000000", "solve.methods=[focus, {fixed: {phases_rad: 0}}]")
         with open_run(self.folder / "out") as run:
@@ -190,26 +180,6 @@ class Warnings(CommandTest):
         self.assertEqual(self.note_names(), ["evaluated_by_itself"])
         self.assertRegex(self.run_ok("info", "out").stdout, rf"(?m)^notes +{re.escape(self.notes[0])}$")
         self.assertEqual(self.checked(text=SOFT)["notes"], self.notes)
-
-    def test_a_part_of_a_body(self):
-        kept = ["body.keep_within_mm=13", "solve.methods=[focus]"]
-        self.assertEqual(self.warned(SOFT, *kept, "evaluation={edge_mm: 2.4}"), [])
-        self.assertEqual(self.note_names(), ["beyond"])
-        self.warned(SOFT, *kept, "evaluation=none")  # no figure is of the part alone
-        with open_run(self.folder / "out") as run:
-            self.assertTrue(math.isnan(run["methods/focus"].attrs["relative_error"]))
-
-    def test_nonlinear(self):
-        # 64 transducers of a pitch of 10.16 mm in focus 60 mm above them; the source's strength sets sigma.
-        focus = ["solve.methods=[focus]", "evaluation={split: 1}"]
-        sigmas = []
-        for strength, names, notes in [(4, [], ["nonlinear"]), (30, ["nonlinear"], [])]:
-            self.assertEqual(self.warned(FINGER, *focus, f"array.source_pa_m={strength}"), names, strength)
-            self.assertEqual(self.note_names(), notes, strength)
-            with open_run(self.folder / "out") as run:
-                sigmas.append(run["methods/focus"].attrs["shock_distance_share"])
-        self.assertAlmostEqual(sigmas[1] / sigmas[0], 7.5, delta=1e-6)
-        self.assertTrue(0.3 < sigmas[0] < 1 < sigmas[1], sigmas)
 
     def test_shipped_scenes_pass_their_check_and_explain_what_they_warn_of(self):
         scenes = sorted((SOURCE / "scenes").glob("*.yaml"))
