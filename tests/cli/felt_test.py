@@ -73,12 +73,6 @@ class Felt(CommandTest):
         strongest = 2 * abs(series[2] * numpy.sinc(2 / 20))
         found = [number(row, "pressure_peak_pa") for row in lines if row["skin"] == "none" and row["point"] == "start"]
         self.assertAlmostEqual(found[1] / strongest, 1, delta=0.2)
-        self.run_ok("felt", "out", "-o", "twice", "--set", "felt.frames_per_second=2000", "--set", "felt.highest_hz=800")
-        faster = rows_of(self.folder / "twice/felt_spectrum.csv")
-        self.assertEqual(sorted({number(row, "hz") for row in faster}), [100.0 * m for m in range(1, 9)])
-        pressures = [[row["pressure_peak_pa"] for row in rows if row["skin"] == "none"] for rows in (lines, faster)]
-        self.assertEqual(*pressures)
-
         with h5py.File(self.folder / "felt/felt.h5") as file:
             self.assertIn("highest_hz: 400", file["scene"][()].decode())
             skin = file["methods/surface/skins/soft"]  # squares of lines, weighted by thresholds: 12 dB per octave to 250 Hz
@@ -89,9 +83,7 @@ class Felt(CommandTest):
             self.assertAlmostEqual(skin["weighted_p"][24, 24] / squares.sum() ** 0.5, 1, 5)
         done = self.run_ok("felt", "out", "-o", "slow", "--set", "felt.frames_per_second=100")
         self.assertIn("steps: ", done.stderr)
-        for change, says in (("highest_hz=20", "no line up to felt.highest_hz = 20; its first is at 50 Hz"),
-                             ("frames_per_second=0.1", "more than 10000 lines"), ("at_mm=[1, 2, 3]", "mm off the skin")):
-            self.is_refused("felt", "out", "--set", f"felt.{change}", says=[says])
+        self.is_refused("felt", "out", "--set", "felt.highest_hz=20", says="no line up to felt.highest_hz = 20; its first is at 50 Hz")
 
     def test_what_cannot_be_computed(self):
         scene = self.write("scene.yaml", STILL.replace("surface, ", "") + "felt: {}\n")
@@ -103,9 +95,7 @@ class Felt(CommandTest):
         for change, says in (
                 ("reference=paper", "must be one of focus"),
                 ("at_mm=[0, 0, 0]", "mm off the skin"),
-                ("points_mm=[[0, 0, 0]]", "is not on the skin that is computed"),
-                ("layers=fat", "on_bone, half_space"),
-                ("modulation_hz=0", "felt.modulation_hz")):
+                ("points_mm=[[0, 0, 0]]", "is not on the skin that is computed")):
             self.is_refused("felt", "good", "--set", f"felt.{change}", says=[says])
         self.is_refused("check", self.write("no_target.yaml", scene.read_text().split("target:")[0] + "solve: {methods: [{fixed: {phases_rad: 0}}]}\n"
                                             "felt: {}\n"), says=["felt: needs a target or at_mm"])

@@ -95,9 +95,7 @@ class Limits(CommandTest):
             with self.subTest(binding):
                 env = binding | {"OMP_NUM_THREADS": str(len(own))}
                 self.run_ok("run", "scene.yaml", "-o", "out", "--force", "--quiet", env=env)
-                log = (self.folder / "out/run.log").read_text()
-                self.assertIn(f", {len(own)} threads,", log)
-                self.assertNotIn("are bound to", log)
+                self.assertNotIn("are bound to", (self.folder / "out/run.log").read_text())
         for binding in ({"OMP_PROC_BIND": "master"}, {"GOMP_CPU_AFFINITY": str(own[0])}):
             with self.subTest(binding):
                 said = self.run_ok("run", "scene.yaml", "-o", "out", "--force", "--quiet", env=binding | {"OMP_NUM_THREADS": "2"}).stderr

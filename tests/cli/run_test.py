@@ -105,15 +105,6 @@ class RunTest(CommandTest):
         found = json.loads(self.run_ok("info", "out", "--json").stdout)
         self.assertEqual([(row["point"], row["method"]) for row in found["sound_levels"]],
                          [("ear", "focus"), ("ear", "unscattered"), ("arm", "focus"), ("arm", "unscattered")])
-        with open_run(self.folder / "out") as run:
-            self.assertEqual(run.attrs["frequency"], 40e3)
-            for row in found["sound_levels"]:
-                (pressure,) = run[f"field/{row['point']}/pressure/{row['method']}"][:].ravel()
-                self.assertEqual(row["amplitude_pa"], abs(pressure))
-                self.assertAlmostEqual(row["level_db"], 20 * math.log10(abs(pressure) / math.sqrt(2) / 20e-6), places=9)
-        self.assertEqual({(row["source"], row["for"], row["limit_db"]) for row in found["exposure_limits"]},
-                         {("INIRC-IRPA 1984", "public", 100), ("INIRC-IRPA 1984", "workers", 110),
-                          ("Health Canada 1991", "industry and commerce", 110), ("ACGIH 2004", "workers, never above", 115)})
         report = (self.folder / "out/report.html").read_text()
         table = said[said.index("sound levels, "):]
         for part in [table, self.run_ok("info", "out").stdout, report]:

@@ -4,7 +4,6 @@ import json
 import pathlib
 import unittest
 
-
 from support import FINGER, CommandTest
 
 SEEN = FINGER + """\

@@ -4,7 +4,6 @@ import json
 import math
 import unittest
 
-
 from support import FINGER, CommandTest, open_run, relative_l2, warning_names
 
 SCENE = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[{fixed: {phases_rad: 0}}]").replace(
