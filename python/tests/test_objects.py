@@ -76,12 +76,6 @@ def test_free_field_of_one_transducer():
     assert np.allclose(array.transfer(points[0]) @ [0.5j], both[:, 1], rtol=1e-12)
 
 
-def test_free_focus_is_the_largest_pressure_that_is_possible(array):
-    point = [0, 0.01, 0.05]
-    found = abs(array.field([point], array.focus(point)))
-    assert found == pytest.approx(abs(array.transfer([point])).sum(), rel=1e-12)
-
-
 def test_scatter_is_h_times_drives(ball, array, h):
     rng = np.random.default_rng(1)
     drives = rng.uniform(0, 1, (len(array), 2)) * np.exp(1j * rng.uniform(0, 6, (len(array), 2)))
@@ -299,17 +293,6 @@ def test_a_radiation_problem_that_does_not_fit(change, says):
     tf.RadiationProblem(**parts)
     with pytest.raises(tf.InputError, match=says):
         tf.RadiationProblem(**parts | change)
-
-
-def test_own_methods_are_phases_drives_or_functions(model, run):
-    drives = np.exp(1j * run.phases["focus"])
-    own = {"phases": run.phases["focus"], "drives": drives, "function": lambda problem: tf.wgs(problem, iterations=8),
-           "bare": lambda problem: np.angle(problem.target.conj().T @ problem.amplitudes)}
-    done = tf.run(model, own=own, threads=2)
-    assert done.metrics["phases"]["relative_error"] == pytest.approx(done.metrics["drives"]["relative_error"], rel=1e-9)
-    wgs = tf.wgs(tf.Problem.of_model(model, threads=2), iterations=8, threads=2)
-    assert np.array_equal(done.phases["function"], wgs.phases)
-    assert set(own) <= set(done.methods)
 
 
 def test_progress_is_told(finger):

@@ -82,11 +82,8 @@ class Dry(LiveTest):
 
     def test_bad_input(self):
         for change, says in [(["--view", "http"], "--view http must be a whole number, 0 to 65535"),
-                             (["--view", "80"], "--view 80 must be 0 or 1024 to 65535"),
                              (["--seconds", "3"], "--seconds = 3 must be <= motion.seconds = 2"),
-                             (["--seconds", "nan"], "--seconds"), (["--level", "0.6"], "--max-level"),
-                             (["--set", "motion=null"], "the scene has no motion: section"),
-                             (["--set", "motion.stale_ms=0"], "motion.stale_ms"),
+                             (["--level", "0.6"], "--max-level"),
                              (["--set", "motion.seconds=11"], "--max-seconds raises the cap"),
                              (["--set", "motion.frames_hz=90", "--to", "sonicsurface:x", *FULL], "<= 89"),
                              (["--set", "array={grid: {count: [4, 4]}}", "--to", "sonicsurface:x", *FULL],

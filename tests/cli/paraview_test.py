@@ -35,7 +35,6 @@ class Arguments(CommandTest):
 
     def test_what_does_not_fit_is_refused(self):
         run = self.folder
-        self.refused(2, says="results")
         self.refused(2, "missing", says="missing is not a directory")
         self.refused(2, run, "-o", "a.tif", says="a.tif must end in .png")
         self.refused(2, run, "--motion", "a.mp4", says="a.mp4 must end in .png, .avi, .ogv")

@@ -145,6 +145,18 @@ class RunTest(CommandTest):
             numpy.testing.assert_array_equal(a["methods/paper/phase"][:], b["methods/paper/phase"][:])
             self.assertEqual(len(a["methods/paper/cost"]), 6)
 
+    def test_random_start_is_seeded(self):
+        scene = self.write("scene.yaml", FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", """
+    - {paper: {as: a, start: {random: 7}}}
+    - {paper: {as: b, start: {random: 7}}}
+    - {paper: {as: c, start: {random: 8}}}"""))
+        self.run_ok("run", scene, "-o", "out")
+        with open_run(self.folder / "out") as run:
+            a, b, c = (run[f"methods/{name}/phase"][:] for name in "abc")
+            self.assertIn("a=7", run["provenance"].attrs["seeds"])
+        numpy.testing.assert_array_equal(a, b)
+        self.assertGreater(numpy.abs(a - c).max(), 0.1)
+
     def start(self, scene, out):
         return subprocess.Popen([PROGRAM, "run", str(scene), "-o", out], cwd=self.folder, stdout=subprocess.PIPE,
                                 stderr=subprocess.PIPE, text=True)
