@@ -42,7 +42,7 @@ class CommandLine(CommandTest):
 
     def test_a_scene_to_start_from(self):
         self.assertEqual(self.run_ok("init", "mine").stdout, "mine.yaml: next, touchfield run mine.yaml\n")
-        self.assertIn("closed, manifold, outward: no faults", self.run_ok("check", "mine.yaml").stdout)
+        self.assertIn("name: mine\n", self.run_ok("check", "mine.yaml", "--resolved").stdout)
         self.assertIn("mine.yaml", self.said("init", "mine"))
         self.run_ok("init", "mine.yaml", "--force")
         self.assertEqual(self.said("init", "my scene"), 'init: the name my scene must be letters, digits, _ and -')
