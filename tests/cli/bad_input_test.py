@@ -17,16 +17,6 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
 
 
 class BadInput(CommandTest):
-    def refused(self, *arguments, says, leaves=None):
-        before = self.entries() if leaves is None else leaves
-        done = self.touchfield(*arguments)
-        self.assertEqual(done.returncode, 2, f"{done.stdout}\n{done.stderr}")
-        for phrase in [says] if isinstance(says, str) else says:
-            self.assertIn(phrase, done.stderr)
-        self.assertLessEqual(len(done.stderr.splitlines()), 24, "more than a screen")
-        self.assertEqual(done.stdout, "")
-        self.assertEqual(self.entries(), before)
-
     def scene(self, text, name="scene.yaml"):
         return self.write(name, text)
 

@@ -1,6 +1,5 @@
 """What the skin does under a result: touchfield felt, and the scene key."""
 
-import csv
 import json
 import math
 import unittest
@@ -9,14 +8,10 @@ import h5py
 import numpy
 
 from pattern_test import CIRCLE
-from support import FINGER, CommandTest
+from support import FINGER, CommandTest, rows_of
 
 STILL = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[surface, focus]").replace("[h5, vtp, vti]", "[h5]")
 SKINS = ["soft", "middle", "stiff", "none"]
-
-
-def rows_of(path):
-    return list(csv.DictReader(path.read_text().splitlines()))
 
 
 def number(row, column):

@@ -37,7 +37,7 @@ class Files(CommandTest):
             self.assertIn(phrase, done.stderr)
 
     def test_mesh_files_are_replaced_with_force_only(self):
-        for command in [["hand", "-o", "x.stl", "--edge-mm", 8], ["mesh", "skin.obj", "--unit", "mm", "-o", "x.stl"]]:
+        for command in [["hand", "-o", "x.stl", "--edge-mm", 12], ["mesh", "skin.obj", "--unit", "mm", "-o", "x.stl"]]:
             self.write("x.stl", "mine")
             before = self.entries()
             self.refused(self.touchfield(*command), "x.stl", "--force")

@@ -1,13 +1,12 @@
 """Patterns from the command line: their files, what send makes of them, what is refused."""
 
-import csv
 import json
 import unittest
 
 import h5py
 import numpy
 
-from support import FINGER, CommandTest
+from support import FINGER, CommandTest, rows_of
 
 CIRCLE = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[surface]").replace(
     "[h5, vtp, vti]", "[h5, png]").replace("edge_mm: 2.6", "edge_mm: 1.8") + """\
@@ -19,10 +18,6 @@ pattern:
   watch: [bottom]
   ring_up_ms: 0.3
 """
-
-
-def rows_of(path):
-    return list(csv.DictReader(path.read_text().splitlines()))
 
 
 class Pattern(CommandTest):

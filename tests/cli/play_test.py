@@ -1,8 +1,6 @@
 """A motion from the command line: its files, a kill on the way, sweeps over motions, what is refused."""
 
-import csv
 import json
-import pathlib
 import re
 import signal
 import subprocess
@@ -12,7 +10,7 @@ import unittest
 import h5py
 import numpy
 
-from support import FINGER, PROGRAM, CommandTest
+from support import FINGER, PROGRAM, CommandTest, rows_of
 
 MOVING = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[surface, unscattered]").replace(
     "[h5, vtp, vti]", "[h5, vtp, png]") + """\
@@ -21,10 +19,6 @@ motion:
   change: [{path: "body.place.at_mm[0]", rate: 40}]
   solve_ms: 20
 """
-
-
-def rows_of(path):
-    return list(csv.DictReader(line for line in pathlib.Path(path).read_text().splitlines() if not line.startswith("#")))
 
 
 class Play(CommandTest):

@@ -1,5 +1,6 @@
 """What the command-line tests share: running the program, scenes, reading run.h5 as a user would."""
 
+import csv
 import importlib.machinery
 import importlib.util
 import os
@@ -52,6 +53,13 @@ class CommandTest(unittest.TestCase):
             self.assertIn(phrase, done.stderr)
         return done
 
+    def refused(self, *arguments, says, leaves=None):
+        """Bad input: one screen that says these phrases, and nothing left behind."""
+        before = self.entries() if leaves is None else leaves
+        done = self.is_refused(*arguments, says=says)
+        self.assertLessEqual(len(done.stderr.splitlines()), 24, "more than a screen")
+        self.assertEqual((done.stdout, self.entries()), ("", before))
+
     def write(self, name, text):
         path = self.folder / name
         path.write_text(text)
@@ -72,6 +80,10 @@ def script(name):
     module = importlib.util.module_from_spec(importlib.util.spec_from_loader(name, loader))
     loader.exec_module(module)
     return module
+
+
+def rows_of(path):
+    return list(csv.DictReader(line for line in path.read_text().splitlines() if not line.startswith("#")))
 
 
 def faces(run):
