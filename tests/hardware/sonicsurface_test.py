@@ -385,24 +385,14 @@ class Stops(Emission):
         return process.returncode, said
 
     def test_signals_to_the_program(self):
-        for number in self.HELD_BACK:
-            with self.subTest(number=number):
-                code, said = self.stopped_by(number)
-                self.assertEqual(code, 128 + number)
-                self.assertIn(f"stopped by {'signal 34' if number == signal.SIGRTMIN else number.name}", said)
-
-    def test_signals_to_a_program_that_streams(self):
-        for number in (signal.SIGINT, signal.SIGTSTP):
-            with self.subTest(number=number):
-                code, _ = self.stopped_by(number, streaming=True)
-                self.assertEqual(code, 128 + number)
-
-    def test_the_program_killed(self):
-        for streaming in (False, True):
-            with self.subTest(streaming=streaming):
-                code, said = self.stopped_by(signal.SIGKILL, streaming)
-                self.assertEqual(code, -signal.SIGKILL)
-                self.assertIn("the program that drove the array is gone; the array is silent", said)
+        streamed = [(number, True) for number in (signal.SIGINT, signal.SIGTSTP, signal.SIGKILL)]
+        for number, streaming in [(number, False) for number in (*self.HELD_BACK, signal.SIGKILL)] + streamed:
+            with self.subTest(number=number, streaming=streaming):
+                code, said = self.stopped_by(number, streaming)
+                killed = number == signal.SIGKILL
+                self.assertEqual(code, -number if killed else 128 + number)
+                name = "signal 34" if number == signal.SIGRTMIN else number.name
+                self.assertIn("the program that drove the array is gone; the array is silent" if killed else f"stopped by {name}", said)
 
     def test_the_program_stopped(self):
         board, process, guard = self.emission()
@@ -435,9 +425,10 @@ class Stops(Emission):
                 self.stays_silent(board)
 
     def test_signals_to_the_guard(self):
-        for number in (signal.SIGINT, signal.SIGTSTP, signal.SIGUSR1, signal.SIGSEGV, signal.SIGKILL, signal.SIGSTOP):
-            with self.subTest(number=number):
-                board, process, guard = self.emission()
+        numbers = (signal.SIGINT, signal.SIGTSTP, signal.SIGUSR1, signal.SIGSEGV, signal.SIGKILL, signal.SIGSTOP)
+        for number, streaming in [(number, False) for number in numbers] + [(signal.SIGSTOP, True)]:
+            with self.subTest(number=number, streaming=streaming):
+                board, process, guard = self.emission(*(self.stream() if streaming else ()))
                 self.silent_after(board, lambda: os.kill(guard, number), SILENT_AFTER_STOP if number == signal.SIGSTOP else SILENT_WITHIN)
                 self.assertEqual(process.wait(5), DEVICE_FAILED)
                 said = process.stderr.read()
@@ -445,12 +436,6 @@ class Stops(Emission):
                     number, f"stopped by {number.name}") + "; the array is silent")
                 self.assertIn("note: sonicsurface", said)
                 self.stays_silent(board, guard)
-
-    def test_the_guard_stopped_while_frames_stream(self):
-        board, process, guard = self.emission(*self.stream())
-        self.silent_after(board, lambda: os.kill(guard, signal.SIGSTOP), SILENT_AFTER_STOP)
-        self.assertEqual(process.wait(5), DEVICE_FAILED)
-        self.stays_silent(board, guard)
 
     def test_both_stopped_for_a_while(self):
         """As in a container that is paused, or a machine that sleeps."""
