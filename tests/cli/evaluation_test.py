@@ -39,11 +39,7 @@ class Evaluation(CommandTest):
         self.assertEqual(run["evaluation"].attrs["evaluation"], evaluation)
         self.assertEqual(run["evaluation"].attrs["scheme"], "burton_miller_polished")
         count, = run["evaluation/mesh/area"].shape
-        self.assertEqual(run["evaluation/mesh/triangles"].shape, (count, 3))
-        vertices = run["evaluation/mesh/vertices"][:]
-        self.assertEqual(len(vertices), count // 2 + 2)  # Euler: closed, no handle
-        self.assertEqual(run["evaluation/mesh/triangles"][:].max(), len(vertices) - 1)
-        self.assertEqual(run["evaluation/target/face"].shape, run["evaluation/target/amplitude"].shape)
+        self.assertEqual(len(run["evaluation/mesh/vertices"]), count // 2 + 2)  # Euler: closed, no handle
         numpy.testing.assert_array_equal(run["evaluation/target/amplitude"][:], 500)
         self.assertGreater(len(run["evaluation/target/face"]), len(run["target/face"]))
         self.assertEqual(sorted(run["evaluation/methods"]), sorted(NAMES))
