@@ -17,10 +17,6 @@ CALLS = [
     ("tf.Mesh(ball.vertices, ball.triangles, landmark={})", "Mesh() got an unexpected keyword argument 'landmark'"),
     ('ball.translate("x")', "Mesh.translate: shift must hold real numbers, not str"),
     ("ball.translate([1, 2])", "Mesh.translate: shift has 2 values and must have 3, one per axis"),
-    ("ball.rotate([1, 2])", "Mesh.rotate: rotation has 2 values and must have 3, one per axis"),
-    ('ball.rotate("x")', "Mesh.rotate: rotation must hold real numbers, not str"),
-    ('ball.scale("big")', "Mesh.scale: factor must be a number, not str"),
-    ("ball.place([0, 0])", "Mesh.place: at has 2 values and must have 3, one per axis"),
     ("ball.save(3)", "Mesh.save: path must be a str or an os.PathLike, not int"),
     ('tf.sphere("8", 3e-3)', "sphere: radius must be a number, not str"),
     ("tf.sphere(-1, 3e-3)", "sphere: radius = -1 must be > 0"),
@@ -28,84 +24,32 @@ CALLS = [
     ("tf.gs(5)", "gs: h must be a touchfield.Problem, or H with a target; it is of type int, and target is None"),
     ("tf.surface(tf.Problem([[1, 1]], [1], [1]), tf.Target(ball, [1], 1))", "surface: a problem has its target; leave out target"),
     ("tf.surface(tf.Problem([[1, 1]], [1], [1]), tolerances={1: 2})", "surface: tolerances must be a dict of numbers or None"),
-    ("tf.send(pair, np.zeros(2), method='x')", "send: an Array needs drives, and no method"),
     ("tf.send(pair, [np.zeros(2), np.zeros(1)])", "send: drives must have as many values in every frame"),
-    ("tf.sphere(8e-3, edges=3e-3)", "sphere() got an unexpected keyword argument 'edges'"),
-    ("tf.read_mesh(None)", "read_mesh: path must be a str or an os.PathLike, not NoneType"),
-    ('tf.hand(edge={"far": "thick"})', "hand: edge['far'] must be a number, not str"),
-    ('tf.hand(edge={"far": 6e-3, "near": [2e-3]})', "hand: edge['near']: must be far, near (a dict), within or growth"),
     ('tf.hand(edge={"far": 6e-3, "near": {"index_pad": 2e-3}, "growth": -1})', "hand: edge.growth = -1 must be 0.02 to 0.6"),
     ("tf.hand(at=0.2)", "hand: at must have shape (3,), not ()"),
-    ("tf.hand(rotate=90)", "hand: rotate must have shape (3,), not ()"),
-    ('tf.hand(rotate=["a", 0, 0])', "hand: rotate must hold real numbers, not str"),
-    ('tf.Array([[0, 0, 0]], level="x")', "Array: level must be a number, not str"),
     ("tf.Array([[0, 0, 0]], level=2)", "Array: level = 2 must be > 0 and <= 1"),
-    ("tf.Array([[0, 0, 0]], source_strength=-1)", "Array: source_strength = -1 must be > 0"),
     ("tf.Array([[0, 0, 0]], piston_radius=4.5)", "Array: piston_radius = 4.5 m must be > 0 and <= 1"),
     ("tf.Array([[0, 0, 0]], wave=40e3)", "Array: wave must be a touchfield.Wave or None, not float"),
-    ('tf.Array.grid(4, 4, "x")', "Array.grid: pitch must be a number, not str"),
-    ("tf.Array.grid(4, 4, at=3)", "Array.grid: at must have shape (3,), not ()"),
-    ('tf.Array.grid(4, 4, rotate="abc")', "Array.grid: rotate must hold real numbers, not str"),
-    ("tf.Array.autd3(units=3)", "Array.autd3: units must be a list, not int"),
     ("tf.Array.autd3(units=[[0, 0, 0]])", "Array.autd3: units must be a list of pairs: a position and three angles"),
     ("tf.Array.autd3(units=[([0, 0, 0], [0, 0, 0]), ([0, 0, 0], [0, 0, 0])])", "are at and pitch in m?"),
-    ("tf.Array.of_scene(3)", "Array.of_scene: scene must be a str, an os.PathLike or a dict, not int"),
     ("pair.field([[0, 0, 0.1]], None)", "Array.field: drives must be an array or a touchfield.Solution, not NoneType"),
-    ("pair.focus(None)", "Array.focus: point must be an array, not NoneType"),
-    ('tf.Wave("x")', "Wave: frequency must be a number, not str"),
     ("tf.Wave(40e3, absorption=-1)", "Wave: absorption must be a bool, not int"),
-    ("tf.Wave(freq=40e3)", "Wave() got an unexpected keyword argument 'freq'"),
-    ("tf.Target()", "Target(): missing a required argument: 'mesh'"),
     ("tf.Target(ball, [1], np.nan)", "Target: amplitudes must be >= 0, and one of them > 0"),
-    ("tf.Target.box(ball, [0, 0], [8e-3, 8e-3, 6e-3], 3)", "Target.box: at has 2 values and must have 3, one per axis"),
     ('tf.Target.box(ball, "nose", [8e-3, 8e-3, 6e-3], 3)', "Target.box: at: landmark 'nose' is missing"),
     ("tf.Target.box(ball, [0, 0, -8], [8, 8, 6], 3)", "Target.box: the box about"),
-    ('tf.Target.box(ball, [0, 0, -8e-3], "x", 3)', "Target.box: size must hold real numbers, not str"),
-    ("tf.Target.box(ball, [0, 0, -8e-3], [8e-3, 8e-3, 6e-3], 3, profile=3)", "Target.box: profile must be a str, not int"),
     ("tf.Target.points(ball, 3, 3e-3, 3)", "Target.points: points must be a list, not int"),
-    ('tf.Target.points(ball, [[0, 0, -8e-3]], 3e-3, "x")', "Target.points: pressure must be a number, not str"),
-    ("tf.Target.line(ball, [[0, 0], [1, 1]], 3e-3, 3)", "Target.line: points[0] has 2 values and must have 3, one per axis"),
-    ('tf.Target.mask(ball, "x", 3)', "Target.mask: levels must hold real numbers, not str"),
-    ("tf.transfer(3, pair)", "transfer: mesh must be a touchfield.Mesh, not int"),
     ("tf.transfer(ball, pair, threads=10**12)", "transfer: threads must be an int or None, not one so large"),
-    ("tf.transfer(ball, pair, wave=40e3)", "transfer: wave must be a touchfield.Wave or None, not float"),
-    ("tf.Scattering(ball)", "Scattering(): missing a required argument: 'array'"),
-    ("tf.force(ball, None)", "force: pressure must be an array, not NoneType"),
-    ("tf.Problem()", "Problem(): missing a required argument: 'target'"),
-    ("problem.cost(None)", "Problem.cost: drives must be an array or a touchfield.Solution, not NoneType"),
-    ("tf.RadiationProblem()", "RadiationProblem(): missing a required argument: 'h'"),
-    ('tf.surface(problem, iterations="x")', "surface: iterations must be an int, not str"),
-    ("tf.surface(problem, iterations=10**20)", "surface: iterations must be an int, not one so large"),
-    ("tf.surface(problem, tolerances=3)", "surface: tolerances must be a dict of numbers or None, not int"),
-    ('tf.surface(problem, tolerances={"phase": "x"})', "surface: tolerances must be a dict of numbers or None, not dict of str"),
     ("tf.surface(np.ones((3, 2)), tf.Target(ball, [0, 1], 5))", "surface: h has 3 values and must have 180, one per face"),
-    ("tf.focus(np.ones((3, 2)), tf.Target(ball, [0, 1], 5))", "focus: h has 3 values and must have 180, one per face"),
     ("tf.evaluate(model, None)", "evaluate: drives must be an array or a touchfield.Solution, not NoneType"),
-    ("tf.Model()", "Model(): missing a required argument: 'scene'"),
     ("tf.Model(3)", "Model: scene must be a str, an os.PathLike or a dict, not int"),
-    ('tf.Model("quick", device=3)', "Model: device must be a str or None, not int"),
     ('tf.Model("capsule", set={"array.grid.counts": 3})', "set array.grid.counts=3: array.grid.counts: unknown key, did you mean count?"),
     ('tf.Model({"body": object()})', "values of a scene must be numbers, strings, lists or dicts, not object"),
-    ('tf.run(model, threads="x")', "run: threads must be an int or None, not str"),
     ('tf.run(model, own={"mine": None})', "run: own['mine'] must hold real numbers, not None"),
-    ("tf.read_run(None)", "read_run: path must be a str or an os.PathLike, not NoneType"),
-    ("run.save(3)", "Run.save: path must be a str or an os.PathLike, not int"),
-    ("run.picture().save(3)", "Picture.save: path must be a str or an os.PathLike, not int"),
-    ('run.felt(bone="x")', "felt: bone must be a number, not str"),
     ("run.felt(points=3)", "felt: points must be a list, not int"),
-    ("run.felt(at=[0, 0])", "felt: at has 2 values and must have 3, one per axis"),
     ('tf.circle("bottom", 3, 100)', "circle: radius = 3 must be > 0 and <= 0.2"),
-    ('tf.circle("bottom", 3e-3, "x")', "circle: hz must be a number, not str"),
-    ("tf.line([0, 0, 0], [0, 0], 50)", "line: to has 2 values and must have 3, one per axis"),
-    ("tf.line([0, 0, 0], [0, 0, 1e-3], 0)", "line: hz = 0 must be > 0 and <= 100000"),
-    ("tf.check(3)", "check: scene must be a str, an os.PathLike or a dict, not int"),
-    ('tf.study("quick", edges="x")', "study: edges must be a list of numbers, not str"),
     ('tf.study("quick", edges=[-1])', "study: edges: -1 m must be > 0"),
     ('tf.sweep({"base": "scene.yaml"}, "out")', "sweep: nothing varies"),
-    ('tf.sweep({"base": 3}, "out")', "sweep: base must be a str, an os.PathLike or a dict, not int"),
     ('tf.sweep({"base": "quick"}, "out", jobs="x")', "sweep: jobs must be an int, not str"),
-    ("tf.list_sweep(3)", "list_sweep: file must be a str or an os.PathLike, not int"),
-    ("tf.send(pair, [1, 2], to=3)", "send: to must be a str, not int"),
     ("tf.send(pair, [1, 2], level=3)", "level = 3 must be > 0 and <= 1"),
     ("tf.send(pair, [1, 2, 3])", "send: drives of a frame has 3 values and must have 2, one per channel"),
     ("tf.send(pair, [1, 2], max_level=2)", "max_level = 2 must be > 0 and <= 1"),
@@ -137,15 +81,12 @@ def test_arrays_of_any_kind_are_taken():
 
 @pytest.mark.parametrize("vertices, triangles, error, words", [
     (VERTICES[:, :2], TRIANGLES, tf.InputError, r"Mesh: vertices must have shape \(n, 3\), not \(4, 2\)"),
-    (VERTICES[0], TRIANGLES, tf.InputError, r"Mesh: vertices must have shape \(n, 3\), not \(3,\)"),
     (VERTICES * [1, 1, np.nan], TRIANGLES, tf.InputError, r"Mesh: vertices\[0, 2\] = nan must be finite"),
     (VERTICES.astype(str), TRIANGLES, TypeError, "Mesh: vertices must hold real numbers, not str"),
-    (VERTICES + 0j, TRIANGLES, TypeError, "Mesh: vertices must hold real numbers, not complex128"),
     ([[0, 0, 0], [1, 0]], TRIANGLES, tf.InputError, "Mesh: vertices is not an array"),
     (VERTICES, TRIANGLES * 1.0, TypeError, "Mesh: triangles must hold whole numbers, not float64"),
     (VERTICES, TRIANGLES - 1, tf.InputError, "Mesh: triangles must hold numbers of vertices, not -1"),
     (VERTICES, TRIANGLES + 1, tf.InputError, "face 1 names a vertex outside 0..3"),
-    (VERTICES, TRIANGLES > 0, TypeError, "Mesh: triangles must hold whole numbers, not bool"),
     (np.zeros((0, 3)), np.zeros((0, 3), int), tf.InputError, "no "),
 ])
 def test_meshes(vertices, triangles, error, words):
@@ -159,20 +100,10 @@ def test_files_and_scenes(tmp_path, finger):
             call(tmp_path / "missing.stl")
     with pytest.raises(tf.InputError, match="solve.iteration: unknown key, did you mean iterations"):
         tf.check(finger, set={"solve.iteration": 3})
-    with pytest.raises(tf.InputError, match="target.pressure_pa"):
-        tf.run(finger, set={"target.pressure_pa": -1})
-    with pytest.raises(TypeError, match="values of a scene must be numbers, strings, lists or dicts, not set"):
-        tf.run(finger, set={"solve.methods": {1, 2}})
     with pytest.raises(tf.InputError, match="threads = 0 must be 1 to 4096"):
         tf.run(finger, threads=0)
     with pytest.raises(tf.InputError, match="solve.device"):
         tf.run(finger, device="abacus")
-    with pytest.raises(tf.InputError, match="pose"):
-        tf.hand("wave")
-    with pytest.raises(tf.InputError, match="side = 'both' must be right or left"):
-        tf.hand(side="both")
-    with pytest.raises(TypeError, match="run: set must be a dict or None, not list of str"):
-        tf.run(finger, set=["solve.iterations=3"])
     with pytest.raises(TypeError, match="set: a key must be a str, not int"):
         tf.run(finger, set={3: 4})
     with pytest.raises(UnicodeEncodeError):
@@ -182,10 +113,6 @@ def test_files_and_scenes(tmp_path, finger):
     with pytest.raises(tf.InputError, match="no such file") as caught:
         tf.run(b"\xff.yaml")  # as a file may be called
     assert "\udcff.yaml" in str(caught.value)
-    with pytest.raises(TypeError, match="run: own must be a dict or None, not int"):
-        tf.run(finger, own=3)
-    with pytest.raises(TypeError):
-        tf.run(3)
 
 
 def test_own_methods(model):
@@ -193,10 +120,6 @@ def test_own_methods(model):
     for many in (np.zeros(channels + 1), tf.Array.grid(5, 13).focus([0, 0, 0.1])):
         with pytest.raises(tf.InputError, match=r"run: own\['mine'\] has 65 values and must have 64, one per channel"):
             tf.run(model, own={"mine": many})
-    with pytest.raises(tf.InputError, match=r"run: own\['mine'\]\[3\] = inf must be finite"):
-        tf.run(model, own={"mine": np.where(np.arange(channels) == 3, np.inf, 0)})
-    with pytest.raises(TypeError, match="own: a name must be a str, not int"):
-        tf.run(model, own={1: np.zeros(channels)})
     with pytest.raises(tf.InputError, match="paper"):
         tf.run(model, own={"paper": np.zeros(channels)})
     with pytest.raises(tf.InputError, match="my method"):
@@ -207,23 +130,14 @@ def test_own_methods(model):
         tf.run(model, own={"loud": np.full(channels, 1.00001j)})
     with pytest.raises(tf.InputError, match=r"evaluate: drives\[0\]: the amplitude 2 must be 0 to 1"):
         tf.evaluate(model, np.full(channels, 2j))
-    with pytest.raises(tf.InputError, match="send: drives: the amplitude 2 must be 0 to 1"):
-        tf.send(model.array, np.full(channels, 2j))
-    with pytest.raises(tf.InputError, match="evaluate: drives has 3 values and must have 64, one per channel"):
-        tf.evaluate(model, [0, 1, 2])
 
 
 @pytest.mark.parametrize("call, error, says", [
     (lambda ball: tf.hand(edge=3), tf.InputError, "^hand: edge = 3 must be 0.0003 to 0.012 for a hand, in m$"),
-    (lambda ball: tf.hand(edge={"far": 8, "near": {"index_pad": 2e-3}}), tf.InputError, "^hand: edge.far = 8 must be 0.0003 to 0.012 for a hand, in m$"),
-    (lambda ball: tf.hand(forearm=25), tf.InputError, "^hand: forearm = 25 must be 0 to 0.3, in m$"),
     (lambda ball: tf.hand(joints={"index": {"pip": 3}}), tf.InputError, "^hand: joints.index.pip: unknown key, did you mean pip_deg"),
-    (lambda ball: tf.hand(edge="thick"), TypeError, "^hand: edge must be a number, not str$"),
     (lambda ball: tf.Array.grid(0, 4), tf.InputError, "^Array.grid: nx = 0 must be 1 to 1000$"),
     (lambda ball: tf.Array.grid(1000, 1000), tf.InputError, "^Array.grid: 1000000 transducers, must be at most 100000$"),
     (lambda ball: tf.Array.grid(4, 4, level=80), tf.InputError, "^Array.grid: level = 80 must be > 0 and <= 1; if 80 is in percent"),
-    (lambda ball: tf.Target.points(ball, [[0, 0, -5e-3]], [3e-3], 800), TypeError, "^Target.points: diameter must be a number, not list$"),
-    (lambda ball: tf.Target.line(ball, [[0, 0, -5e-3]] * 2, None, 800), TypeError, "^Target.line: width must be a number, not NoneType$"),
     (lambda ball: tf.Target.points(ball, [[0, 0, -5]], 3e-3, 800), tf.InputError, "^Target.points: points.0.: .* off the skin.*thousandth"),
     (lambda ball: tf.check({"array": {"grid": {"count": [0, 4]}}, "body": ball, "solve": {"methods": ["focus"]}}), tf.InputError,
      "^array.grid.count.0. = 0 must be"),
@@ -231,23 +145,6 @@ def test_own_methods(model):
 def test_errors_name_the_argument_and_its_unit(ball, call, error, says):
     with pytest.raises(error, match=says):
         call(ball)
-
-
-def test_arrays_and_transfers(ball, pair):
-    with pytest.raises(tf.InputError, match="Array: normals has 1 values and must have 2, one per position"):
-        tf.Array([[0, 0, 0], [1, 0, 0]], [[0, 0, 1]])
-    with pytest.raises(tf.InputError, match="axis of transducer 0 has length 2, it must be 1"):
-        tf.Array([[0, 0, 0]], [[0, 0, 2]])
-    with pytest.raises(tf.InputError, match="directivity = 'loud' must be omni, piston or t4010a1"):
-        tf.Array([[0, 0, 0]], [[0, 0, 1]], directivity="loud")
-    with pytest.raises(tf.InputError, match=rf"transfer: faces\[1\] = {len(ball)} must be 0 to {len(ball) - 1}"):
-        tf.transfer(ball, pair, faces=[0, len(ball)])
-    with pytest.raises(TypeError, match="transfer: faces must hold whole numbers, not float64"):
-        tf.transfer(ball, pair, faces=[0.5])
-    with pytest.raises(tf.InputError, match="scheme = 'magic' must be one of paper, "):
-        tf.transfer(ball, pair, scheme="magic")
-    with pytest.raises(tf.InputError, match="device = 'abacus' must be auto, cpu, cuda"):
-        tf.transfer(ball, pair, device="abacus")
 
 
 def test_what_scatters_is_closed_and_looks_outwards(ball, pair):
@@ -261,30 +158,6 @@ def test_what_scatters_is_closed_and_looks_outwards(ball, pair):
     at = [[0, 0, 0], [0, 0, -0.1], [0, 0, 0.1]]
     values = tf.field(ball, pair, np.zeros(len(ball)), [1, 1], at)
     assert values[0] == 0 and np.isnan(values[1]) and np.isfinite(values[2])
-
-
-def test_problems(ball, pair):
-    h = tf.transfer(ball, pair, faces=[0, 1, 2])
-    problem = tf.Problem(h, [1, 1, 1], [1, 1, 1])
-    assert problem.outside.shape == (0, 2) and np.array_equal(problem.target, h)
-    for amplitudes, weights in (([1, 1], [1, 1, 1]), ([1, 1, 1], [1, 1]), ([1, 1, -1], [1, 1, 1]), ([1, 1, 1], [1, 0, 1])):
-        with pytest.raises(tf.InputError, match="Problem"):
-            tf.Problem(h, amplitudes, weights)
-    with pytest.raises(tf.InputError, match=r"Problem: target\[0, 1\] = nan.* must be finite"):
-        tf.Problem(np.where(np.arange(2) == 1, np.nan, h), [1, 1, 1], [1, 1, 1])
-    with pytest.raises(tf.InputError, match="surface: start has 3 values and must have 2, one per channel"):
-        tf.surface(problem, start=[1, 1, 1])
-    with pytest.raises(tf.InputError, match="lbfgs: start = 'best' must be adjoint, spectral, zero or a drive vector"):
-        tf.lbfgs(problem, start="best")
-    with pytest.raises(tf.InputError, match="surface: iterations = 0 must be >= 1"):
-        tf.surface(problem, iterations=0)
-    with pytest.raises(tf.InputError, match="field: pressure has 3 values"):
-        tf.field(ball, pair, [1, 2, 3], [1, 1], [[0, 0, 0]])
-    with pytest.raises(tf.InputError, match=r"field: points must have shape \(n, 3\), not \(3,\)"):
-        tf.field(ball, pair, np.zeros(len(ball)), [1, 1], [0, 0, 0])
-    with pytest.raises(ValueError, match="read-only"):
-        problem.target[0] = 0
-    h[0] = 0  # one's own
 
 
 def test_errors_are_what_python_has_for_them():

@@ -114,22 +114,6 @@ def test_sweeps_by_an_executor(finger, tmp_path):
             table.figure(**wrong)
 
 
-def test_sweeps_by_dask(finger, tmp_path):
-    distributed = pytest.importorskip("dask.distributed")
-    plan = {"base": finger, "set": {"solve.methods": ["focus"], "solve.optimality_bound": False, "evaluation": "same", "write": ["h5"], "field": []},
-            "grid": {"target.pressure_pa": [400, 500]}}
-    with distributed.Client(n_workers=2, threads_per_worker=1, dashboard_address=None) as client:
-        table = tf.sweep(plan, tmp_path / "out", executor=client.get_executor(), threads=1)
-    assert table["status"].tolist() == ["ok"] * 2
-
-
-def test_a_sweep_of_a_mesh_of_ones_own(ball, tmp_path):
-    scene = {"array": tf.Array.grid(4, 4, at=[0, 0, -0.1]), "body": ball, "solve": {"methods": ["focus"]}, "evaluation": "same",
-             "target": tf.Target.box(ball, "low", [8e-3, 8e-3, 6e-3], 200)}
-    table = tf.sweep({"base": scene, "grid": {"array.level": [0.5, 1.0]}}, tmp_path / "out", jobs=1)
-    assert table["peak_pa"][1] == pytest.approx(2 * table["peak_pa"][0], rel=1e-9)
-
-
 def test_files_of_meshes_go_with_the_process(python, tmp_path):
     path = python("""
         import json, touchfield as tf

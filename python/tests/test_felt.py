@@ -56,37 +56,6 @@ def test_numbers_are_those_of_the_program(touchfield, results, tmp_path, kind, k
     assert "stiff" in repr(felt) and pickle.loads(pickle.dumps(felt)).table()[0] == pytest.approx(felt.table()[0], nan_ok=True)
 
 
-def test_another_may_be_the_reference(run):
-    felt, other = run.felt(), run.felt(modulation_hz=60, reference="focus")
-    of, relative = other.table(), felt.table(against=other)
-    assert relative[0]["p_db"] == pytest.approx(
-        20 * np.log10(np.nanmax(felt["surface", "soft"].weighted["p"]) / np.nanmax(other["focus", "soft"].weighted["p"])))
-    assert [row["p_db"] for row in of if row["method"] == "focus"] == [0] * 4
-
-
-@pytest.mark.parametrize("keys, error, says", [
-    ({"bone": 0.3}, tf.InputError, "^felt: bone = 0.3 must be 0.002 to 0.1, in m$"),
-    ({"shear": 3e9}, tf.InputError, r"^felt: shear = 3e\+09 must be 100 to 1e\+07, in Pa$"),
-    ({"points": [[0, 0]]}, tf.InputError, r"^felt: points\[0\] has 2 values and must have 3"),
-    ({"points": [[0, 0.03, 0.06]]}, tf.InputError, r"^felt: points\[0\] = \(0.0, 30.0, 60.0\) mm is .* give points on it, or at$"),
-    ({"reference": "magic"}, tf.InputError, "^felt: reference = magic must be one of surface, paper, focus$"),
-    ({"at": "bottom"}, TypeError, "^felt: at must hold real numbers, not str$"),
-    ({"bone_mm": 4}, TypeError, "unexpected keyword argument 'bone_mm'"),
-])
-def test_errors_name_the_argument(run, keys, error, says):
-    with pytest.raises(error, match=says):
-        run.felt(**keys)
-
-
-def test_what_there_is_not(run):
-    with pytest.raises(KeyError, match="focus, hard. must be one of surface, paper, focus and one of soft, middle, stiff, none"):
-        run.felt()["focus", "hard"]
-    with pytest.raises(tf.InputError, match="width = 'wide' must be one of single, double"):
-        run.felt().figure(width="wide")
-    with pytest.raises(tf.InputError, match="depth of 100 mm must be from 0 to the bone at 4 mm"):
-        tf.skin_waves([(4e-3, 30e3)], on_bone=True, tan_delta=0.4, hz=200, wavenumbers=[500], depths=[0.1])
-
-
 @pytest.mark.parametrize("width, mm", [("single", 85), ("double", 175)])
 def test_a_figure_has_a_row_of_each_method(run, width, mm):
     pytest.importorskip("matplotlib")

@@ -1,8 +1,6 @@
 """Figures for papers, and pages."""
 
 import html
-import inspect
-import itertools
 import sys
 import tempfile
 import types
@@ -56,24 +54,6 @@ def test_rcparams_stay_and_do_not_matter(run, tmp_path):
     assert b"/Type3" not in (tmp_path / "other.pdf").read_bytes()
 
 
-def lightness(rgb):
-    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-    return 116 * np.cbrt(linear @ [0.2126, 0.7152, 0.0722]) - 16
-
-
-def test_colours_survive_a_print_in_grey():
-    colours = matplotlib.colormaps[inspect.signature(tf.Run.figure).parameters["cmap"].default]
-    levels = lightness(colours(np.linspace(0, 1, 256))[:, :3])
-    assert (np.diff(levels) < 0).all() and levels[0] > 95 and levels[-1] < 20
-
-
-def test_lines_differ_without_colour():
-    count = 7
-    table = tf.Sweep(name=np.array([f"m{i}" for i in range(count)]), x=np.ones(count), relative_error=np.ones(count))
-    kinds = [(line.get_linestyle(), str(line._dash_pattern), line.get_marker()) for line in table.plot("x").lines]
-    assert all(a[1:] != b[1:] and a[2] != b[2] for a, b in itertools.combinations(kinds, 2))
-
-
 @pytest.mark.parametrize("quantity", ["radiation", "pressure"])
 def test_colours_are_those_of_the_values(run, tmp_path, quantity):
     shown = run.figure(["focus"], quantity, width="single", whole=False, top=1e3 if quantity == "pressure" else 4)
@@ -89,18 +69,6 @@ def test_colours_are_those_of_the_values(run, tmp_path, quantity):
         x, y, _ = skin.centroids[seen] @ np.array([[-1, 0, 0], [0, 1, 0], [0, 0, 1]])  # the array faces along z
         column, row = (ax.transData.transform((x, y)) * 300 / shown.dpi).astype(int)
         assert np.allclose(image[row, column], colours.mappable.to_rgba(value)[:3], atol=0.06)
-
-
-def test_what_a_figure_cannot_show(run, finger):
-    for wrong, message in [({"width": "wide"}, "width = 'wide' must be one of single, double"),
-                           ({"methods": ["magic"]}, "there is no method 'magic', there are surface, paper, focus"),
-                           ({"quantity": "force"}, "quantity = 'force' must be radiation or pressure")]:
-        with pytest.raises(tf.InputError, match=f"^figure: {message}"):
-            run.figure(**wrong)
-    part = tf.run(finger, set={"solve.methods": ["focus"], "body.keep_within_mm": 12, "evaluation": "none", "solve.optimality_bound": False})
-    assert "sound\npressure [kPa]" in [ax.get_ylabel() for ax in part.figure().axes]
-    with pytest.raises(tf.InputError, match="the run has no radiation pressure on the evaluated skin"):
-        part.figure(quantity="radiation")
 
 
 @pytest.fixture

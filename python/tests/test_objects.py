@@ -64,13 +64,6 @@ def test_an_array_of_positions_is_the_same_in_a_scene(ball):
     assert np.allclose(tf.Model(scene).array.field(points, drives, wave), array.field(points, drives, wave), rtol=1e-12)
 
 
-def test_arrays_refuse_what_scenes_refuse(tmp_path):
-    with pytest.raises(tf.InputError, match="^Array.grid: pitch = -0.01 must be > 0 and <= 1, in m$"):
-        tf.Array.grid(4, 4, -0.01)
-    with pytest.raises(tf.InputError, match="missing.csv"):
-        tf.Array.from_file(tmp_path / "missing.csv")
-
-
 def test_free_field_of_one_transducer():
     """p = P0 exp(ikr)/r."""
     array, wave = tf.Array([[0, 0, 0]], directivity="omni", source_strength=2.0), tf.Wave()
@@ -81,12 +74,6 @@ def test_free_field_of_one_transducer():
     both = array.field(points[0], [[1, 0.5j]])
     assert both.shape == (2, 2) and np.array_equal(both[:, 1], array.field(points[0], [0.5j]))
     assert np.allclose(array.transfer(points[0]) @ [0.5j], both[:, 1], rtol=1e-12)
-
-
-def test_free_focus_is_the_largest_pressure_that_is_possible(array):
-    point = [0, 0.01, 0.05]
-    found = abs(array.field([point], array.focus(point)))
-    assert found == pytest.approx(abs(array.transfer([point])).sum(), rel=1e-12)
 
 
 def test_scatter_is_h_times_drives(ball, array, h):
@@ -116,21 +103,8 @@ def test_moved_meshes_keep_their_landmarks(ball):
     assert body.rotate([[0, -1, 0], [1, 0, 0], [0, 0, 1]]).normals == pytest.approx(body.rotate([0, 0, 90]).normals, abs=1e-12)
     placed = body.place([0, 0, 0.2], "low", rotate=[0, 90, 0])
     assert placed.landmarks["low"].tolist() == [0, 0, 0.2] and placed.centroids[:, 0].min() > 0
-    with pytest.raises(tf.InputError, match="landmark 'high' is missing, the mesh has low"):
-        body.place([0, 0, 0], "high")
-    with pytest.raises(tf.InputError, match="scale: factor = 0 must be > 0"):
-        body.scale(0)
     with pytest.raises(tf.InputError, match="rotation must be a rotation matrix"):
         body.rotate(np.diag([1, 1, -1]))
-
-
-def test_rotations_are_those_of_scenes():
-    scene = {"array": tf.Array.grid(2, 2), "solve": {"methods": [{"fixed": {"phases_rad": 0}}]}, "evaluation": "none",
-             "body": {"capsule": {"radius_mm": 8, "length_mm": 10}, "edge_mm": 4,
-                      "place": {"landmark": "bottom", "at_mm": [1, 2, 60], "rotate_deg": [10, 20, 30]}}}
-    placed = tf.Model(scene).mesh
-    own = tf.Model({**scene, "body": {**scene["body"], "place": {"at_mm": [0, 0, 100]}}}).mesh.translate([0, 0, -0.1])
-    assert np.allclose(own.place([1e-3, 2e-3, 60e-3], "bottom", [10, 20, 30]).vertices, placed.vertices, atol=1e-9)
 
 
 def test_hands(tmp_path, touchfield):
@@ -147,8 +121,6 @@ def test_hands(tmp_path, touchfield):
     assert np.linalg.norm(bent.landmarks["index_tip"] - tf.hand(edge=6e-3).landmarks["index_tip"]) > 10e-3
     with pytest.raises(tf.InputError, match="^hand: joints.index.pip_deg = 600 must be"):
         tf.hand(joints={"index": {"pip_deg": 600}})
-    with pytest.raises(tf.InputError, match="nearer"):
-        tf.hand(edge={"far": 6e-3, "nearer": 2e-3})
 
 
 def test_targets(ball, target):
@@ -157,21 +129,14 @@ def test_targets(ball, target):
     assert set(target.faces[target.shares > 0.9]) <= set(np.flatnonzero(inside)) <= set(target.faces)
     assert np.array_equal(tf.Target(ball, target.faces, 200, target.shares).shares, target.shares)
     assert np.array_equal(tf.Target(ball, target.faces, 200).shares, np.ones(len(target)))
-    with pytest.raises(tf.InputError, match="Target: shares must be > 0 and <= 1"):
-        tf.Target(ball, target.faces, 200, 2 * target.shares)
     assert np.linalg.norm(ball.centroids[target.centre][:2]) < 2e-3
     depth = tf.Target.box(marked(ball), "low", [8e-3, 8e-3, 6e-3], 200, offset=[0, 0, 1e-3], profile="penetration")
     assert 150 < depth.amplitudes.max() < 200 and np.ptp(depth.amplitudes) > 10
-    with pytest.raises(tf.InputError, match="Target.box: profile = 'deep'"):
-        tf.Target.box(ball, [0, 0, 0], [1e-2, 1e-2, 1e-2], 200, profile="deep")
-    with pytest.raises(tf.InputError, match="Target.box: pressure = -1 Pa must be > 0"):
-        tf.Target.box(ball, [0, 0, -8e-3], [8e-3, 8e-3, 6e-3], -1)
-    with pytest.raises(tf.InputError, match="holds no skin"):
-        tf.Target.box(ball, [0, 0, 0.1], [8e-3, 8e-3, 6e-3], 200)
-    with pytest.raises(tf.InputError, match="Target: faces must ascend"):
-        tf.Target(ball, [3, 2], 200)
-    with pytest.raises(TypeError, match="mesh must be a touchfield.Mesh, not str"):
-        tf.Target(3 * "ball", [3], 200)
+    for wrong, says in [(lambda: tf.Target(ball, target.faces, 200, 2 * target.shares), "shares must be > 0 and <= 1"),
+                        (lambda: tf.Target.box(ball, [0, 0, 0.1], [8e-3, 8e-3, 6e-3], 200), "holds no skin"),
+                        (lambda: tf.Target(ball, [3, 2], 200), "Target: faces must ascend")]:
+        with pytest.raises(tf.InputError, match=says):
+            wrong()
 
 
 def test_targets_on_the_skin(ball):
@@ -194,20 +159,12 @@ def test_targets_on_the_skin(ball):
         model = tf.Model({"array": array, "body": marked(ball), "target": target, "solve": {"methods": ["focus"]}})
         assert np.array_equal(model.target.faces, target.faces)
         assert np.allclose(model.target.amplitudes, target.amplitudes, rtol=1e-12)
-    for given, says in [(([low], 3e-3, 200), "Target.line: points = 1 must be two or more"),
-                        (([low, low], 3e-3, 200), r"points\[0\] and points\[1\] are at the same place"),
-                        (([low, side], 0, 200), "Target.line: width = 0 m must be > 0"),
-                        (([low, side], 3e-3, 0), "Target.line: pressure = 0 Pa must be > 0")]:
+    for wrong, says in [(lambda: tf.Target.line(ball, [low, low], 3e-3, 200), r"points\[0\] and points\[1\] are at the same place"),
+                        (lambda: tf.Target.line(ball, [low, side], 0, 200), "Target.line: width = 0 m must be > 0"),
+                        (lambda: tf.Target.mask(ball, z, 200), "Target.mask: levels must be 0 to 1, one of them > 0"),
+                        (lambda: tf.Target.points(ball, [low, side], 4e-3, [200, 0]), "pressure must be > 0 Pa on each")]:
         with pytest.raises(tf.InputError, match=says):
-            tf.Target.line(ball, *given)
-    for levels, says in [([1, 0], "Target.mask: levels"), (z, "Target.mask: levels must be 0 to 1, one of them > 0"),
-                         (0 * z, "Target.mask: levels must be 0 to 1, one of them > 0")]:
-        with pytest.raises(tf.InputError, match=says):
-            tf.Target.mask(ball, levels, 200)
-    with pytest.raises(tf.InputError, match="Target.points: diameter = -1 m must be > 0"):
-        tf.Target.points(ball, [low], -1, 200)
-    with pytest.raises(tf.InputError, match="Target.points: pressure must be > 0 Pa on each"):
-        tf.Target.points(ball, [low, side], 4e-3, [200, 0])
+            wrong()
 
 
 def test_a_scene_of_objects_is_that_of_the_program(touchfield, ball, array, target, tmp_path):
@@ -227,15 +184,6 @@ def test_a_scene_of_objects_is_that_of_the_program(touchfield, ball, array, targ
     assert np.array_equal(text.pressures["surface"], mine.pressures["surface"])
     changed = tf.run(parts, set={"array": tf.Array.grid(4, 4, at=[0, 0, -0.1]), "solve.methods": ["focus"]})
     assert len(changed.array) == 16
-
-
-def test_scenes_with_errors_name_the_key(ball, array):
-    with pytest.raises(tf.InputError, match="solve.iteration: unknown key, did you mean iterations"):
-        tf.run({"array": array, "body": ball, "solve": {"methods": ["focus"], "iteration": 3}})
-    with pytest.raises(tf.InputError, match="a scene has no list of faces with pressures; use Target.mask"):
-        tf.run({"array": array, "body": ball, "target": tf.Target(ball, [1, 2], 3), "solve": {"methods": ["focus"]}})
-    with pytest.raises(tf.InputError, match="no such file"):
-        tf.run("not_there.yaml")
 
 
 @pytest.mark.parametrize("name", ["surface", "lbfgs", "gs", "wgs", "gs_pat", "eigen", "focus", "paper", "unscattered"])
@@ -336,12 +284,8 @@ def test_radiation_on_matrices(model):
 @pytest.mark.parametrize("change, says", [
     ({"slopes": [[1, 2]]}, "slopes must be a matrix of scipy.sparse or the tuple"),
     ({"slopes": ([1.0], [2], [0, 1, 1, 1, 1])}, r"slopes\[1\]\[0\] = 2 must be 0 to 1"),
-    ({"slopes": ([1.0], [1], [0, 1, 1, 1])}, r"slopes\[2\] has 4 values and must have 5"),
     ({"slopes": ([1.0], [1], [0, 1, 0, 1, 1])}, "must ascend from 0 to the number of values, 1"),
-    ({"slopes": ([np.nan], [1], [0, 1, 1, 1, 1])}, "must be finite"),
-    ({"weights": [1.0]}, "weights has 1 values and must have 2"),
     ({"weights": [1.0, -1.0]}, "must be >= 0"),
-    ({"energies": [1.0]}, "energies has 1 values and must have 2, one per row of h"),
     ({"wanted": [1.0, 1.0, 1.0], "weights": [1.0, 1.0, 1.0], "slopes": ([], [], [0] * 7)}, "sizes do not fit"),
 ])
 def test_a_radiation_problem_that_does_not_fit(change, says):
@@ -349,17 +293,6 @@ def test_a_radiation_problem_that_does_not_fit(change, says):
     tf.RadiationProblem(**parts)
     with pytest.raises(tf.InputError, match=says):
         tf.RadiationProblem(**parts | change)
-
-
-def test_own_methods_are_phases_drives_or_functions(model, run):
-    drives = np.exp(1j * run.phases["focus"])
-    own = {"phases": run.phases["focus"], "drives": drives, "function": lambda problem: tf.wgs(problem, iterations=8),
-           "bare": lambda problem: np.angle(problem.target.conj().T @ problem.amplitudes)}
-    done = tf.run(model, own=own, threads=2)
-    assert done.metrics["phases"]["relative_error"] == pytest.approx(done.metrics["drives"]["relative_error"], rel=1e-9)
-    wgs = tf.wgs(tf.Problem.of_model(model, threads=2), iterations=8, threads=2)
-    assert np.array_equal(done.phases["function"], wgs.phases)
-    assert set(own) <= set(done.methods)
 
 
 def test_progress_is_told(finger):

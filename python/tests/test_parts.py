@@ -105,32 +105,6 @@ def test_model_of_a_scene(model, finger):
         tf.Problem.of_model(bare)
 
 
-def test_meshes(tmp_path):
-    ball = tf.sphere(10e-3, 2e-3)
-    assert ball.volume == pytest.approx(4 / 3 * np.pi * 1e-6) and ball.areas.sum() == pytest.approx(4 * np.pi * 1e-4, rel=0.01)
-    assert np.allclose(np.einsum("ij,ij->i", ball.normals, ball.centroids) / np.linalg.norm(ball.centroids, axis=1), 1, atol=0.02)
-    ball.save(tmp_path / "ball.ply")
-    read = tf.read_mesh(tmp_path / "ball.ply", unit=1e-3)
-    assert np.allclose(read.vertices, ball.vertices, atol=1e-7) and len(read) == len(ball)
-    hand = tf.hand("fist", edge=6e-3, side="left")
-    assert {"index_pad", "wrist"} <= set(hand.landmarks) and hand.volume > 2e-4
-    moved = tf.Mesh(ball.vertices + [0, 0, 1], ball.triangles)
-    assert np.allclose(moved.centroids - ball.centroids, [0, 0, 1])
-
-
-def test_plane_wave_pressure_against_a_point_source_far_away():
-    """One transducer without directivity: p = P0 exp(ikr)/r at points in free air beside a tiny ball."""
-    array = tf.Array([[0, 0, 0]], [[0, 0, 1]], directivity="omni", source_strength=2.0)
-    wave = tf.Wave()
-    ball = tf.sphere(0.2e-3, 0.1e-3)
-    ball = tf.Mesh(ball.vertices + [0.5, 0, 0.5], ball.triangles)
-    points = np.array([[0, 0, 0.2], [0.05, 0, 0.3]])
-    r = np.linalg.norm(points, axis=1)
-    pressure = tf.transfer(ball, array, wave) @ [1]
-    assert np.allclose(tf.field(ball, array, pressure, [1], points, wave), 2 * np.exp(1j * wave.k * r) / r, rtol=1e-4)
-    assert list(array.strengths) == [2]
-
-
 def test_check_says_what_the_program_says(touchfield, finger):
     import json
 

@@ -90,18 +90,3 @@ def test_a_larger_phase_is_later():
     near = tf.Wave().wavelength / 8
     later = np.angle(array.transfer([[0.3 + near, 0, 0.1]])[0] / along)
     assert np.all(later > 0)  # p ~ exp(i k r): so does a phase that is larger
-
-
-@pytest.mark.parametrize("call, error, says", [
-    (lambda pattern, finger: tf.pattern(finger), tf.InputError, "the scene has no pattern: section; run"),
-    (lambda pattern, finger: tf.pattern(finger, set=PATTERN, check=0), tf.InputError, "^pattern: check = 0 must be 1 or more$"),
-    (lambda pattern, finger: tf.pattern(finger, set={"pattern": tf.circle("top_pad", 3e-3, 100)}), tf.InputError, "top_pad"),
-    (lambda pattern, finger: tf.circle("bottom", "3 mm", 100), TypeError, "^circle: radius must be a number, not str$"),
-    (lambda pattern, finger: tf.line("bottom", [0, None, 0], 100), TypeError, "^line: to must hold real numbers, not object$"),
-    (lambda pattern, finger: pattern.spectrum("nowhere"), tf.InputError, "^spectrum: point = 'nowhere' must be one of bottom, "),
-    (lambda pattern, finger: pattern.spectrum("bottom", highest=501), tf.InputError, "^spectrum: highest = 501 must be above 0 and at most 500 Hz$"),
-    (lambda pattern, finger: pattern.frames("focus"), tf.InputError, "^frames: method = 'focus' must be one of surface$"),
-])
-def test_errors(pattern, finger, call, error, says):
-    with pytest.raises(error, match=says):
-        call(pattern, finger)

@@ -2,29 +2,15 @@
 
 import csv
 
-import numpy as np
 import pytest
 
 import touchfield as tf
 from conftest import SOURCE
 
 with open(SOURCE / "tests/data/renamed.csv", newline="") as _file:
-    ROWS = [tuple(row.values()) for row in csv.DictReader(_file) if row["where"] not in ("scene", "plot")]
+    ROWS = [tuple(row.values()) for row in csv.DictReader(_file) if row["where"] in ("attribute", "argument")]
 
 PROBLEM = ([[1, 1j], [1j, 1]], [1, 1], [1, 1])
-
-
-@pytest.fixture(scope="module")
-def results(finger, run, tmp_path_factory):
-    motion = tf.play(finger, threads=2, set={"solve.methods": ["focus"], "evaluation": "same", "solve.optimality_bound": False, "motion": {
-        "seconds": 0.1, "change": [{"path": "body.place.at_mm.0", "rate": 40}], "solve_ms": 20}})
-    plan = {"base": str(finger), "set": {"solve.methods": ["focus"], "solve.optimality_bound": False}, "grid": {"solve.outside_weight": [1]}}
-    checked = tf.run(finger, set={"solve.methods": ["focus"], "solve.resonance_check": "always", "evaluation": "same"}, threads=2)
-    seconds = run.seconds
-    seconds.update(checked.seconds)
-    return {"metrics": run.metrics["surface"], "seconds": seconds, "check": tf.check(finger),
-            "compare": tf.compare(run, run), "send": tf.send(run, method="focus"), "frames": motion.frames["focus"],
-            "sweep": tf.sweep(plan, tmp_path_factory.mktemp("sweep") / "out")}
 
 
 @pytest.mark.parametrize("where, old, new", ROWS)
@@ -36,24 +22,8 @@ def test_an_old_name_is_answered_with_the_new(where, old, new, request):
         with pytest.raises(AttributeError, match=f"^{old} is called {new}$"):
             getattr(thing, name)
         assert hasattr(thing, new)
-    elif where == "argument":
+    else:
         call = {"Problem": lambda **more: tf.Problem(*PROBLEM, **more), "of": lambda **more: tf.Problem.of(None, None, **more)}.get(
             owner, lambda **more: getattr(tf, owner)(tf.Problem(*PROBLEM), **more))
         with pytest.raises(TypeError, match=f"the argument {name} is called {new}$"):
             call(**{name: 1})
-    else:
-        values = request.getfixturevalue("results")[where]
-        with pytest.raises(KeyError, match=f"{old} is called {new}'$"):
-            values[old]
-        assert new in values
-
-
-def test_another_name_is_unknown_as_before(run):
-    for thing in (tf, run, tf.Problem(*PROBLEM)):
-        with pytest.raises(AttributeError, match="no attribute 'other'"):
-            thing.other
-    with pytest.raises(KeyError, match="^'scores'$"):
-        run.metrics["surface"]["scores"]
-    old, new = next((old, new) for where, old, new in ROWS if where == "sweep")
-    with pytest.raises(tf.InputError, match=f"the column {old} is called {new}"):
-        tf.Sweep({new: np.ones(1)}).plot(new, old)

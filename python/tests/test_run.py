@@ -99,25 +99,6 @@ def test_pictures_are_the_program_s(run, tmp_path):
         run.picture("other")
 
 
-def test_changes_of_the_scene(finger):
-    changes = {"solve.methods": ["focus"], "target.pressure_pa": np.float64(400), "body.place.at_mm": np.array([0, 1, 61]),
-               "solve.optimality_bound": np.bool_(False), "evaluation": "none"}
-    changed = tf.run(finger, set=changes, device="cpu")
-    assert changed.methods == ["focus"] and changed.evaluation == "none" and changed.evaluation_mesh is None
-    assert np.all(changed.target.amplitudes == 400) and changed.provenance["card"] == ""
-    assert changed.mesh.centroids[:, 2].min() == pytest.approx(61e-3, abs=1e-3)
-
-
-def test_own_method_beside_the_built_in_ones(model, run):
-    with_own = tf.run(model, own={"mine": run.phases["surface"], "flat": np.zeros(len(model.array))}, threads=2)
-    assert with_own.methods == ["surface", "paper", "focus", "mine", "flat"]
-    for metric in ("relative_error", "leakage", "cost_skin", "optimality_gap", "peak_pa", "evaluation_difference"):
-        level = run.amplitudes["surface"].max()  # `surface` may turn the array down, given phases are at full drive
-        if level == 1 or metric in ("relative_error", "leakage", "cost_skin", "optimality_gap", "evaluation_difference"):
-            assert with_own.metrics["mine"][metric] == pytest.approx(with_own.metrics["surface"][metric], rel=1e-3), metric
-    assert tf.evaluate(model, run.phases["surface"])["relative_error"] == pytest.approx(with_own.metrics["mine"]["relative_error"], rel=1e-5)
-
-
 def test_fields(run):
     side = run.fields["side"]
     assert side["surface"].shape == (16, 1, 11) and side["points"].shape == (16, 1, 11, 3)
@@ -137,13 +118,6 @@ def test_problem_that_the_run_kept(run):
     cost = np.sum(problem.weights * (abs(problem.target @ drives) - problem.amplitudes) ** 2) + np.sum(abs(problem.outside @ drives) ** 2)
     assert problem.cost(drives) == pytest.approx(cost)
     assert run.metrics["surface"]["cost_skin"] == pytest.approx(cost, rel=1e-6)
-
-
-def test_what_a_run_says_of_itself(run):
-    assert run.name == "finger" and "name: finger" in run.scene and run.status["focus"] == "direct"
-    assert run.provenance["threads"] == 2 and run.provenance["version"] == tf.__version__
-    assert run.evaluation == "split" and len(run.evaluation_mesh) == 4 * len(run.mesh)
-    assert "surface" in repr(run) and isinstance(run.warnings, list) and run.seconds
 
 
 def test_figures_are_of_the_whole_skin(finger, run):
@@ -169,7 +143,3 @@ def test_levels_at_points_are_of_the_field_there(finger):
         assert np.isclose(row["amplitude_pa"], abs(pressure[row["method"]][0]), rtol=1e-12)
         assert np.isclose(row["level_db"], 20 * np.log10(row["amplitude_pa"] / (np.sqrt(2) * 20e-6)), rtol=0, atol=1e-9)
     assert {row["limit_db"] for row in run.exposure_limits} == {100, 110, 115}
-
-
-def test_no_points_no_levels(run):
-    assert run.levels == [] and run.exposure_limits == []

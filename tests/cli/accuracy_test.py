@@ -1,6 +1,7 @@
 """check --accuracy: what it says of a mesh, beside the error against the exact series."""
 
 import json
+import shutil
 import unittest
 
 from sphere_series import plane_wave_errors
@@ -31,29 +32,19 @@ class Accuracy(CommandTest):
             self.run_ok("run", scene, "-o", "out", "--set", f"solve.scheme={scheme}")
             with open_run(self.folder / "out") as run:
                 error = plane_wave_errors(run, 7e-3, ["fixed"])["fixed"]
-            print(f"{scheme}: error {100 * error:.2f} %, indicator {100 * said['l2']:.2f} %, worst"
-                  f" {100 * said['max']:.2f} %, split {100 * said['split']:.2f} %")
             # Sources inside are nearer to the skin than anything outside: the indicator is the larger. The split mesh
             # shares a part of the error, so that the difference to it is the smaller.
             self.assertTrue(said["split"] < error < 1.5 * said["l2"])
             self.assertTrue(said["l2"] <= said["max"] < 3 * said["l2"])
             self.assertIsNone(said["target_l2"])
             self.assertIsNone(said["split_target"])
-            for path in (self.folder / "out").iterdir():
-                path.unlink()
-            (self.folder / "out").rmdir()
+            shutil.rmtree(self.folder / "out")
 
     def test_a_finer_mesh_is_more_accurate(self):
         scene = self.write("sphere.yaml", SPHERE)
         coarse, fine = self.indicators(scene, "body.edge_mm=2.8"), self.indicators(scene)
         for key in ["l2", "max", "split"]:
             self.assertTrue(1.5 < coarse[key] / fine[key] < 8, key)
-
-    def test_the_same_mesh_gives_the_same_figures(self):
-        scene = self.write("sphere.yaml", SPHERE)
-        one, two = self.indicators(scene), self.indicators(scene)
-        for key in ["l2", "max", "split"]:
-            self.assertAlmostEqual(one[key], two[key], delta=1e-9)
 
     def test_near_the_target(self):
         scene = self.write("scene.yaml", FINGER)
@@ -63,14 +54,6 @@ class Accuracy(CommandTest):
         told = self.run_ok("check", scene, "--accuracy").stdout
         for phrase in ["16 sources inside", rf"accuracy l2 +{100 * said['l2']:.3g} %", "accuracy split target +[0-9]", r"for 5 percent +\d[\d.]* mm"]:
             self.assertRegex(told, phrase)
-
-    def test_without_the_flag_nothing_is_solved(self):
-        scene = self.write("sphere.yaml", SPHERE)
-        self.assertFalse([key for key in json.loads(self.run_ok("check", scene, "--json").stdout) if "accuracy" in key])
-
-    def test_a_body_too_shallow_for_sources(self):
-        scene = self.write("sphere.yaml", SPHERE)
-        self.is_refused("check", scene, "--accuracy", "--set", "body.sphere.radius_mm=0.7", says="deeper than")
 
 
 if __name__ == "__main__":

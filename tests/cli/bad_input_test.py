@@ -1,28 +1,12 @@
 """Bad input: a clear message on one screen, exit code 2, nothing left behind."""
 
-import base64
 import csv
-import json
 import os
-import shlex
-import struct
 import subprocess
 import unittest
-import zlib
 
 from meshes import icosphere, write_ply
 from support import FINGER, PROGRAM, SOURCE, CommandTest
-
-TETRAHEDRON = """\
-v 0 0 0
-v 20 0 0
-v 0 20 0
-v 0 0 20
-f 1 3 2
-f 1 2 4
-f 1 4 3
-f 2 3 4
-"""
 
 MESH_SCENE = """\
 name: mesh
@@ -33,16 +17,6 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
 
 
 class BadInput(CommandTest):
-    def refused(self, *arguments, says, leaves=None):
-        before = self.entries() if leaves is None else leaves
-        done = self.touchfield(*arguments)
-        self.assertEqual(done.returncode, 2, f"{done.stdout}\n{done.stderr}")
-        for phrase in [says] if isinstance(says, str) else says:
-            self.assertIn(phrase, done.stderr)
-        self.assertLessEqual(len(done.stderr.splitlines()), 24, "more than a screen")
-        self.assertEqual(done.stdout, "")
-        self.assertEqual(self.entries(), before)
-
     def scene(self, text, name="scene.yaml"):
         return self.write(name, text)
 
@@ -50,20 +24,16 @@ class BadInput(CommandTest):
         box, at = "box: {at: bottom, size_mm: [8, 12, 6]}", "at_mm: [0, 0, 60]"
         beside = ["--set", "array.at_mm=[5.08, 0, 0]"]
         for old, new, says, *more in [
-                ("radius_mm", "radiu_mm", ["scene.yaml:5:13", "radiu_mm", "did you mean radius_mm"]),
                 ("edge_mm: 2.6", "edge_cm: three\n  place_mm: 1", ["scene.yaml:7:3", "edge_cm", "edge_mm", "scene.yaml:8:3", "place_mm"]),
-                ("[8, 12, 6]", "[-8, 12, 6]", "scene.yaml:9:31: target.box.size_mm[0] = -8 must be > 0"),
                 ("landmark: bottom", "landmark: botom", ["botom", "bottom"]),
                 ("phases_rad: 0", "phases_rad: [0, 1, 2]", ["fixed has 3 phases", "64 channels"]),
-                ("phases_rad: 0", "phases_rad: 0, amplitudes: [0, 1]", ["fixed has 2 amplitudes", "64 channels"]),
-                ("edge_mm: 2.6", "edge_mm: 0.1", ["GiB", "body.edge_mm"], "--set", "solve.solver=lu"),
+                ("edge_mm: 2.6", "edge_mm: 0.15", ["GiB", "body.edge_mm"], "--set", "solve.solver=lu"),
                 ("{at: bottom,", "{at: bottom, offset_mm: [0, 0, -30],", [
                     "target.box: the box about (0.0, 0.0, 30.0) mm (scene coordinates) holds no skin", "is 27"]),
                 ("{at: bottom,", "{at: bottom, offset_mm: [0, 0, -40],", [
                     "target.box: no skin of body within 10 mm (half of keep_within_mm) of (0.0, 0.0, 20.0) mm (scene coordinates)",
                     "the nearest is 40.0 mm away at"], "--set", "body.keep_within_mm=20"),
                 ("[8, 12, 6]", "[80, 120, 60]", ["target.box covers the whole body (16", " mm); make it smaller"]),
-                (box, "points: [{at: bottom, diameter_mm: 0.02}]", "target.points[0]: the box about"),
                 (box, "lines: [{points: [{at: bottom}, {at: bottom}], width_mm: 3}]",
                  "target.lines[0]: points[0] and points[1] are at the same place of the skin"),
                 (box, "points: [{at: bottom, offset_mm: [0, 0, -30], diameter_mm: 3}]", [
@@ -84,32 +54,29 @@ class BadInput(CommandTest):
 
     def test_an_old_name_is_answered_with_the_new(self):
         with open(SOURCE / "tests/data/renamed.csv", newline="") as file:
-            rows = list(csv.DictReader(file))
-        base = self.scene(FINGER, "base.yaml")
-        plan = self.write("plan.yaml", "base: base.yaml\ngrid: {array.level: [1]}\n")
-        for old, new in [(row["old"], row["new"]) for row in rows if row["where"] == "scene"]:
-            says = f"{old}: this key is called {new.split('.')[-1]}"
+            rows = [(row["old"], row["new"], row["where"]) for row in csv.DictReader(file)]
+        says = {old: f"{old}: this key is called {new.split('.')[-1]}" for old, new, where in rows if where == "scene"}
+        text = FINGER
+        for old in says:
             *sections, key = old.split(".")
             section = f"{sections[0]}:\n" if sections else ""
-            text = FINGER.replace(section, f"{section}{'  ' if section else ''}{key}: same\n", 1)
-            place = f"scene.yaml:{text[:text.index(f'{key}: same')].count(chr(10)) + 1}:{3 if section else 1}: "
-            with self.subTest(old):
-                self.refused("check", self.scene(text), says=place + says)
-                self.refused("check", base, "--set", f"{old}=same", says=f"--set {old}=same: {says}")
-                self.refused("check", base, "--set", f"{old}.x=null", says=says)
-                self.refused("sweep", plan, "--list", "--set", f"{old}=same", says=f"{old}=same: {says}")
-                for part in (f"set: {{{old}: same}}\ncases: [{{array.level: 1}}]", f"grid: {{{old}: [same]}}", f"cases: [{{{old}: same}}]"):
-                    self.refused("sweep", self.write("s.yaml", f"base: base.yaml\n{part}\n"), "--list", says=f"case 1: {old}=same: {says}",
-                                 leaves=self.entries())
-        for old, new in [(row["old"], row["new"]) for row in rows if row["where"] == "plot"]:
-            with self.subTest(old):
+            text = text.replace(section, f"{section}{'  ' if section else ''}{key}: same\n", 1)
+        lines = text.split("\n")
+        places = {old: next(i for i, line in enumerate(lines, 1) if line.strip() == f"{old.split('.')[-1]}: same") for old in says}
+        self.refused("check", self.scene(text),
+                     says=[f"scene.yaml:{places[old]}:{3 if '.' in old else 1}: {said}" for old, said in says.items()])
+        base = self.scene(FINGER, "base.yaml")
+        self.refused("check", base, *[f"--set={old}=same" for old in says], says=[f"--set {old}=same: {said}" for old, said in says.items()])
+        self.refused("check", base, *[f"--set={old}.x=null" for old in says], says=list(says.values()))
+        plan = self.write("plan.yaml", "base: base.yaml\ngrid: {array.level: [1]}\n")
+        old, said = next(iter(says.items()))
+        self.refused("sweep", plan, "--list", "--set", f"{old}=same", says=f"{old}=same: {said}")
+        for part in (f"set: {{{old}: same}}\ncases: [{{array.level: 1}}]", f"grid: {{{old}: [same]}}", f"cases: [{{{old}: same}}]"):
+            self.refused("sweep", self.write("s.yaml", f"base: base.yaml\n{part}\n"), "--list", says=f"case 1: {old}=same: {said}",
+                         leaves=self.entries())
+        for old, new, where in rows:
+            if where == "plot":
                 self.refused("sweep", plan, "-o", "out", "--plot", old, says=f"metric {old}: this metric is called {new}")
-
-    def test_a_mesh_that_cannot_be_used(self):
-        scene = self.scene(MESH_SCENE)
-        self.refused("check", scene, says=["scene.yaml:3:21: body.mesh.file: ", "skin.obj: no such file"])
-        self.write("skin.obj", TETRAHEDRON.replace("f 2 3 4\n", ""))
-        self.refused("run", scene, "-o", "out", says=["skin.obj", "3 boundary edges"])
 
     def test_what_is_sound_is_not_refused(self):
         hand = self.write("sound.yaml", """\
@@ -125,18 +92,6 @@ motion: {seconds: 0.2, change: [{path: target.pressure_pa, keys: [[0, 100], [0.1
         # The second body is whole within its keep_within_mm; in the middle of the motion nothing is wanted.
         self.run_ok("check", "--set", "name=first", hand)  # the word behind a value is the scene
 
-    def test_a_fine_box_does_not_hide_a_coarse_one(self):
-        scene = self.write("boxes.yaml", """\
-name: boxes
-array: {grid: {count: [4, 4], pitch_mm: 10.16}}
-bodies:
-  - {name: fine, sphere: {radius_mm: 8}, place: {at_mm: [-30, 0, 60]}, edge_mm: 1.5}
-  - {name: coarse, sphere: {radius_mm: 20}, place: {at_mm: [30, 0, 80]}, edge_mm: 8}
-target: {boxes: [{centre_mm: [-30, 0, 52], size_mm: [8, 8, 6]}, {centre_mm: [30, 0, 60], size_mm: [20, 20, 12]}], pressure_pa: 200}
-solve: {methods: [focus]}
-""")
-        self.refused("check", scene, says="edges per wavelength within 15 mm of the target are too few")
-
     def test_text_is_utf8(self):
         (self.folder / "wide.yaml").write_text(FINGER, encoding="utf-16")
         self.refused("check", "wide.yaml", says="wide.yaml:1:1: byte 0xff is not UTF-8 text; save the file as UTF-8")
@@ -150,13 +105,6 @@ solve: {methods: [focus]}
         self.assertEqual(done.returncode, 2)
         self.assertIn(b"argument 2 is not UTF-8 text: o\xff.yaml; rename the file", done.stderr)
 
-    def test_a_scene_may_come_through_a_pipe(self):
-        scene = self.write("scene.yaml", FINGER)
-        program = shlex.quote(PROGRAM)
-        done = subprocess.run(["bash", "-c", f"{program} check <(cat {scene}) && {program} check /dev/stdin < {scene}"],
-                              cwd=self.folder, capture_output=True, text=True, timeout=120, check=False)
-        self.assertEqual(done.returncode, 0, done.stderr)
-
     def test_mask_of_a_target(self):
         write_ply(self.folder / "ball.ply", *icosphere(2, 8.0))
         body = "body: {mesh: {file: ball.ply, unit: mm}}\n"
@@ -164,10 +112,7 @@ solve: {methods: [focus]}
         text = self.scene(scene)
         for levels, says in [
                 ("1 0 0 # three\n", ["has 3 levels, it must have one for each of the 320 faces of", "ball.ply"]),
-                ("0 " * 320, "mask.txt: all levels are 0, one must be > 0"),
-                ("0\n1.5\n", "mask.txt:2: level = 1.5 must be 0 to 1"),
-                ("1 x 0", "mask.txt:1: level = x must be a number"),
-                ("# nothing\n", "mask.txt: no number in it, must hold at least one level"),
+                ("0 " * 320, "mask.txt: all levels are 0, one must be > 0"), ("0\n1.5\n", "mask.txt:2: level = 1.5 must be 0 to 1"),
                 ("1 " * 320, "target.mask_file covers the whole body")]:
             self.write("mask.txt", levels)
             self.refused("run", text, "-o", "out", says=says)
@@ -193,16 +138,8 @@ solve: {methods: [focus]}
                            ("small/run.h5, method: focus", "has no method focus")]:
             scene = self.scene(FINGER.replace("iterations: 8", f"iterations: 8\n  start: {{previous: {file}}}")
                                .replace("[8, 8]", "[4, 4]" if "method" in file else "[8, 8]"))
-            for command in [["run"], ["study"], ["run", "-o", "out"], ["study", "-o", "out"], ["check"]]:
+            for command in [["run"], ["study", "-o", "out"], ["check"]]:
                 self.refused(command[0], scene, *command[1:], says=[says, "" if file == "no.h5" else "start of paper: "])
-
-    def test_options_of_a_study_that_do_not_fit(self):
-        scene = self.scene(FINGER)
-        self.refused("study", scene, "-o", "out", "--schemes", "chief", "--solvers", "gmres",
-                     says="study: chief needs lu")
-        self.write("skin.obj", TETRAHEDRON)
-        mesh = self.scene(MESH_SCENE, "mesh.yaml")
-        self.refused("study", mesh, "-o", "out", "--edges-mm", "3", says="has its own edges; leave --edges-mm out")
 
     def refused_at_once(self, *arguments, says):
         """Refused before memory is taken for it: the program itself needs 40 MiB, a scene of 2 MiB half a gigabyte."""
@@ -219,13 +156,10 @@ solve: {methods: [focus]}
         self.assertLess(usage.ru_utime + usage.ru_stime, 20, "seconds of the processor")
 
     def test_a_capsule_thinner_than_anything(self):
-        for length in ["10", "1000"]:
-            hair = self.scene(FINGER.replace("radius_mm: 8, length_mm: 10", f"radius_mm: 1e-4, length_mm: {length}"))
-            self.refused_at_once("check", hair, says="scene.yaml:5:24: body.capsule.radius_mm = 1e-4 must be 0.01 to 10000")
+        hair = self.scene(FINGER.replace("radius_mm: 8, length_mm: 10", "radius_mm: 1e-4, length_mm: 1000"))
+        self.refused_at_once("check", hair, says="scene.yaml:5:24: body.capsule.radius_mm = 1e-4 must be 0.01 to 10000")
 
-    def test_a_scene_of_100_megabytes(self):
-        scene = self.scene(FINGER + "field: [" + "1," * 50_000_000 + "]\n")
-        self.refused_at_once("check", scene, says="scene.yaml: too long, must be at most 2097152 bytes")
+    def test_a_scene_of_two_million_brackets(self):
         deep = self.scene("name: " + "[" * 2_000_000)
         self.refused_at_once("check", deep, says="scene.yaml:1:")
 
@@ -238,27 +172,6 @@ solve: {methods: [focus]}
             self.refused_at_once("mesh", "skin.obj", "--unit", "mm", *works, "-o", "out.stl", says=says)
         scene = self.scene(MESH_SCENE.replace("unit: mm}}", "unit: mm}, edge_mm: 3}"))
         self.refused_at_once("check", scene, says=says)
-
-    def test_a_landmark_misspelt_among_several_bodies(self):
-        start, rest = FINGER.split("body:\n")
-        target = "target:" + rest.split("target:")[1].replace("at: bottom", "at: one.bottom")
-        text = start + """\
-bodies:
-  - {name: one, sphere: {radius_mm: 8}, place: {at_mm: [0, 0, 60]}, edge_mm: 2.6}
-  - {name: two, sphere: {radius_mm: 8}, place: {at_mm: [30, 0, 60]}, edge_mm: {far: 2.6, near: {botom: 2}}}
-""" + target
-        self.refused("check", self.scene(text), says=["bodies[1].edge_mm.near.botom", "top, bottom, x_plus", "did you mean bottom?"])
-        self.run_ok("check", self.scene(text.replace("botom", "bottom")))
-
-    def test_the_faintest_array_has_metrics(self):
-        scene = self.scene(FINGER)
-        self.refused("run", scene, "-o", "out", "--set", "array.level=1e-310", says="array.level = 1e-310 must be >= 1e-9",
-                     leaves=["scene.yaml"])
-        done = self.run_ok("run", scene, "-o", "out", "--json", "--set", "array.level=1e-9", "--set", "array.source_pa_m=1e-9",
-                           "--set", "target.pressure_pa=1e-9")
-        for method in json.loads(done.stdout)["methods"]:
-            for metric in ["relative_error", "scale", "correlation", "leakage", "cv_inside", "force_target_n"]:
-                self.assertIsNotNone(method[metric], f"{method} {metric}")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,5 @@
 """An evaluation with a model of its own: what lands in /evaluation, and that it is what the metrics say."""
 
-import json
 import math
 import unittest
 
@@ -40,11 +39,7 @@ class Evaluation(CommandTest):
         self.assertEqual(run["evaluation"].attrs["evaluation"], evaluation)
         self.assertEqual(run["evaluation"].attrs["scheme"], "burton_miller_polished")
         count, = run["evaluation/mesh/area"].shape
-        self.assertEqual(run["evaluation/mesh/triangles"].shape, (count, 3))
-        vertices = run["evaluation/mesh/vertices"][:]
-        self.assertEqual(len(vertices), count // 2 + 2)  # Euler: closed, no handle
-        self.assertEqual(run["evaluation/mesh/triangles"][:].max(), len(vertices) - 1)
-        self.assertEqual(run["evaluation/target/face"].shape, run["evaluation/target/amplitude"].shape)
+        self.assertEqual(len(run["evaluation/mesh/vertices"]), count // 2 + 2)  # Euler: closed, no handle
         numpy.testing.assert_array_equal(run["evaluation/target/amplitude"][:], 500)
         self.assertGreater(len(run["evaluation/target/face"]), len(run["target/face"]))
         self.assertEqual(sorted(run["evaluation/methods"]), sorted(NAMES))
@@ -77,7 +72,6 @@ class Evaluation(CommandTest):
             mean_edge = numpy.linalg.norm(corners - numpy.roll(corners, 1, axis=1), axis=2).mean()
             self.assertAlmostEqual(mean_edge, 1.3e-3, delta=0.15e-3)
         for name in NAMES:
-            print(f"{name}: evaluation_difference {100 * by_split[name]:.2f} % (split), {100 * by_edge[name]:.2f} % (edge)")
             for difference in [by_split[name], by_edge[name]]:
                 self.assertTrue(0 < difference < 0.05, difference)
             # Not equal: a mesh made anew follows the round surface, a split one the flat faces.
@@ -95,7 +89,6 @@ class Evaluation(CommandTest):
                 areas.append(run["evaluation/mesh/area"][:])
         self.assertEqual(len(pressures[1]), 4 * len(pressures[0]))
         difference = relative_l2(areas[0], pressures[0], pressures[1][3::4])
-        print(f"one split against two: {100 * difference:.2f} %")
         self.assertLess(difference, 0.01)
 
     def test_the_same_evaluation_for_methods_of_another_scheme(self):
@@ -120,32 +113,6 @@ class Evaluation(CommandTest):
             self.assertLess(relative_l2(area, evaluated, expected), 1e-3)
             numpy.testing.assert_array_equal(run["evaluation/methods/focus/pressure"][:], run["methods/focus/pressure"][:])
             self.assertTrue(math.isnan(run["methods/focus"].attrs["evaluation_difference"]))
-
-    def test_none_evaluates_nothing(self):
-        scene = self.write("scene.yaml", FINGER)
-        self.run_ok("run", scene, "-o", "out", "--set", "evaluation=none")
-        with open_run(self.folder / "out") as run:
-            self.assertNotIn("evaluation", run)
-            self.assertTrue(math.isnan(run["methods/paper"].attrs["evaluation_difference"]))
-            self.assertGreater(run["methods/paper"].attrs["relative_error"], 0)
-
-    def test_the_metrics_printed_are_those_of_the_evaluation(self):
-        scene = self.write("scene.yaml", FINGER)
-        printed = json.loads(self.run_ok("run", scene, "-o", "out", "--json", "--set", "evaluation={split: 1}").stdout)
-        with open_run(self.folder / "out") as run:
-            for method in printed["methods"]:
-                self.assertEqual(method["evaluation_difference"], run[f"methods/{method['name']}"].attrs["evaluation_difference"])
-                self.check_metrics(run, method["name"])
-
-    def test_another_edge_for_a_body_from_a_file(self):
-        write_ply(self.folder / "sphere.ply", *icosphere(2, 5))
-        scene = self.write("sphere.yaml", SPHERE.replace("evaluation: none", "evaluation: {edge_mm: 1}"))
-        self.run_ok("run", scene, "-o", "out")
-        with open_run(self.folder / "out") as run:
-            area = run["evaluation/mesh/area"][:]
-            self.assertAlmostEqual(numpy.sqrt(4 / numpy.sqrt(3) * area.mean()), 1e-3, delta=0.06e-3)
-            # The file's own flat faces, meshed anew: its area, but for what rounding its blunt edges takes.
-            self.assertAlmostEqual(area.sum(), run["mesh/area"][:].sum(), delta=0.01 * area.sum())
 
 
 if __name__ == "__main__":

@@ -111,11 +111,6 @@ class Folders(FolderTest):
         self.write("out/files.json", "mine")
         self.is_refused(*MINE, "--force", says="does not belong to a run")
 
-    def test_a_pipe_is_not_waited_for(self):
-        self.out.mkdir()
-        os.mkfifo(self.out / "files.json")
-        self.is_refused(*MINE, "--force", says="its files.json does not belong to a run")
-
     def test_results_of_an_unfinished_run_are_kept(self):
         partial = self.folder / "out.partial"
         partial.mkdir()

@@ -1,6 +1,5 @@
 """Formats of files: what docs/formats.md lists is written and read, every other version is refused with the release that reads it."""
 
-import csv
 import json
 import re
 import shutil
@@ -67,24 +66,6 @@ class Formats(CommandTest):
                                          f"program reads: {reader} reads it\n")
                         if name == "run.h5":
                             self.assertIn(said.replace(str(path), name), PAGE)
-
-    def metrics(self, folder):
-        with open(folder / "metrics.csv", newline="") as file:
-            return [{name: float(value) for name, value in row.items() if re.fullmatch(r"[-+.e\d]+", value)
-                     and not name.startswith("seconds")} for row in csv.DictReader(file)]
-
-    def difference(self, one, other):
-        """The largest relative difference of a metric."""
-        pairs = [(a[name], b[name]) for a, b in zip(self.metrics(one), self.metrics(other), strict=True) for name in a]
-        self.assertGreater(len(pairs), 10)
-        return max(abs(a - b) / max(abs(a), abs(b), 1e-30) for a, b in pairs)
-
-    def test_a_mirrored_scene_with_the_other_hand_is_the_same(self):
-        whole = ("--set", "body.keep_within_mm=null", "--set", "body.edge_mm=8", "--set", "solve.allow_coarse_mesh=true", "--quiet")
-        self.run_ok("run", "kept/hand.yaml", "-o", "left", "--set", "body.hand.side=left", *whole)
-        self.run_ok("run", "kept/hand.yaml", "-o", "right", *whole, "--set", "target.box.offset_mm=[-1, 0, 0]",
-                    "--set", "body.place={landmark: index_pad, at_mm: [-4, 0, 50], rotate_deg: [0, 0, -10]}")
-        self.assertLess(self.difference(self.folder / "left", self.folder / "right"), 1e-6)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ array: {grid: {count: [12, 10], pitch_mm: 10.16}}
 body:
   hand: {pose: index_up, length_mm: 180, breadth_mm: 84}
   place: {at_mm: [21, -145, 200]}
-  edge_mm: {near_target: 2.5, far: 5, within_mm: 8}
+  edge_mm: {near_target: 3.2, far: 9, within_mm: 8}
   keep_within_mm: 35
 target: {box: {at: index_pad, size_mm: [7, 7, 6]}, pressure_pa: 1500}
 solve: {methods: [surface], scheme: paper_corrected}
@@ -117,10 +117,8 @@ class Joints(CommandTest):
 
     def test_refused(self):
         scene = self.write("scene.yaml", SCENE)
-        for command, change, named in (("check", lambda joint: joint * (-1, 1, 1), "the joints are the mirror image of a right hand"),
-                                       ("play", lambda joint: 10 * joint, "must be 90 to 270: lengths are in m")):
-            self.table(change)
-            self.is_refused(command, scene, "--set", SENSOR, says=named)
+        self.table(lambda joint: joint * (-1, 1, 1))
+        self.is_refused("check", scene, "--set", SENSOR, says="the joints are the mirror image of a right hand")
         self.table()
         table = (self.folder / "hand.csv").read_text()
         self.write("hand.csv", table.replace("index_tip_x", "index_end_x"))

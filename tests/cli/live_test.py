@@ -35,7 +35,6 @@ motion:
 
 FULL = ["--max-level", "1"]  # the board has no other level
 DEVICE_FAILED = 4
-BAD_INPUT = 2
 
 
 class LiveTest(CommandTest):
@@ -68,24 +67,6 @@ class Dry(LiveTest):
             self.assertLess(float(row["solved_s"]), float(row["shown_s"]))
         self.is_refused("live", self.scene, "--method", "unscattered", "-o", "out")
 
-    def test_noise(self):
-        live = self.live("-o", "out", "--set", "motion.sensor.noise={noise_mm_rms: 0.3}")["live"]
-        self.assertGreater(live["frames"], 0)
-        self.assertEqual((live["silent_frames"], live["lost_frames"]), (0, 0))
-
-    def test_as_text(self):
-        done = self.run_ok("live", self.scene, "--method", "surface", "--seconds", "0.5", "--set",
-                           "motion.predict=linear")
-        for phrase in ("nothing was sent: a dry run", "latency ", "factorise", "95 %"):
-            self.assertIn(phrase, done.stdout)
-        self.assertEqual(self.run_ok("live", self.scene, "--method", "surface", "--seconds", "0.2", "--quiet").stdout, "")
-
-    def test_files_of_a_dry_run(self):
-        said = self.live("--seconds", "0.5", "--to", "dry-run:f.txt")
-        files = sorted(path.name for path in self.folder.glob("f-*.txt"))
-        self.assertEqual(said["files"], len(files))
-        self.assertEqual(files[0], "f-0001.txt")
-
     def test_without_emit_a_device_hears_nothing(self):
         board = Board()
         self.addCleanup(board.close)
@@ -101,11 +82,8 @@ class Dry(LiveTest):
 
     def test_bad_input(self):
         for change, says in [(["--view", "http"], "--view http must be a whole number, 0 to 65535"),
-                             (["--view", "80"], "--view 80 must be 0 or 1024 to 65535"),
                              (["--seconds", "3"], "--seconds = 3 must be <= motion.seconds = 2"),
-                             (["--seconds", "nan"], "--seconds"), (["--level", "0.6"], "--max-level"),
-                             (["--set", "motion=null"], "the scene has no motion: section"),
-                             (["--set", "motion.stale_ms=0"], "motion.stale_ms"),
+                             (["--level", "0.6"], "--max-level"),
                              (["--set", "motion.seconds=11"], "--max-seconds raises the cap"),
                              (["--set", "motion.frames_hz=90", "--to", "sonicsurface:x", *FULL], "<= 89"),
                              (["--set", "array={grid: {count: [4, 4]}}", "--to", "sonicsurface:x", *FULL],
@@ -163,29 +141,6 @@ class Viewed(LiveTest):
             kind, data = self.event(events)
         self.assertEqual((kind, data), ("end", "the loop has ended"))
         self.assertEqual(process.wait(20), 0)
-
-    def test_silence_between_frames(self):
-        _, port = self.start("--set", "motion.frames_hz=1", "--set", "motion.stale_ms=300")
-        page = self.ask(port, "/").read().decode()
-        events = self.ask(port, "/events")
-        played = False
-        while True:
-            frame = json.loads(self.event(events)[1])
-            self.assertIn(f'"live":"{frame["live"]}"', page)
-            if played and not frame["sounds"]:
-                break
-            played = frame["sounds"]
-        self.assertIn("silent, data are too old; 1 frames sent", frame["state"])
-        self.assertNotIn("skin", frame)
-
-    def test_ends_with_the_loop(self):
-        process, port = self.start("--set", "motion.seconds=60", "--max-seconds", "60")
-        events = self.ask(port, "/events")
-        self.event(events)
-        process.send_signal(signal.SIGINT)
-        while self.event(events)[0] == "message":
-            pass
-        self.assertEqual(process.wait(20), 128 + signal.SIGINT)
 
     def test_a_port_that_is_taken(self):
         _, port = self.start("--set", "motion.seconds=60", "--max-seconds", "60")

@@ -1,13 +1,12 @@
 """Patterns from the command line: their files, what send makes of them, what is refused."""
 
-import csv
 import json
 import unittest
 
 import h5py
 import numpy
 
-from support import FINGER, CommandTest
+from support import FINGER, CommandTest, rows_of
 
 CIRCLE = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[surface]").replace(
     "[h5, vtp, vti]", "[h5, png]").replace("edge_mm: 2.6", "edge_mm: 1.8") + """\
@@ -19,10 +18,6 @@ pattern:
   watch: [bottom]
   ring_up_ms: 0.3
 """
-
-
-def rows_of(path):
-    return list(csv.DictReader(path.read_text().splitlines()))
 
 
 class Pattern(CommandTest):
@@ -73,79 +68,55 @@ class Pattern(CommandTest):
         slower = json.loads(self.run_ok("send", "out/pattern.h5", "--rate", "10", "--json").stdout)
         self.assertAlmostEqual(slower["seconds"], 2)
 
-    def test_json(self):
-        scene = self.write("scene.yaml", CIRCLE)
-        said = json.loads(self.run_ok("pattern", scene, "-o", "out", "--json", "--set", "write=[h5]").stdout)
-        self.assertEqual(said["frames"], 20)
-        self.assertEqual([point["point"] for point in said["radiation_pressure"]], ["bottom", "start", "opposite"])
-        self.assertLess(said["relative_error"]["worst"], 1)
-        self.assertGreater(said["relative_error_ring_up"]["mean"], said["relative_error"]["mean"])
-        self.assertEqual(said["frames_alone"], 1)
-
     def test_warnings(self):
         scene = self.write("scene.yaml", CIRCLE)
-        for change, said in [("pattern.amplitude.hz=200", "few_frames: pattern.amplitude.hz = 200 has 5 frames per period"),
-                             ("pattern.seconds=0.015", "part_period: pattern.seconds = 0.015 has 1.5 periods of pattern.circle.hz"),
-                             ("pattern.seconds=0.015", "so the pattern jumps at each repeat; 0.02 would fit"),
-                             ("pattern.most_turn_deg=20", "solved by itself"),
-                             ("pattern.most_turn_deg=20", "raise pattern.most_turn_deg or frames_per_second"),
-                             ("pattern.pressure_pa=1e9", "below_wanted: 20 of 20 frames reach less than half")]:
-            done = self.run_ok("pattern", scene, "-o", "out", "--force", "--set", change, "--set", "write=[h5]")
-            self.assertIn(said, done.stderr)
+        for changes, says in [(["pattern.amplitude.hz=200", "pattern.pressure_pa=1e9"],
+                               ["few_frames: pattern.amplitude.hz = 200 has 5 frames per period", "below_wanted: 10 of 10 frames"]),
+                              (["pattern.seconds=0.015", "pattern.most_turn_deg=20"],
+                               ["part_period: pattern.seconds = 0.015 has 1.5 periods of pattern.circle.hz",
+                                "so the pattern jumps at each repeat; 0.02 would fit", "raise pattern.most_turn_deg or frames_per_second"])]:
+            done = self.run_ok("pattern", scene, "-o", "out", "--force", "--set", "write=[h5]", *[f"--set={change}" for change in changes])
             with h5py.File(self.folder / "out/pattern.h5") as file:
-                self.assertTrue(any(said in text for text in file["warnings"].asstr()))
-        done = self.run_ok("pattern", scene, "-o", "out", "--force", "--set", "pattern.most_turn_deg=null",
+                kept = list(file["warnings"].asstr())
+            for said in says:
+                self.assertIn(said, done.stderr)
+                self.assertTrue(any(said in text for text in kept), said)
+        done = self.run_ok("pattern", scene, "-o", "out", "--force", "--json", "--set", "pattern.most_turn_deg=null",
                            env={"OPENBLAS_CORETYPE": "Haswell"})  # rounding decides which local minimum a frame ends in
         for name in ("few_frames", "part_period", "below_wanted", "frames_behind"):
             self.assertNotIn(name, done.stderr)
+        said = json.loads(done.stdout)
+        self.assertEqual([point["point"] for point in said["radiation_pressure"]], ["bottom", "start", "opposite"])
+        self.assertLess(said["relative_error"]["worst"], 1)
+        self.assertGreater(said["relative_error_ring_up"]["mean"], said["relative_error"]["mean"])
 
     def test_check_says_what_it_takes(self):
         scene = self.write("scene.yaml", CIRCLE)
-        change = ["--set", "pattern.seconds=0.5", "--set", "pattern.amplitude.hz=200"]
+        change = ["--set", "pattern.seconds=0.1", "--set", "pattern.amplitude.hz=200"]
         told = json.loads(self.run_ok("check", scene, *change, "--json").stdout)
         said = told["pattern"]
-        self.assertEqual((said["frames"], said["pass_s"]), (500, 0.5))
+        self.assertEqual((said["frames"], said["pass_s"]), (100, 0.1))
         self.assertTrue(any(text.startswith("few_frames: ") for text in told["warnings"]))
-        self.run_ok("pattern", scene, "-o", "out", *change)
-        out = self.folder / "out"
-        written = (out / "pattern.h5").stat().st_size + (out / "pattern.csv").stat().st_size
-        self.assertLess(0.5 * written, said["files_mib"] * 2**20)
-        self.assertGreater(2 * written, said["files_mib"] * 2**20)
-        self.assertGreater(said["memory_mib"] * 2**20, 500 * 16 * 64)
-        self.assertGreater(said["seconds"], 0)
-        loud = json.loads(self.run_ok("check", scene, "--set", "pattern.pressure_pa=1e6", "--json").stdout)
-        self.assertTrue(any(text.startswith("below_wanted: the array makes") for text in loud["warnings"]))
-        self.is_refused("check", scene, "--set", "pattern.circle.hz=500", says="must be below half")
+        self.assertGreater(said["memory_mib"] * 2**20, 100 * 16 * 64)
+        self.assertGreater(min(said["files_mib"], said["seconds"]), 0)
 
     def test_refused(self):
         still = self.write("still.yaml", CIRCLE[:CIRCLE.index("pattern:")])
-        done = self.touchfield("pattern", still, "-o", "out")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("the scene has no pattern: section", done.stderr)
+        self.is_refused("pattern", still, "-o", "out", says="the scene has no pattern: section")
         scene = self.write("scene.yaml", CIRCLE)
         for change, said in [("pattern.circle.at=botom", "pattern.circle.at = botom must be one of"),
-                             ("pattern.watch=[palm]", "pattern.watch[0] = palm must be one of"),
                              ("target.pressure_pa=best", "must have pressure_pa"),
                              ("pattern={}", "must have one of circle, line, points, amplitude"),
                              ("pattern.diameter_mm=0.01", "pattern.diameter_mm: the box about"),
                              ("pattern.frames_per_second=333.33", "pattern: no time of at most"),
                              ("pattern.circle.hz=500", "pattern.circle.hz = 500 must be below half of frames_per_second = 1000"),
-                             ("pattern.amplitude.hz=700", "or frames_per_second: 4200 or more"),
-                             ("pattern.frames_per_second=0.001", "must be below half of frames_per_second = 0.001"),
                              ("pattern={points: {at: [bottom, top, x_plus], hz: 400}}", "2.5 frames for 3 places"),
                              ("pattern.seconds=0.0123", "pattern.seconds = 0.0123 are 12.3 frames"),
-                             ("pattern.seconds=3600", "2 to 20000 frames"),
-                             ("pattern={circle: {at: bottom, hz: 0.0001}, frames_per_second: 0.001}", "must repeat within 3600 s"),
-                             ("pattern.circle.at=[0, 0, 0.05]", "pattern.circle.at: ("),
                              ("pattern={line: {from: [0, 0, 50], to: [40, 0, 60]}}", "mm off the skin, must be at most 10"),
                              ("pattern.circle.radius_mm=40", "pattern.circle: ("),
-                             ("pattern.circle.radius_mm=0.003", "the path is 0.006 mm long on the skin, so the spot"),
                              ("pattern={line: {from: [0, 0, 50], to: [0, 0, 50]}}", "the path is 0 mm long"),
-                             ("pattern={points: {at: [bottom, bottom]}}", "the path is 0 mm long"),
                              ("pattern.line={from: bottom, to: top}", "pattern: ")]:
-            done = self.touchfield("pattern", scene, "-o", "out", "--set", change)
-            self.assertEqual(done.returncode, 2, done.stderr)
-            self.assertIn(said, done.stderr)
+            self.is_refused("pattern", scene, "-o", "out", "--set", change, says=said)
 
 
 if __name__ == "__main__":

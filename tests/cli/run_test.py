@@ -22,12 +22,16 @@ class RunTest(CommandTest):
     def test_everything_asked_for_lands(self):
         scene = self.write("scene.yaml", FINGER + "field: [{name: side, plane: xz, through_mm: [0, 0, 60],"
                            " size_mm: [30, 40], spacing_mm: 2}]\n")
-        done = self.run_ok("run", scene, "-o", "out")
+        printed = json.loads(self.run_ok("run", scene, "-o", "out", "--json").stdout)
         names = {path.name for path in (self.folder / "out").iterdir()}
         self.assertEqual(names, {"run.h5", "surface.vtp", "array.vtp", "side.vti", "run.vtm", "metrics.csv", "run.log",
                                  "files.json"})
-        for name in ["paper", "unscattered", "focus", "fixed"]:
-            self.assertIn(name, done.stdout)
+        self.assertEqual([method["name"] for method in printed["methods"]], ["paper", "unscattered", "focus", "fixed"])
+        self.assertIsNone(printed["methods"][0]["optimality_gap"])
+        info = json.loads(self.run_ok("info", "out", "--json").stdout)
+        self.assertEqual(info["methods"][0]["relative_error"], printed["methods"][0]["relative_error"])
+        self.assertIn("paper", self.run_ok("info", "out/run.h5").stdout)
+        self.assertEqual(json.loads(self.run_ok("check", scene, "--json").stdout)["faces"], printed["faces"])
         with open_run(self.folder / "out") as run:
             self.assertEqual(run.attrs["complete"], 1)
             area, target = run["mesh/area"][:], run["target/face"][:]
@@ -43,6 +47,12 @@ class RunTest(CommandTest):
                 leakage = 1 - numpy.sum(inside * p[target] ** 2) / energy
                 self.assertAlmostEqual(method.attrs["leakage"], leakage, places=10)
             self.assertLess(run["methods/paper"].attrs["relative_error"], run["methods/fixed"].attrs["relative_error"])
+            # No phases give a larger pressure on the central face than those that are in phase there.
+            corners = run["mesh/vertices"][:][run["mesh/triangles"][:]].mean(axis=1)[target]
+            centre = numpy.sum(corners * inside[:, None], axis=0) / inside.sum()
+            central = target[numpy.argmin(numpy.linalg.norm(corners - centre, axis=1))]
+            peak = {name: abs(method["pressure"][central]) for name, method in run["methods"].items()}
+            self.assertEqual(max(peak, key=peak.get), "focus")
             field = run["field/side/pressure/paper"][:]
             inside = run["field/side/inside"][:].astype(bool)
             self.assertTrue(inside.any() and not inside.all())
@@ -51,20 +61,6 @@ class RunTest(CommandTest):
             rows = list(csv.DictReader(file))
         self.assertEqual([row["name"] for row in rows], ["paper", "unscattered", "focus", "fixed"])
         self.assertTrue(math.isnan(float(rows[0]["optimality_gap"])))
-
-    def test_focus_arrives_in_phase_on_the_skin(self):
-        scene = self.write("scene.yaml", FINGER)
-        self.run_ok("run", scene, "-o", "out")
-        with open_run(self.folder / "out") as run:
-            peak = {name: numpy.abs(method["pressure"][:]) for name, method in run["methods"].items()}
-            corners = run["mesh/vertices"][:][run["mesh/triangles"][:]].mean(axis=1)
-            face = run["target/face"][:]
-            area = run["mesh/area"][:][face] * run["target/share"][:]
-            centre = numpy.sum(corners[face] * area[:, None], axis=0) / area.sum()
-            central = face[numpy.argmin(numpy.linalg.norm(corners[face] - centre, axis=1))]
-        # No phases give a larger pressure there than the conjugate ones.
-        for name in ["paper", "unscattered", "fixed"]:
-            self.assertGreater(peak["focus"][central], peak[name][central])
 
     def test_the_report_names_files_that_are_there_and_its_scene_repeats_the_run(self):
         text = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[focus]")
@@ -105,22 +101,10 @@ class RunTest(CommandTest):
         scene = self.write("scene.yaml", FINGER.replace("write: [h5, vtp, vti]", "write: [h5, vti, png]").replace(
             "[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[focus, unscattered]") +
             "field: [{name: ear, at_mm: [-80, 0, 400]}, {name: arm, at_mm: [0, 100, 80]}]\n")
-        said = self.run_ok("run", scene, "-o", "out", "--force").stdout
-        found = json.loads(self.run_ok("run", scene, "-o", "out", "--force", "--json").stdout)
-        info = json.loads(self.run_ok("info", "out", "--json").stdout)
-        for name in ["sound_levels", "exposure_limits"]:
-            self.assertEqual(info[name], found[name])
+        said = self.run_ok("run", scene, "-o", "out").stdout
+        found = json.loads(self.run_ok("info", "out", "--json").stdout)
         self.assertEqual([(row["point"], row["method"]) for row in found["sound_levels"]],
                          [("ear", "focus"), ("ear", "unscattered"), ("arm", "focus"), ("arm", "unscattered")])
-        with open_run(self.folder / "out") as run:
-            self.assertEqual(run.attrs["frequency"], 40e3)
-            for row in found["sound_levels"]:
-                (pressure,) = run[f"field/{row['point']}/pressure/{row['method']}"][:].ravel()
-                self.assertEqual(row["amplitude_pa"], abs(pressure))
-                self.assertAlmostEqual(row["level_db"], 20 * math.log10(abs(pressure) / math.sqrt(2) / 20e-6), places=9)
-        self.assertEqual({(row["source"], row["for"], row["limit_db"]) for row in found["exposure_limits"]},
-                         {("INIRC-IRPA 1984", "public", 100), ("INIRC-IRPA 1984", "workers", 110),
-                          ("Health Canada 1991", "industry and commerce", 110), ("ACGIH 2004", "workers, never above", 115)})
         report = (self.folder / "out/report.html").read_text()
         table = said[said.index("sound levels, "):]
         for part in [table, self.run_ok("info", "out").stdout, report]:
@@ -129,40 +113,25 @@ class RunTest(CommandTest):
             self.assertRegex(part, "INIRC-IRPA 1984 +public +100")
         self.assertIn("no assessment of safety", table)
         self.assertEqual([*(self.folder / "out").glob("*.vti")], [])  # of a point there is nothing to see
-        self.assertIn("(-80.0, 0.0, 400.0) mm", self.run_ok("check", scene).stdout)
-
-    def test_points_of_a_field_must_be_in_the_air_and_have_names_of_their_own(self):
-        scene = self.write("scene.yaml", FINGER)
-        ear = "{name: ear, at_mm: [-80, 0, 400]}"
-        for fields, problem in [("{name: ear, at_mm: [0, 0, 65]}", "field ear: at_mm (0.00, 0.00, 65.00) mm is"),
-                                (f"{ear}, {ear}", "ear"), ("{name: ear, at_mm: [0, 0, 400], size_mm: [1, 1]}", "size_mm")]:
-            for command in ["run", "check"]:
-                self.is_refused(command, scene, "--set", f"field=[{fields}]", says=[problem])
-        self.assertFalse((self.folder / "results").exists())
-        high = self.run_ok("run", scene, "--set", f"field=[{ear}]", "--set", "frequency_khz=15", "--set", "solve.methods=[focus]",
-                           "--set", "solve.allow_coarse_mesh=true")
-        self.assertIn("no published limit is known here for 15 kHz", high.stdout)
 
     def test_twice_in_a_row_without_an_output(self):
         scene = self.write("scene.yaml", FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[focus]"))
-        self.run_ok("run", scene)
-        self.run_ok("run", scene)
+        for _ in range(2):
+            self.assertEqual(self.run_ok("run", scene, "--quiet").stderr, "")
         runs = sorted(path.name for path in (self.folder / "results/runs").iterdir())
         self.assertEqual(runs, ["finger-0001", "finger-0002"])
 
     def test_threads_change_nothing(self):
         scene = self.write("scene.yaml", FINGER)
-        for threads in [1, 2, 3]:
+        for threads in [1, 3]:
             self.run_ok("run", scene, "-o", f"out{threads}", "--threads", threads)
-        with open_run(self.folder / "out1") as one:
-            for threads in [2, 3]:
-                with open_run(self.folder / f"out{threads}") as other:
-                    for name in one["methods"]:
-                        a, b = one[f"methods/{name}"], other[f"methods/{name}"]
-                        # Polishing rounds to single precision, where the last bit of a sum in double can tip a value.
-                        numpy.testing.assert_allclose(numpy.abs(b["pressure"][:]), numpy.abs(a["pressure"][:]), rtol=3e-6)
-                        for metric in ["relative_error", "leakage", "width_mm", "force_target_n", "cost"]:
-                            numpy.testing.assert_allclose(b.attrs[metric], a.attrs[metric], rtol=1e-7)
+        with open_run(self.folder / "out1") as one, open_run(self.folder / "out3") as other:
+            for name in one["methods"]:
+                a, b = one[f"methods/{name}"], other[f"methods/{name}"]
+                # Polishing rounds to single precision, where the last bit of a sum in double can tip a value.
+                numpy.testing.assert_allclose(numpy.abs(b["pressure"][:]), numpy.abs(a["pressure"][:]), rtol=3e-6)
+                for metric in ["relative_error", "leakage", "width_mm", "force_target_n", "cost"]:
+                    numpy.testing.assert_allclose(b.attrs[metric], a.attrs[metric], rtol=1e-7)
 
     def test_resolved_scene_runs_to_the_same_result(self):
         scene = self.write("scene.yaml", FINGER)
@@ -176,17 +145,6 @@ class RunTest(CommandTest):
             numpy.testing.assert_array_equal(a["methods/paper/phase"][:], b["methods/paper/phase"][:])
             self.assertEqual(len(a["methods/paper/cost"]), 6)
 
-    def test_best_pressure_is_better_than_a_fifth_and_five_times_of_it(self):
-        scene = self.write("scene.yaml", FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[paper]"))
-        self.run_ok("run", scene, "-o", "best", "--set", "target.pressure_pa=best")
-        with open_run(self.folder / "best") as run:
-            best, error = run["target/amplitude"][0], run["methods/paper"].attrs["relative_error"]
-        for factor in [0.2, 5.0]:
-            self.run_ok("run", scene, "-o", f"x{factor}", "--set", f"target.pressure_pa={factor * best}")
-            with open_run(self.folder / f"x{factor}") as run:
-                # The minimum is broad: 0.472 to 0.475 from half to twice of it after few iterations.
-                self.assertGreater(run["methods/paper"].attrs["relative_error"], error + 0.01)
-
     def test_random_start_is_seeded(self):
         scene = self.write("scene.yaml", FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", """
     - {paper: {as: a, start: {random: 7}}}
@@ -198,39 +156,6 @@ class RunTest(CommandTest):
             self.assertIn("a=7", run["provenance"].attrs["seeds"])
         numpy.testing.assert_array_equal(a, b)
         self.assertGreater(numpy.abs(a - c).max(), 0.1)
-
-    def test_json_and_info(self):
-        scene = self.write("scene.yaml", FINGER)
-        printed = json.loads(self.run_ok("run", scene, "-o", "out", "--json").stdout)
-        self.assertEqual([method["name"] for method in printed["methods"]], ["paper", "unscattered", "focus", "fixed"])
-        self.assertIsNone(printed["methods"][0]["optimality_gap"])
-        info = json.loads(self.run_ok("info", "out", "--json").stdout)
-        self.assertEqual(info["methods"][0]["relative_error"], printed["methods"][0]["relative_error"])
-        self.assertIn("paper", self.run_ok("info", "out/run.h5").stdout)
-        check = json.loads(self.run_ok("check", scene, "--json").stdout)
-        self.assertEqual(check["faces"], printed["faces"])
-        silent = self.run_ok("run", scene, "-o", "silent", "--quiet")
-        self.assertEqual(silent.stderr, "")
-
-    def test_without_a_target(self):
-        scene = self.write("scene.yaml", FINGER[:FINGER.index("target:")] + "solve: {methods: [{fixed: {phases_rad: 0}}]}\n"
-                           "write: [h5, vtp]\n")
-        self.run_ok("run", scene, "-o", "out")
-        with open_run(self.folder / "out") as run:
-            self.assertNotIn("target", run)
-            self.assertTrue(math.isnan(run["methods/fixed"].attrs["relative_error"]))
-            self.assertGreater(run["methods/fixed"].attrs["peak_pa"], 0)
-
-    def test_hand_lands_as_a_mesh_that_a_scene_reads_back(self):
-        self.run_ok("hand", "-o", "hand.stl", "--edge-mm", "6")
-        scene = self.write("scene.yaml", """\
-name: own_hand
-array: {grid: {count: [4, 4], pitch_mm: 10}, at_mm: [0, 0, -200]}
-body: {mesh: {file: hand.stl, unit: mm, landmarks: {tip: [-23, 167, 0]}}, place: {landmark: tip, at_mm: [0, 0, 0]}}
-solve: {methods: [{fixed: {phases_rad: 0}}]}
-""")
-        faces = json.loads(self.run_ok("check", scene, "--json").stdout)["faces"]
-        self.assertGreater(faces, 1000)
 
     def start(self, scene, out):
         return subprocess.Popen([PROGRAM, "run", str(scene), "-o", out], cwd=self.folder, stdout=subprocess.PIPE,
@@ -252,10 +177,13 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
         scene = self.write("many.yaml", FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", f"[{methods}]"))
         out = self.folder / "out.partial"
         seen = set()
-        for step in range(8):
+        for step in range(6):
             process = self.start(scene, "out")
             self.wait_for(out / "run.h5", process)
-            time.sleep(0.02 * step)
+            while self.check_whole(out) < 5 * step:
+                self.assertIsNone(process.poll(), "the run ended before it could be killed")
+                time.sleep(0.002)
+            time.sleep(0.002 * step)
             process.kill()
             process.communicate()
             seen.add(self.check_whole(out))
@@ -314,21 +242,17 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
 
     # Pictures
 
-    def run_without_display(self, scene, *arguments):
-        environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "XAUTHORITY")}
-        return subprocess.run([PROGRAM, "run", str(scene), "-o", "out", "--quiet", *arguments], cwd=self.folder,
-                              env=environment, capture_output=True, text=True, check=False)
-
     def test_pictures_need_no_display(self):
         scene = self.write("scene.yaml", FINGER.replace("write: [h5, vtp, vti]", "write: [h5, png]") +
                            "field: [{name: side, plane: xz, through_mm: [0, 0, 60], size_mm: [30, 40], spacing_mm: 2}]\n")
-        done = self.run_without_display(scene)
+        environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "XAUTHORITY")}
+        done = subprocess.run([PROGRAM, "run", scene, "-o", "out", "--quiet"], cwd=self.folder, env=environment, capture_output=True,
+                              text=True, check=False)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         there = sorted(path.name for path in (self.folder / "out").glob("*.png"))
         self.assertEqual(there, ["field_side.png", "overview.png"])
         self.assertLessEqual(set(there), set(json.loads((self.folder / "out/files.json").read_text())["files"]))
-        done = self.run_without_display(scene, "--force", "--set", "write=[h5]")
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.run_ok("run", scene, "-o", "out", "--force", "--set", "write=[h5]")
         self.assertEqual(list((self.folder / "out").glob("*.png")), [])
 
 

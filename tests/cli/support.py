@@ -1,5 +1,6 @@
 """What the command-line tests share: running the program, scenes, reading run.h5 as a user would."""
 
+import csv
 import os
 import pathlib
 import re
@@ -50,6 +51,13 @@ class CommandTest(unittest.TestCase):
             self.assertIn(phrase, done.stderr)
         return done
 
+    def refused(self, *arguments, says, leaves=None):
+        """Bad input: one screen that says these phrases, and nothing left behind."""
+        before = self.entries() if leaves is None else leaves
+        done = self.is_refused(*arguments, says=says)
+        self.assertLessEqual(len(done.stderr.splitlines()), 24, "more than a screen")
+        self.assertEqual((done.stdout, self.entries()), ("", before))
+
     def write(self, name, text):
         path = self.folder / name
         path.write_text(text)
@@ -62,6 +70,10 @@ class CommandTest(unittest.TestCase):
 
     def entries(self):
         return sorted(str(path.relative_to(self.folder)) for path in self.folder.rglob("*"))
+
+
+def rows_of(path):
+    return list(csv.DictReader(line for line in path.read_text().splitlines() if not line.startswith("#")))
 
 
 def faces(run):

@@ -2,7 +2,6 @@
 
 import os
 import pathlib
-import re
 import shutil
 import subprocess
 import sys
@@ -72,24 +71,6 @@ class Figures(unittest.TestCase):
         self.assertEqual(self.figures().returncode, 0)
         self.assertEqual(self.page.read_text(), PAGE.replace("3.4", "3.5"))
 
-    def test_every_table_of_the_documentation_is_held_to_its_results(self):
-        for folder in ("docs", "results"):
-            shutil.copytree(SOURCE / folder, self.root / folder, dirs_exist_ok=True, ignore=shutil.ignore_patterns("runs", "*.png"))
-        shutil.copy(SOURCE / "README.md", self.root)
-        self.assertEqual(self.figures("--check").returncode, 0)
-        page = self.root / "docs/accuracy.md"
-        text = page.read_text()
-        self.assertIn("| 1.87 % |", text)
-        page.write_text(text.replace("| 1.87 % |", "| 1.78 % |", 1))
-        self.assert_found("docs/accuracy.md")
-        page.write_text(text)
-        kept = self.root / "results/study/tables/metrics.csv"
-        row, = re.findall(r"^width_8mm,radiation,.*$", kept.read_text(), re.MULTILINE)
-        cells = row.split(",")
-        moved = kept.read_text().splitlines()[1].split(",").index("optimality_gap_radiation")
-        kept.write_text(kept.read_text().replace(row, ",".join([*cells[:moved], "0.0321", *cells[moved + 1:]])))
-        self.assert_found("README.md")
-
     def test_rows_become_columns(self):
         self.table.write_text("# made by: scripts/some; revision: 0123abcd\nscheme,faces,error\n"
                               "paper,180,0.2\nchief,180,0.1\npaper,720,0.04\n")
@@ -104,11 +85,7 @@ class Figures(unittest.TestCase):
     def test_marks_that_cannot_be_filled_are_named(self):
         for old, new, said in (("table: errors", "table: mistakes", "no table results/tables/mistakes.csv"),
                                ("scheme=chief", "scheme=cheif", "0 rows"), ("max errors error:.1%", "errors error:.1%", "3 rows"),
-                               ("error:.1%", "err:.1%", "no such column"), ("error:.1%", "error:.1q", "no format"),
-                               ("error:.1%", "scheme:.1%", "no number"), ("faces/error", "faces/err", "no such column"),
-                               ("faces/error", "faces/0", "division by zero"), ("faces/error", "faces/", "invalid syntax"), ("<!-- /table -->", "", "not closed"),
-                               ("scheme=chief", "scheme", "not COLUMN=VALUE"),
-                               ("The worst is <!--", "The worst is\n<!--", "may not begin with a value's mark")):
+                               ("error:.1%", "err:.1%", "no such column"), ("<!-- /table -->", "", "not closed")):
             with self.subTest(new=new):
                 self.page.write_text(PAGE.replace(old, new, 1))
                 self.assert_found(said)

@@ -174,13 +174,6 @@ class Pages(unittest.TestCase):
         canvas.send_keys(Keys.ENTER)
         self.assertRegex(self.browser.find_element(By.ID, "tip").text, r"^wanted: .* Pa; surface: .* Pa; .* at .* mm$")
 
-    def test_a_tap_reads_a_value(self):
-        self.open("quick", 400, 850)
-        self.run_script("""const box = page.canvas.getBoundingClientRect();
-            page.canvas.dispatchEvent(new PointerEvent("pointerdown", {pointerType: "touch", pointerId: 1,
-              clientX: box.x + box.width / 2, clientY: box.y + box.height / 2}));""")
-        self.assertIn("Pa at", self.browser.find_element(By.ID, "tip").text)
-
     def test_time_moves_by_slider_and_play_alone(self):
         for scene in ("moving", "circle"):
             self.open(scene)
