@@ -4,7 +4,6 @@
 #include <limits>
 #include <numbers>
 #include <random>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -143,17 +142,6 @@ TEST(SoftBody, RefusesNothing) {
   EXPECT_THROW(SoftBody({SoftPart()}), InputError);
 }
 
-TEST(SkinMesh, HasTheAreaAndVolumeOfABall) {
-  const double radius = 0.01;
-  const SoftBody ball = cone_body(Vector3::Zero(), {1e-9, 0, 0}, radius, radius);
-  const TriangleMesh mesh = skin_mesh(ball, 2e-3, 1e-3);
-  EXPECT_THAT(inspect(mesh).faults, IsEmpty());
-  EXPECT_NEAR(mesh.mean_edge() / 2e-3, 1.0, 0.03);
-  // With vertices on the sphere the volume would be 1 % short: (edge / radius)^2 / 4.
-  EXPECT_NEAR(mesh.signed_volume() / (4.0 / 3.0 * pi * std::pow(radius, 3)), 1.0, 1e-3);
-  EXPECT_NEAR(mesh.total_area() / (4.0 * pi * radius * radius), 1.0, 5e-3);
-}
-
 TEST(SkinMesh, FillsACavity) {
   // Six plates about a hollow cube.
   SoftPart part;
@@ -242,14 +230,6 @@ TEST(SkinMesh, AreaAndVolumeConvergeWithTheEdge) {
   EXPECT_LT(area_error[0] / area_error[1], 16.0);
 }
 
-TEST(SkinMesh, OneEdgeIsASizingWithoutZones) {
-  const SoftBody body = cone_body(Vector3::Zero(), {0.02, 0, 0}, 0.006, 0.004);
-  const TriangleMesh one = skin_mesh(body, 2e-3, 1e-3);
-  const TriangleMesh other = skin_mesh(body, EdgeSizing(2e-3), 1e-3);
-  EXPECT_TRUE(one.vertices() == other.vertices());
-  EXPECT_TRUE(one.triangles() == other.triangles());
-}
-
 TEST(SkinMesh, DoesNotDependOnTheNumberOfThreads) {
   const SoftBody body = cone_body(Vector3::Zero(), {0.02, 0, 0}, 0.006, 0.004);
   const EdgeSizing sizing(2e-3, {{Vector3(0.02, 0, 0), 0.7e-3, 4e-3}});
@@ -282,38 +262,5 @@ TEST(SkinMesh, KeepsAGapOpenThatIsNarrowerThanItsEdges) {
     EXPECT_GT(tree.winding_number({0.5 * apart - 1.5e-3, y, 0}), 0.5) << y;
   }
 }
-
-class GradedHand : public ::testing::TestWithParam<std::string> {};
-
-// A whole hand, fine about the pad of its index finger.
-TEST_P(GradedHand, IsAsFineAsAskedFor) {
-  const auto& poses = hand_pose_table();
-  const auto pose = std::find_if(poses.begin(), poses.end(), [&](const HandPose& p) { return p.name == GetParam(); });
-  ASSERT_NE(pose, poses.end());
-  const HandSkeleton skeleton = posed_skeleton(*pose, 193.3e-3, 88.3e-3);
-  const BoneChain& index = skeleton.fingers[0];
-  const Vector3 pad = index.along(2, 0.5) + 0.5 * (index.radii[2] + index.radii[3]) * index.palmar[2];
-  const EdgeSizing sizing(3e-3, {{pad, 1.2e-3, 15e-3}});
-  const SoftBody flesh = hand_flesh(skeleton);
-  const TriangleMesh mesh = skin_mesh(flesh, sizing, 1.2e-3);
-  EXPECT_GE(mesh.face_count(), 6000);
-  EXPECT_LE(mesh.face_count(), 16000);
-  EXPECT_NEAR(static_cast<double>(mesh.face_count()) / wanted_faces(mesh, sizing, 1e6), 1.0, 0.06);
-  const MeshReport report = inspect(mesh);
-  EXPECT_THAT(report.faults, IsEmpty());
-  EXPECT_EQ(report.components, 1);
-  EXPECT_GE(report.smallest_angle, 15 * pi / 180);
-  EXPECT_GE(edge_fit(mesh, sizing).share, 0.99);
-  EXPECT_THAT(self_intersections(mesh), IsEmpty());
-  const auto fine = resolution_within(mesh, 1.2e-3, pad, 13e-3);
-  ASSERT_TRUE(fine);
-  EXPECT_NEAR(fine->mean, 1.0, 0.05) << "1.2 mm about the pad";
-  // The grading costs no flesh: the same as 1.5 mm everywhere.
-  const TriangleMesh uniform = skin_mesh(flesh, 1.5e-3, 1.2e-3);
-  EXPECT_NEAR(mesh.signed_volume() / uniform.signed_volume(), 1.0, 0.003);
-  EXPECT_NEAR(mesh.total_area() / uniform.total_area(), 1.0, 0.005);
-}
-
-INSTANTIATE_TEST_SUITE_P(Poses, GradedHand, ::testing::Values("index_up", "grasp", "flat"));
 
 }  // namespace touchfield::skin_mesh_test
