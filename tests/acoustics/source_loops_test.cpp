@@ -141,6 +141,8 @@ TEST(SourceValues, AreWhatIncidentPressureSums) {
   const Eigen::MatrixXcd drive = Eigen::MatrixXcd::Random(array.size(), 3);
   const Eigen::MatrixXcd g = incident_matrix(array, wave, points);
   EXPECT_LT((incident_pressure(array, wave, points, drive) - g * drive).norm(), 1e-13 * (g * drive).norm());
+  EXPECT_LT((incident_pressure(array, wave, points, drive, true) - g * drive).norm(),
+            1e-6 * (g.cwiseAbs() * drive.cwiseAbs()).norm());
   EXPECT_LT((incident_matrix_single(array, wave, points).cast<Complex>() - g).cwiseAbs().maxCoeff(),
             1e-4 * g.cwiseAbs().maxCoeff());
   const Points up = Points::Zero(3, points.cols()).colwise() + Vector3(0.6, 0.0, 0.8);
