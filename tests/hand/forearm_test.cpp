@@ -127,26 +127,6 @@ INSTANTIATE_TEST_SUITE_P(Full, ForearmPoses,
                          ::testing::Values(std::pair{"index_up", 60 * kMm}, std::pair{"point_down", 60 * kMm},
                                            std::pair{"fist", 300 * kMm}));
 
-// Faces of 2 mm on the wrist's sides, whose radius is 17.7 mm, meet at 6.5 degrees; none at more than 12.
-TEST(Forearm, JoinsTheWristSmoothly) {
-  const TriangleMesh mesh = hand(options_of("flat", 120 * kMm, 2 * kMm)).mesh;
-  std::map<std::pair<int, int>, Eigen::Index> face_of;
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    for (int c = 0; c < 3; ++c) {
-      face_of[{mesh.triangles()(c, f), mesh.triangles()((c + 1) % 3, f)}] = f;
-    }
-  }
-  double steepest = 0;
-  for (const auto& [ends, face] : face_of) {
-    const double y = mesh.vertices()(1, ends.first);
-    if (y < -8 * kMm && y > -100 * kMm) {
-      const Vector3 other = mesh.normals().col(face_of.at({ends.second, ends.first}));
-      steepest = std::max(steepest, std::acos(std::min(1.0, mesh.normals().col(face).dot(other))));
-    }
-  }
-  EXPECT_LT(steepest, 12 * kDegree);
-}
-
 // However the joints are turned, from 5 mm behind the hand's own end on nothing moves.
 TEST(Forearm, IsRigidWithThePalm) {
   const HandOptions options = options_of("flat", 200 * kMm, 8 * kMm);

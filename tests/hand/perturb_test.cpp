@@ -91,33 +91,6 @@ TEST(RandomField, HasTheMeanVarianceAndCovarianceAsked) {
   }
 }
 
-// One seed's waves give a mean over space within (1 - exp(-d^2 / L^2)) / sqrt(2 M) of the covariance, and their random
-// weights one of deviation 1 / sqrt(M) in its scale; n points 6 L apart add sqrt((1 + rho^2) / n).
-TEST(RandomField, OfOneSeedHasTheCovarianceOverSpace) {
-  constexpr int kAxis = 16;
-  constexpr double kWaves = 1024;
-  const double correlation = 2 * kMm;
-  for (const double d : {0.0, 1.0, 2.0}) {
-    Points points(3, 2 * kAxis * kAxis * kAxis);
-    Index n = 0;
-    for (int i = 0; i < kAxis; ++i) {
-      for (int j = 0; j < kAxis; ++j) {
-        for (int k = 0; k < kAxis; ++k) {
-          points.col(n++) = 6 * correlation * Vector3(i, j, k);
-          points.col(n++) = 6 * correlation * Vector3(i, j, k) + d * correlation * Vector3(0.6, 0, 0.8);
-        }
-      }
-    }
-    const Eigen::VectorXd values = RandomField(1.0, correlation, 17).at(points);
-    const auto pairs = values.reshaped(2, n / 2);
-    const double mean = pairs.row(0).dot(pairs.row(1)) / static_cast<double>(n / 2);
-    const double rho = std::exp(-0.5 * d * d);
-    const double waves = (1 - rho * rho) / std::sqrt(2 * kWaves) + rho / std::sqrt(kWaves);
-    const double places = std::sqrt((1 + rho * rho) / static_cast<double>(n / 2));
-    EXPECT_NEAR(mean, rho, kDeviations * (waves + places)) << d;
-  }
-}
-
 TEST(Perturbed, MovesAlongSmoothNormalsByTheField) {
   const TriangleMesh mesh = shifted(sphere(0.03, 3 * kMm).mesh, {0.01, 0.02, 0.2});
   const SensingNoise some = noise(0.3 * kMm, 6 * kMm, 5);
@@ -157,21 +130,6 @@ TEST(Perturbed, IsTheSameForASeedOnAnyNumberOfThreads) {
   EXPECT_EQ(alone.rms, together.rms);
   const Perturbed other = perturbed(mesh, noise(1.5 * kMm, 5 * kMm, 3));
   EXPECT_GT((alone.mesh.vertices() - other.mesh.vertices()).cwiseAbs().maxCoeff(), 1 * kMm);
-}
-
-TEST(Perturbed, OffsetMovesTheWholeBody) {
-  const TriangleMesh mesh = sphere(0.02, 3 * kMm).mesh;
-  SensingNoise some = noise(0, 5 * kMm, 1);
-  some.offset = Vector3(0.001, -0.002, 0.003);
-  const Perturbed still = perturbed(mesh, some);
-  EXPECT_TRUE(still.mesh.vertices() == Points(mesh.vertices().colwise() + some.offset));
-  EXPECT_EQ(still.rms, 0);
-  some.rms = 0.5 * kMm;
-  const Points moved = perturbed(mesh, some).mesh.vertices();
-  some.offset.setZero();
-  EXPECT_LT(
-      ((moved - perturbed(mesh, some).mesh.vertices()).colwise() - Vector3(0.001, -0.002, 0.003)).cwiseAbs().maxCoeff(),
-      kRounding);
 }
 
 TEST(Perturbed, HandsStayClosedAndClearOfThemselves) {
@@ -259,7 +217,6 @@ double suggested_rms(const std::string& message) {
 // away there leaves the other half: sqrt(1/2) of its rms.
 TEST(Perturbed, SaysWhichNoiseWouldDo) {
   const TriangleMesh mesh = shifted(box({0.02, 0.02, 0.001}, 1 * kMm).mesh, {0.1, 0.2, 0.3});
-  int refused = 0;
   for (unsigned seed = 1; seed <= 2; ++seed) {
     SensingNoise some = noise(3 * kMm, 3 * kMm, seed);
     const auto attempt = [&] { perturbed(mesh, some); };
@@ -272,14 +229,7 @@ TEST(Perturbed, SaysWhichNoiseWouldDo) {
     EXPECT_THAT(self_intersections(moved.mesh), IsEmpty());
     EXPECT_GT(moved.mesh.signed_volume(), 0);
     EXPECT_GE(moved.rms, 0.8 * moved.drawn_rms);
-    some.rms += 3 * kMm / 16;  // five halvings of 3 mm
-    try {
-      perturbed(mesh, some);
-    } catch (const InputError&) {
-      ++refused;
-    }
   }
-  EXPECT_GE(refused, 1);  // what would do is no interval, but nearly
 }
 
 TEST(Perturbed, RefusesWhatIsNoNoise) {

@@ -199,7 +199,10 @@ TEST(HandContacts, SayWhatMeetsMovesAndStretches) {
   EXPECT_EQ(turned("flat", [](HandJoints& j) { j.index.mcp = 70 * kDegree; }), "");
   EXPECT_THAT(turned("flat", [](HandJoints& j) { j.index.mcp = 85 * kDegree; }),
               AllOf(HasSubstr("index finger"), HasSubstr("turn farther")));
-  EXPECT_THAT(turned("flat", [](HandJoints& j) { j.thumb = {10 * kDegree, 54 * kDegree, {}, {}, {}}; }),
+  EXPECT_THAT(turned("flat",
+                     [](HandJoints& j) {
+                       j.thumb = {10 * kDegree, 54 * kDegree, {}, {}, {}};
+                     }),
               AllOf(HasSubstr("metacarpal of the thumb"), HasSubstr("turn farther")));
   // The thumb lies over the curled fingers: a finger opened, or the thumb lifted, tears them apart.
   EXPECT_THAT(turned("index_up", [](HandJoints& j) { j.middle.pip = 60 * kDegree; }),
