@@ -72,17 +72,6 @@ TEST(WaveFrontBegin, IsTheEndWhereThatIsTooNear) {
   EXPECT_EQ(wave_front_begin(omni_grid(3), kWave, Vector3::Zero()), Vector3::Zero());
 }
 
-// The whole array lies on a ring: nothing is near its centre, from which everything counts.
-TEST(WaveFrontBegin, IsTheCentreWhereNoTransducerIs) {
-  ArrayLayout ring = grid_layout(2, 2, 0.1);
-  const TransducerArray array = make_array(grid_layout(2, 2, 0.1), Directivity::omni(), 1.0, 1.0);
-  EXPECT_LT(wave_front_begin(array, kWave, Vector3(0, 0, 0.2)).norm(), 1e-15);
-}
-
-TEST(WaveFrontBegin, IsRefusedOfAPlaneWave) {
-  EXPECT_THROW(wave_front_begin(plane_wave(Vector3::UnitZ(), 1.0), kWave, Vector3::Zero()), std::logic_error);
-}
-
 // Abramowitz and Stegun, table 9.1: J1(1) = 0.4400505857, J2(2) = 0.3528340286, J1(0.3) = 0.1483188163.
 TEST(PlaneWaveHarmonic, IsFubinis) {
   EXPECT_NEAR(plane_wave_harmonic(1, 1.0), 2.0 * 0.4400505857, 1e-9);

@@ -22,7 +22,6 @@ struct Reach {
   Scheme scheme;
   double leak;         // largest field inside over the incident one, 2,000 faces
   double skin;         // field at the skin against the surface pressure, 1,280 faces
-  double refinement;   // field off the skin of 720 faces against 1,620
   double reciprocity;  // 1,280 faces
   double energy;       // net power over the power through a shell, 1,280 faces
   double motion;       // of the pressure when the scene moves as a whole
@@ -48,10 +47,10 @@ class Scattering : public ::testing::TestWithParam<Reach> {
 // chief's points are others when the body turns, so that its pressure moves by its discretisation error; the polishing
 // steps are products in single precision.
 INSTANTIATE_TEST_SUITE_P(Sphere, Scattering,
-                         ::testing::Values(Reach{Scheme::kPaper, 0.028, 0.031, 0.006, 0.001, 0.0005, 1e-10, 1e-12},
-                                           Reach{Scheme::kChief, 0.003, 0.006, 0.003, 0.0025, 0.0006, 0.006, 1e-12},
-                                           Reach{Scheme::kBurtonMillerPolished, 0.005, 0.0065, 0.002, 0.0006, 0.0005,
-                                                 1e-6, 1e-6}),
+                         ::testing::Values(Reach{Scheme::kPaper, 0.028, 0.031, 0.001, 0.0005, 1e-10, 1e-12},
+                                           Reach{Scheme::kChief, 0.003, 0.006, 0.0025, 0.0006, 0.006, 1e-12},
+                                           Reach{Scheme::kBurtonMillerPolished, 0.005, 0.0065, 0.0006, 0.0005, 1e-6,
+                                                 1e-6}),
                          [](const auto& info) { return to_string(info.param.scheme); });
 
 TEST_P(Scattering, TotalFieldVanishesInsideAndNotOutside) {
@@ -91,20 +90,6 @@ TEST_P(Scattering, FieldApproachesTheSurfacePressureAtTheSkin) {
     const Points below = mesh.centroids().col(f) - 0.02 * mesh.mean_edge() * mesh.normals().col(f);
     EXPECT_EQ(boundary_integral(mesh, array, wave(), below, p, kFull).inside[0], 1);
   }
-}
-
-TEST_P(Scattering, FieldOffTheSphereAgainstAFinerMesh) {
-  const TransducerArray array = plane_wave(Vector3::UnitZ(), 1.0);
-  Points x(3, 3);
-  x << 0, 12e-3, -9.5e-3,  //
-      0, 3e-3, 0,          //
-      -14e-3, 5e-3, 4e-3;
-  const auto at = [&](int subdivisions) {
-    const TriangleMesh mesh = icosphere(kRadius, subdivisions);
-    return field(mesh, array, x, solve(mesh, array));
-  };
-  const Eigen::MatrixXcd fine = at(9);
-  EXPECT_LT((at(6) - fine).norm(), GetParam().refinement * fine.norm());
 }
 
 TEST_P(Scattering, OmniSourceAndReceiverExchange) {

@@ -1,5 +1,4 @@
 // The five schemes on the rigid sphere against its series.
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -24,21 +23,15 @@ struct Bound {
   double error;
 };
 
-TEST(Sphere, PlaneWave) {
-  // 1,280 faces, 8 edges a wavelength.
+TEST(Sphere, PlaneWaveAndPointSource) {
+  // 1,280 faces, 8 edges per wavelength.
   for (const auto& [scheme, bound] :
        {Bound{Scheme::kPaper, 0.0285}, Bound{Scheme::kPaperCorrected, 0.0037}, Bound{Scheme::kChief, 0.0043},
         Bound{Scheme::kBurtonMiller, 0.0132}, Bound{Scheme::kBurtonMillerPolished, 0.0052}}) {
-    EXPECT_LT(solve_sphere(scheme, {.ka = kAway, .subdivisions = 8}).error, bound) << to_string(scheme);
-  }
-}
-
-TEST(Sphere, PointSource) {
-  for (const auto& [scheme, bound] :
-       {Bound{Scheme::kPaper, 0.0285}, Bound{Scheme::kPaperCorrected, 0.0037}, Bound{Scheme::kChief, 0.0043},
-        Bound{Scheme::kBurtonMiller, 0.0132}, Bound{Scheme::kBurtonMillerPolished, 0.0052}}) {
-    EXPECT_LT(solve_sphere(scheme, {.ka = kAway, .subdivisions = 8, .source_distance = 0.2}).error, bound)
-        << to_string(scheme);
+    for (const double distance : {0.0, 0.2}) {
+      EXPECT_LT(solve_sphere(scheme, {.ka = kAway, .subdivisions = 8, .source_distance = distance}).error, bound)
+          << to_string(scheme) << ", " << distance;
+    }
   }
 }
 
@@ -59,55 +52,15 @@ TEST(Sphere, Ka25ByProductsThroughAGrid) {
   const SphereCase direct{.ka = 13.0, .subdivisions = 16, .tolerance = 1e-4};
   SphereCase by_grid = direct;
   by_grid.system.grid_tolerance = 1e-5;
-  for (const Scheme scheme : {Scheme::kPaperCorrected, Scheme::kBurtonMiller, Scheme::kBurtonMillerPolished}) {
-    const SphereResult one = solve_sphere(scheme, direct);
-    const SphereResult other = solve_sphere(scheme, by_grid);
-    EXPECT_LT((one.pressure - other.pressure).norm(), 3e-4 * one.pressure.norm()) << to_string(scheme);
-    EXPECT_LE(std::abs(one.report.steps - other.report.steps), 1) << to_string(scheme);
-  }
+  const SphereResult one = solve_sphere(Scheme::kBurtonMillerPolished, direct);
+  const SphereResult other = solve_sphere(Scheme::kBurtonMillerPolished, by_grid);
+  EXPECT_LT((one.pressure - other.pressure).norm(), 3e-4 * one.pressure.norm());
+  EXPECT_LE(std::abs(one.report.steps - other.report.steps), 1);
   const SphereResult large =
       solve_sphere(Scheme::kBurtonMillerPolished,
                    {.ka = 25.0, .subdivisions = 32, .system = {.rule = {}, .grid_tolerance = 1e-5}, .tolerance = 1e-4});
   EXPECT_TRUE(large.report.converged);
   EXPECT_LT(large.error, 0.0045);
-}
-
-/// Error of each scheme at offsets from a fictitious ka, a fraction of it.
-double error_near(Scheme scheme, double ka, int subdivisions, double offset) {
-  return solve_sphere(scheme, {.ka = ka * (1.0 + offset), .subdivisions = subdivisions}).error;
-}
-
-class FictitiousFrequency : public ::testing::TestWithParam<std::pair<double, int>> {};
-
-// Zeros of j_0, j_1 and j_0 again, with 6.6 edges a wavelength or more.
-INSTANTIATE_TEST_SUITE_P(Sphere, FictitiousFrequency,
-                         ::testing::Values(std::pair{std::numbers::pi, 6}, std::pair{4.493409, 8},
-                                           std::pair{3.0 * std::numbers::pi, 9}),
-                         [](const auto& info) { return "number_" + std::to_string(info.index + 1); });
-
-TEST_P(FictitiousFrequency, DoesNotDisturbTheSchemesMadeForIt) {
-  const auto [ka, subdivisions] = GetParam();
-  for (const Scheme scheme : {Scheme::kChief, Scheme::kBurtonMiller, Scheme::kBurtonMillerPolished}) {
-    const double away = error_near(scheme, ka, subdivisions, 0.02);
-    for (const double offset : {-0.005, 0.0, 0.005}) {
-      EXPECT_LT(error_near(scheme, ka, subdivisions, offset), 1.3 * away) << to_string(scheme) << " at " << offset;
-    }
-  }
-}
-
-TEST_P(FictitiousFrequency, DisturbsTheOthers) {
-  // The discrete resonance lies near the exact one: within half a percent some k is close to it. The band that paper
-  // contaminates is 1 to 2 % of k wide and reaches the point of comparison.
-  const auto [ka, subdivisions] = GetParam();
-  for (const auto& [scheme, factor] : {std::pair{Scheme::kPaper, 3.0}, std::pair{Scheme::kPaperCorrected, 5.0}}) {
-    double worst = 0;
-    for (const double offset : {-0.005, 0.0, 0.005}) {
-      worst = std::max(worst, error_near(scheme, ka, subdivisions, offset));
-    }
-    const double away =
-        std::min(error_near(scheme, ka, subdivisions, -0.02), error_near(scheme, ka, subdivisions, 0.02));
-    EXPECT_GT(worst, factor * away) << to_string(scheme);
-  }
 }
 
 TEST(BurtonMiller, TakesFewStepsWithTheRightSignOfEta) {
@@ -126,8 +79,7 @@ TEST(BurtonMiller, TakesFewStepsWithTheRightSignOfEta) {
   EXPECT_LT(other.error, 0.014);
   EXPECT_LT((one.pressure - other.pressure).norm(), (one.error + other.error) * one.pressure.norm());
   // Up to 10 edges a wavelength: the derivative's matrix grows as 1/edge.
-  for (const auto& [subdivisions, ka] :
-       {std::pair{4, std::numbers::pi}, {4, kAway}, {8, kAway}, {8, 13.0}, {16, 9.425}}) {
+  for (const auto& [subdivisions, ka] : {std::pair{4, std::numbers::pi}, {8, kAway}, {16, 9.425}}) {
     const SphereCase few{.ka = ka, .subdivisions = subdivisions, .tolerance = 1e-3};
     EXPECT_LE(solve_sphere(Scheme::kBurtonMiller, few).report.steps, 12) << subdivisions << ", ka " << ka;
   }

@@ -3,16 +3,15 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <omp.h>
 
 #include "sim/acoustics/medium.h"
 #include "sim/bem/quadrature.h"
 #include "sim/hand/shapes.h"
+#include "tests/support/threads_support.h"
 
 namespace touchfield::boundary_operator_test {
 
@@ -31,30 +30,6 @@ BoundaryParts combined_parts(const TriangleMesh& mesh, const Complex& wavenumber
   }
   return {Layer::kBurtonMiller, gamma, diagonal,
           std::make_shared<NearCorrections>(mesh, wavenumber, gamma, Layer::kBurtonMiller, FaceRule{})};
-}
-
-TEST(BoundaryOperator, AnEntryByHand) {
-  // Two faces of a mesh: x_i - x_j and n_j by hand, B_ij = -A_j (1 - ikr) exp(ikr) n_j.(x_i - x_j) / (4 pi r^3).
-  Points vertices(3, 6);
-  vertices << 0, 3, 0, 0, 0, 0,  //
-      0, 0, 3, 0, 3, 0,          //
-      0, 0, 0, 5, 5, 8;
-  vertices *= 1e-3;
-  Triangles triangles(3, 2);
-  triangles << 0, 3,  //
-      1, 4,           //
-      2, 5;
-  const TriangleMesh mesh(vertices, triangles);
-  const Eigen::MatrixXcd b = BoundaryOperator<double>(mesh, wave().wavenumber(), paper_parts(mesh)).dense();
-  // Face 0: centroid (1, 1, 0) mm, normal +z, 4.5 mm2. Face 1: centroid (0, 1, 6) mm, normal +x, 4.5 mm2.
-  const double k = wave().k();
-  const double r = 1e-3 * std::sqrt(37.0);
-  const Complex shared =
-      -4.5e-6 * Complex(1.0, -k * r) * std::exp(Complex(0, k * r)) / (4.0 * std::numbers::pi * r * r * r);
-  EXPECT_LT(std::abs(b(1, 0) - shared * 6e-3), 1e-13 * std::abs(b(1, 0)));  // n_0.(x_1 - x_0) = +6 mm
-  EXPECT_LT(std::abs(b(0, 1) - shared * 1e-3), 1e-13 * std::abs(b(0, 1)));  // n_1.(x_0 - x_1) = +1 mm
-  EXPECT_EQ(b(0, 0), 0.5);
-  EXPECT_EQ(b(1, 1), 0.5);
 }
 
 TEST(BoundaryOperator, AbsorptionDampsEveryEntry) {
@@ -115,34 +90,18 @@ TYPED_TEST(BoundaryOperators, SinglePrecisionIsNearDouble) {
   EXPECT_LT((op.dense().template cast<Complex>() - exact).norm(), TestFixture::kTolerance * exact.norm());
 }
 
-TYPED_TEST(BoundaryOperators, PermutedFacesGiveThePermutedMatrix) {
-  const TriangleMesh mesh = icosphere(8e-3, 2);
-  const TriangleMesh reversed(mesh.vertices(), mesh.triangles().rowwise().reverse());
-  const auto matrix = [](const TriangleMesh& m) {
-    BoundaryParts parts = combined_parts(m, wave().wavenumber());
-    parts.diagonal.setConstant(0.5);
-    return Eigen::MatrixXcd(
-        BoundaryOperator<TypeParam>(m, wave().wavenumber(), parts).dense().template cast<Complex>());
-  };
-  const Eigen::MatrixXcd b = matrix(mesh);
-  EXPECT_LT((matrix(reversed) - b.reverse()).norm(), TestFixture::kTolerance * b.norm());
-}
-
 TYPED_TEST(BoundaryOperators, DoesNotDependOnTheThreadCount) {
   const TriangleMesh mesh = icosphere(8e-3, 5);
   const BoundaryOperator<TypeParam> op(mesh, wave().wavenumber(), combined_parts(mesh, wave().wavenumber()));
   std::srand(2);
   const Eigen::MatrixXcd x = Eigen::MatrixXcd::Random(op.size(), 2);
-  const int threads = omp_get_max_threads();
-  omp_set_num_threads(1);
-  const Eigen::MatrixXcd one = op.apply(x);
-  const Eigen::MatrixXcd one_transposed = op.apply_transpose(x);
-  omp_set_num_threads(3);
+  const auto apply = [&] { return op.apply(x); };
+  const auto apply_transpose = [&] { return op.apply_transpose(x); };
+  const Eigen::MatrixXcd one = with_threads(1, apply);
   // Threads share the pairs of blocks; their parts are added in double.
   const double rounding = std::is_same_v<TypeParam, double> ? 1e-14 : 1e-6;
-  EXPECT_LT((op.apply(x) - one).norm(), rounding * one.norm());
-  EXPECT_LT((op.apply_transpose(x) - one_transposed).norm(), rounding * one.norm());
-  omp_set_num_threads(threads);
+  EXPECT_LT((with_threads(3, apply) - one).norm(), rounding * one.norm());
+  EXPECT_LT((with_threads(3, apply_transpose) - with_threads(1, apply_transpose)).norm(), rounding * one.norm());
 }
 
 TEST(BoundaryOperator, CorrectedDiagonalKeepsAConstantPressureAtRest) {
@@ -165,28 +124,6 @@ TEST(BoundaryOperator, CorrectedDiagonalKeepsAConstantPressureAtRest) {
   const BoundaryOperator<double> op(mesh, 0.1, {Layer::kDouble, 0.0, diagonal.cast<Complex>(), nullptr});
   const Eigen::VectorXcd sums = op.apply(Eigen::VectorXcd::Ones(op.size()));
   EXPECT_LT((sums.array() - 1.0).abs().maxCoeff(), 1e-6);
-}
-
-TEST(BoundaryOperator, RefusesADiagonalOfAnotherLength) {
-  const TriangleMesh mesh = icosphere(8e-3, 1);
-  BoundaryParts parts = paper_parts(mesh);
-  parts.diagonal.conservativeResize(19);
-  EXPECT_THROW(BoundaryOperator<double>(mesh, wave().wavenumber(), parts), std::invalid_argument);
-  const BoundaryOperator<double> op(mesh, wave().wavenumber(), paper_parts(mesh));
-  EXPECT_THROW(op.apply(Eigen::MatrixXcd::Zero(19, 1)), std::invalid_argument);
-}
-
-TEST(ChiefOperator, AddsTheSquareOfItsRows) {
-  const TriangleMesh mesh = icosphere(8e-3, 2);
-  auto b = std::make_unique<BoundaryOperator<double>>(mesh, wave().wavenumber(), paper_parts(mesh));
-  std::srand(3);
-  const Eigen::MatrixXcd c = Eigen::MatrixXcd::Random(7, 80);
-  const Eigen::MatrixXcd matrix = b->dense() + c.adjoint() * c;
-  const ChiefOperator op(std::move(b), c);
-  const Eigen::MatrixXcd x = Eigen::MatrixXcd::Random(80, 3);
-  ASSERT_EQ(op.size(), 80);
-  EXPECT_LT((op.apply(x) - matrix * x).norm(), 1e-13 * matrix.norm() * x.norm());
-  EXPECT_LT((op.apply_transpose(x) - matrix.transpose() * x).norm(), 1e-13 * matrix.norm() * x.norm());
 }
 
 }  // namespace touchfield::boundary_operator_test

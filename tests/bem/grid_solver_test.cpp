@@ -1,5 +1,4 @@
 // Solutions with products by a grid against solutions with direct products.
-#include <stdexcept>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -38,21 +37,15 @@ double difference(const TriangleMesh& mesh, const Wave& wave, Scheme scheme, dou
 
 // Sound that is caught between folded fingers amplifies what a product gets wrong.
 TEST(GridSolver, FoldedHandsAreSolvedAsByDirectProducts) {
-  for (const char* pose : {"flat", "fist", "grasp"}) {
-    HandOptions options;
-    options.pose = pose;
-    options.edge = 5e-3;
-    EXPECT_LT(difference(hand(options).mesh, wave(), Scheme::kBurtonMillerPolished, 1e-4), 3e-4) << pose;
-  }
+  const TriangleMesh mesh = hand({.pose = "fist", .edge = 5e-3}).mesh;
+  EXPECT_LT(difference(mesh, wave(), Scheme::kBurtonMillerPolished, 1e-4), 3e-4);
 }
 
 TEST(GridSolver, EverySchemeThatIteratesAndAbsorption) {
   const TriangleMesh mesh = icosphere(12e-3, 8);
   for (const Scheme scheme :
        {Scheme::kPaper, Scheme::kPaperCorrected, Scheme::kBurtonMiller, Scheme::kBurtonMillerPolished}) {
-    for (const double tolerance : {1e-3, 1e-5}) {
-      EXPECT_LT(difference(mesh, wave(2.0), scheme, tolerance), 3.0 * tolerance) << to_string(scheme);
-    }
+    EXPECT_LT(difference(mesh, wave(2.0), scheme, 1e-5), 3e-5) << to_string(scheme);
   }
 }
 
@@ -92,11 +85,6 @@ TEST(GridSolver, TransposedSolvesAreReciprocal) {
   const Eigen::MatrixXcd weights = Eigen::MatrixXcd::Identity(m, m)(Eigen::all, faces);
   const Eigen::MatrixXcd x = solver->solve_transpose(system.transposed_right_hand_side(weights)).x;
   EXPECT_LT((system.weighted_rows(weights, x, unit) - p(faces)).norm(), 1e-3 * p(faces).norm());
-}
-
-TEST(GridSolver, NeedsAGrid) {
-  const ScatteringSystem system(icosphere(8e-3, 2), wave(), Scheme::kBurtonMiller);
-  EXPECT_THROW(make_solver(system, {.kind = SolverKind::kFft}), std::invalid_argument);
 }
 
 }  // namespace touchfield::grid_solver_test

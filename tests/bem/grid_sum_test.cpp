@@ -1,22 +1,26 @@
 #include "sim/bem/grid_sum.h"
 
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <numeric>
 #include <random>
+#include <vector>
 
 #include <gtest/gtest.h>
 
+#include "sim/bem/grid_convolution.h"
 #include "sim/bem/grid_spec.h"
 #include "sim/bem/layer_sum.h"
 #include "sim/hand/shapes.h"
+#include "solvers/linear/instruction_level.h"
+#include "tests/support/mesh_support.h"
 #include "tests/support/threads_support.h"
 
 namespace touchfield::grid_sum_test {
 
 constexpr double kWavenumber = 732.28;  // 40 kHz
 constexpr double kGamma = 1.0 / kWavenumber;
-constexpr double kWavelength = 2.0 * std::numbers::pi / kWavenumber;
 constexpr Layer kLayers[] = {Layer::kSingle,       Layer::kDouble,        Layer::kAdjoint,
                              Layer::kBurtonMiller, Layer::kAdjointMiller, Layer::kSingleAdjoint};
 
@@ -38,14 +42,6 @@ Eigen::MatrixXcd random_columns(Eigen::Index rows, Eigen::Index columns) {
   return x;
 }
 
-TriangleMesh joined(const TriangleMesh& a, const TriangleMesh& b) {
-  Points vertices(3, a.vertex_count() + b.vertex_count());
-  vertices << a.vertices(), b.vertices();
-  Triangles triangles(3, a.face_count() + b.face_count());
-  triangles << a.triangles(), (b.triangles().array() + static_cast<int>(a.vertex_count())).matrix();
-  return {vertices, triangles};
-}
-
 TriangleMesh stretched(const TriangleMesh& mesh, const Vector3& factors) {
   return {factors.asDiagonal() * mesh.vertices(), mesh.triangles()};
 }
@@ -63,8 +59,8 @@ double product_error(const TriangleMesh& mesh, const Complex& wavenumber, double
 /// a plate and a rod.
 std::vector<TriangleMesh> bodies() {
   const TriangleMesh ball = icosphere(9e-3, 4);
-  const auto moved = [&](const Vector3& by) { return transformed(ball, Eigen::Matrix3d::Identity(), by); };
-  return {moved({0.1, -0.2, 0.3}), joined(ball, moved({0.0, 18.3e-3, 0.0})), joined(ball, moved({0.0, 0.05, 0.06})),
+  const auto moved = [&](const Vector3& by) { return shifted(ball, by); };
+  return {moved({0.1, -0.2, 0.3}), together(ball, moved({0.0, 18.3e-3, 0.0})), together(ball, moved({0.0, 0.05, 0.06})),
           stretched(ball, {1.0, 0.05, 2.0}), stretched(ball, {0.4, 0.4, 8.0})};
 }
 
@@ -146,67 +142,110 @@ TEST(GridSum, DoesNotDependOnThreadsOrOnTheOrderOfFaces) {
   EXPECT_LT((other - alone(order, Eigen::all)).norm(), 1e-6 * alone.norm());
 }
 
-// As LayerSum has it: what lies at the point itself adds nothing.
-TEST(GridSum, CentroidsThatCoincideAddNothing) {
-  const TriangleMesh once = icosphere(8e-3, 4);
-  Triangles doubled(3, 2 * once.face_count());
-  doubled << once.triangles(), once.triangles();
-  const TriangleMesh twice(once.vertices(), doubled);
-  const Eigen::MatrixXcd x = random_columns(twice.face_count(), 1);
-  const LayerSum<double> direct(twice, kWavenumber, kGamma);
-  for (const Layer layer : {Layer::kSingle, Layer::kBurtonMiller}) {
-    const Eigen::MatrixXcd expected = direct.apply(layer, x);
-    const double scale = std::max(expected.norm(), (layer == Layer::kSingle ? kGamma : 1.0) * x.norm());
-    EXPECT_LT((by_grid(twice, kWavenumber, 1e-6)->apply(layer, x) - expected).norm(), 1e-6 * scale);
+constexpr double kReach = 5e-3;
+constexpr double kShape = 11.0;
+
+class KernelSplits : public ::testing::TestWithParam<Complex> {};
+
+double power_sum(const double* c, double t) {
+  double sum = 0;
+  for (int i = kLocalDegree<double>; i >= 0; --i) {
+    sum = sum * t + c[i];
+  }
+  return sum;
+}
+
+// Both parts together are the kernel: 4 pi r g = v + 4 pi r (chi * g).
+TEST_P(KernelSplits, PartsAddUp) {
+  const Complex kappa = GetParam();
+  const KernelSplit split(kappa, kReach, kShape);
+  const LocalKernel<double> local = split.local<double>(0.0);
+  for (const double u : {0.01, 0.1, 0.37, 0.5, 0.8, 0.99, 1.0}) {
+    const double r = u * kReach;
+    const double t = 2.0 * u - 1.0;
+    const Complex v(power_sum(local.re.v, t), power_sum(local.im.v, t));
+    const Complex whole = std::exp(Complex(0, 1) * kappa * r);
+    EXPECT_LT(std::abs(v + 4.0 * std::numbers::pi * r * split.smooth(r) - whole), 1e-9) << u;
+  }
+  EXPECT_EQ(local.damped, kappa.imag() != 0.0);
+}
+
+// The mean value property: the smooth part runs into the kernel at the reach, with its slope.
+TEST_P(KernelSplits, TheLocalPartEndsSmoothly) {
+  const KernelSplit split(GetParam(), kReach, kShape);
+  const LocalKernel<double> local = split.local<double>(0.0);
+  EXPECT_NEAR(power_sum(local.re.v, 1.0), 0.0, 1e-10);
+  EXPECT_NEAR(power_sum(local.re.a, 1.0), 0.0, 1e-10);
+  EXPECT_NEAR(power_sum(local.re.v, -1.0), 1.0, 1e-10);  // 1/r where r is 0
+  EXPECT_NEAR(power_sum(local.re.a, -1.0), 1.0, 1e-10);
+  EXPECT_NEAR(power_sum(local.re.b, -1.0), 3.0, 1e-10);
+}
+
+// a = v - r v', b = r^2 v'' - 3 r v' + 3 v by differences of v.
+TEST_P(KernelSplits, SlopesAreThoseOfTheValue) {
+  const KernelSplit split(GetParam(), kReach, kShape);
+  const LocalKernel<double> local = split.local<double>(0.0);
+  constexpr double kStep = 1e-4;
+  for (const double u : {0.2, 0.5, 0.9}) {
+    const auto v = [&](double at) { return power_sum(local.re.v, 2.0 * at - 1.0); };
+    const double first = (v(u + kStep) - v(u - kStep)) / (2.0 * kStep);
+    const double second = (v(u + kStep) - 2.0 * v(u) + v(u - kStep)) / (kStep * kStep);
+    EXPECT_NEAR(power_sum(local.re.a, 2.0 * u - 1.0), v(u) - u * first, 1e-6);
+    EXPECT_NEAR(power_sum(local.re.b, 2.0 * u - 1.0), u * u * second - 3.0 * u * first + 3.0 * v(u), 1e-5);
   }
 }
 
-// Each of the three errors alone, two-sided: the other two are made small.
-TEST(GridSpec, EachParameterMattersAsTheModelSays) {
-  const TriangleMesh mesh = icosphere(25e-3, 16);
-  const Eigen::MatrixXcd x = random_columns(mesh.face_count(), 1);
-  const Eigen::MatrixXcd exact = LayerSum<double>(mesh, kWavenumber, kGamma).apply(Layer::kBurtonMiller, x);
-  const auto error = [&](const GridSpec& spec) {
-    return (GridSum<double>(mesh, kWavenumber, kGamma, spec).apply(Layer::kBurtonMiller, x) - exact).norm() / x.norm();
-  };
-  GridSpec fine = spec_for(mesh, kWavenumber, 1e-7);
-  const double kh = kWavenumber * fine.step;
-  fine.margin += 4;
-  fine.width = 12;
-  fine.window_shape = 2.15 * fine.width;
-  const auto with_shape = [&](double shape) {
-    GridSpec spec = fine;
-    spec.shape = shape;
-    spec.reach = 1.25 * shape * spec.step / std::numbers::pi;
-    return error(spec);
-  };
-  const double within = 1.25 * kh / std::numbers::pi;
-  for (const double shape : {9.0, 12.0}) {
-    const double model = 0.018 / (within * within) * std::exp(-0.93 * shape * std::sqrt(1.0 - within * within));
-    EXPECT_LT(with_shape(shape), 1.5 * model);
-    EXPECT_GT(with_shape(shape), model / 10.0);
-  }
-  for (const int width : {5, 6, 7}) {
-    GridSpec spec = fine;
-    spec.width = width;
-    spec.window_shape = 2.15 * width;
-    const double model = 2.3 * 2.0 * std::numbers::pi / kh * std::exp(-2.03 * width);
-    EXPECT_LT(error(spec), 1.5 * model) << width;
-    EXPECT_GT(error(spec), model / 10.0) << width;
-  }
+INSTANTIATE_TEST_SUITE_P(Wavenumbers, KernelSplits,
+                         ::testing::Values(Complex(732.28, 0.0), Complex(732.28, 30.0), Complex(0.0, 0.0)));
+
+template <typename Real>
+class LineTransforms : public ::testing::Test {
+ public:
+  static constexpr double kTolerance = std::is_same_v<Real, float> ? 1e-6 : 1e-14;
+};
+
+using Reals = ::testing::Types<float, double>;
+TYPED_TEST_SUITE(LineTransforms, Reals);
+
+TEST(TransformSize, IsEvenWithoutALargePrimeFactor) {
+  EXPECT_EQ(transform_size(2), 2);
+  EXPECT_EQ(transform_size(7), 8);
+  EXPECT_EQ(transform_size(13), 16);
+  EXPECT_EQ(transform_size(27), 30);
+  EXPECT_EQ(transform_size(97), 100);
 }
 
-// The step is free: a denser mesh has a finer grid, and the cost grows no faster than the faces.
-TEST(GridSpec, DenserMeshesHaveFinerGrids) {
-  GridBody body = grid_body(icosphere(80e-3, 10));
-  body.faces = 2e4;
-  const GridChoice few = choose_grid(body, kWavenumber, kGamma, 1e-5);
-  body.faces = 5e5;
-  const GridChoice many = choose_grid(body, kWavenumber, kGamma, 1e-5);
-  EXPECT_LT(many.spec.step, few.spec.step);
-  EXPECT_LT(many.spec.reach, few.spec.reach);
-  EXPECT_LT(many.seconds, 25.0 * few.seconds);
-  EXPECT_GE(few.spec.step, kWavelength / 20.0);
+TYPED_TEST(LineTransforms, AreTheSumsTheyStandFor) {
+  constexpr int kLanes = kGridLanes<TypeParam>;
+  for (const int n : {2, 4, 6, 8, 10, 24, 30, 32, 36, 50, 90, 128, 150}) {  // each radix alone and after others
+    const LineTransform<TypeParam> line(n);
+    std::vector<TypeParam> re(static_cast<std::size_t>(n * kLanes));
+    std::vector<TypeParam> im(re.size());
+    std::vector<TypeParam> work(2 * re.size());
+    for (std::size_t i = 0; i < re.size(); ++i) {
+      re[i] = static_cast<TypeParam>(static_cast<double>(i * 37 % 101) / 101.0 - 0.5);
+      im[i] = static_cast<TypeParam>(static_cast<double>(i * 53 % 97) / 97.0 - 0.5);
+    }
+    const std::vector<TypeParam> x_re = re;
+    const std::vector<TypeParam> x_im = im;
+    line.forward(re.data(), im.data(), work.data());
+    for (const int l : {0, kLanes - 1}) {
+      for (int m = 0; m < n; ++m) {
+        std::complex<double> sum = 0;
+        for (int j = 0; j < n; ++j) {
+          const auto at = static_cast<std::size_t>(j * kLanes + l);
+          sum += std::complex<double>(x_re[at], x_im[at]) * std::polar(1.0, -2.0 * std::numbers::pi * j * m / n);
+        }
+        const auto at = static_cast<std::size_t>(m * kLanes + l);
+        EXPECT_LT(std::abs(std::complex<double>(re[at], im[at]) - sum), TestFixture::kTolerance * n) << n << ' ' << m;
+      }
+    }
+    line.backward(re.data(), im.data(), work.data());
+    for (std::size_t i = 0; i < re.size(); ++i) {
+      EXPECT_NEAR(re[i] / static_cast<TypeParam>(n), x_re[i], TestFixture::kTolerance);
+      EXPECT_NEAR(im[i] / static_cast<TypeParam>(n), x_im[i], TestFixture::kTolerance);
+    }
+  }
 }
 
 }  // namespace touchfield::grid_sum_test

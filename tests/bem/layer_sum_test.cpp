@@ -1,11 +1,11 @@
 #include "sim/bem/layer_sum.h"
 
 #include <cmath>
-#include <stdexcept>
 #include <utility>
 
 #include <gtest/gtest.h>
 
+#include "sim/bem/boundary_operator.h"
 #include "sim/hand/shapes.h"
 #include "tests/support/reference_kernels.h"
 
@@ -68,18 +68,6 @@ TYPED_TEST(LayerSums, ProductsAreThoseOfThePlainFormulas) {
   }
 }
 
-TYPED_TEST(LayerSums, TransposeIsTheAdjointOfTheBilinearForm) {
-  const LayerSum<TypeParam> sum(icosphere(8e-3, 5), {kWavenumber, 0.0}, kGamma);
-  std::srand(2);
-  const Eigen::VectorXcd x = Eigen::VectorXcd::Random(sum.size());
-  const Eigen::VectorXcd y = Eigen::VectorXcd::Random(sum.size());
-  for (const Layer layer : kTransposable) {
-    const Complex left = (y.transpose() * sum.apply(layer, x))(0);
-    const Complex right = (sum.apply_transpose(layer, y).transpose() * x)(0);
-    EXPECT_LT(std::abs(left - right), TestFixture::kTolerance * y.norm() * sum.apply(layer, x).norm());
-  }
-}
-
 TYPED_TEST(LayerSums, ColumnsAreThoseOfTheMatrix) {
   const TriangleMesh mesh = icosphere(8e-3, 5);
   const Complex wavenumber(kWavenumber, 0.152);
@@ -96,48 +84,66 @@ TYPED_TEST(LayerSums, ColumnsAreThoseOfTheMatrix) {
   }
 }
 
-TYPED_TEST(LayerSums, RowsOfPointsOffTheCentroids) {
-  const TriangleMesh mesh = icosphere(8e-3, 5);
-  const Complex wavenumber(kWavenumber, 0.152);
-  Points points(3, 2);
-  points << 1e-3, -2e-3,  //
-      0, 4e-3,            //
-      2e-3, 9e-3;
-  const LayerSum<TypeParam> sum(mesh, wavenumber, 0.0);
-  for (const Layer layer : {Layer::kSingle, Layer::kDouble}) {
-    Eigen::MatrixXcd expected(2, mesh.face_count());
-    for (Eigen::Index z = 0; z < 2; ++z) {
-      for (Eigen::Index j = 0; j < mesh.face_count(); ++j) {
-        expected(z, j) = mesh.areas()(j) *
-                         reference_value(layer,
-                                         reference_kernels(points.col(z), Vector3::UnitZ(), mesh.centroids().col(j),
-                                                           mesh.normals().col(j), wavenumber),
-                                         0.0);
+const Complex kDamped(kWavenumber, 0.152);
+
+TriangleMesh mesh() { return icosphere(8e-3, 4); }
+
+Eigen::MatrixXcd stored(const NearCorrections& near) {
+  Eigen::MatrixXcd matrix = Eigen::MatrixXcd::Zero(near.size(), near.size());
+  near.add_to<double>(1.0, matrix);
+  return matrix;
+}
+
+TEST(NearCorrections, HoldTheIntegralMinusItsOnePointWithinReach) {
+  const TriangleMesh m = mesh();
+  const FaceRule rule{.split_ratio = 1.4, .seven_below = 2.0, .three_below = 5.0};
+  for (const Layer layer : {Layer::kDouble, Layer::kBurtonMiller}) {
+    const NearCorrections near(m, kDamped, kGamma, layer, rule);
+    const Eigen::MatrixXcd matrix = stored(near);
+    FaceQuadrature quadrature(kDamped, kGamma, rule);
+    std::size_t pairs = 0;
+    for (Eigen::Index i = 0; i < m.face_count(); ++i) {
+      const Vector3 x = m.centroids().col(i);
+      for (Eigen::Index j = 0; j < m.face_count(); ++j) {
+        const bool within = (x - m.centroids().col(j)).norm() < 5.0 * std::sqrt(m.areas()(j)) && i != j;
+        pairs += within ? 1 : 0;
+        Complex expected = 0;
+        if (within) {
+          quadrature.begin(x, m.normals().col(i));
+          quadrature.add(face_of(m, j));
+          const ReferenceKernels kernels =
+              reference_kernels(x, m.normals().col(i), m.centroids().col(j), m.normals().col(j), kDamped);
+          expected = quadrature.integrals(layer)[0] - m.areas()(j) * reference_value(layer, kernels, kGamma);
+        }
+        ASSERT_LT(std::abs(matrix(i, j) - expected), 1e-13) << i << ", " << j;  // entries of W reach some tenths
       }
     }
-    EXPECT_LT((sum.rows(layer, points) - expected).norm(), TestFixture::kTolerance * expected.norm());
+    EXPECT_EQ(near.pairs(), pairs);
+    EXPECT_GT(pairs, 10U * 320U);
   }
-  EXPECT_EQ(sum.rows(Layer::kDouble, Points(3, 0)).rows(), 0);
 }
 
-TYPED_TEST(LayerSums, CentroidsThatCoincideAddNothing) {
-  // Each face twice: the sum over the pair's other half is 0 as that over the face itself is.
-  const TriangleMesh once = icosphere(8e-3, 2);
-  Triangles doubled(3, 160);
-  doubled << once.triangles(), once.triangles();
-  const LayerSum<TypeParam> twice(TriangleMesh(once.vertices(), doubled), {kWavenumber, 0.0}, kGamma);
-  const LayerSum<TypeParam> sum(once, {kWavenumber, 0.0}, kGamma);
-  const Eigen::VectorXcd two = twice.apply(Layer::kBurtonMiller, Eigen::VectorXcd::Ones(160));
-  const Eigen::VectorXcd one = sum.apply(Layer::kBurtonMiller, Eigen::VectorXcd::Ones(80));
-  EXPECT_LT((two.head(80) - 2.0 * one).norm(), TestFixture::kTolerance * one.norm());
-}
-
-TYPED_TEST(LayerSums, RefusesWhatItCannotMultiply) {
-  const LayerSum<TypeParam> sum(icosphere(8e-3, 1), {kWavenumber, 0.0}, 0.0);
-  EXPECT_THROW(sum.apply(Layer::kDouble, Eigen::MatrixXcd::Zero(19, 1)), std::invalid_argument);
-  EXPECT_THROW(sum.apply_transpose(Layer::kDouble, Eigen::MatrixXcd::Zero(21, 1)), std::invalid_argument);
-  EXPECT_THROW(sum.apply_transpose(Layer::kSingle, Eigen::MatrixXcd::Zero(20, 1)), std::invalid_argument);
-  EXPECT_EQ(sum.apply(Layer::kDouble, Eigen::MatrixXcd::Zero(20, 0)).cols(), 0);
+TEST(NearCorrections, ProductsAreThoseOfTheStoredMatrix) {
+  const TriangleMesh m = mesh();
+  const NearCorrections near(m, kDamped, kGamma, Layer::kBurtonMiller, {});
+  const Eigen::MatrixXcd matrix = stored(near);
+  const Complex factor(0.3, -2.0);
+  std::srand(1);
+  const Eigen::MatrixXcd x = Eigen::MatrixXcd::Random(m.face_count(), 3);
+  const Eigen::MatrixXcd before = Eigen::MatrixXcd::Random(m.face_count(), 3);
+  Eigen::MatrixXcd y = before;
+  near.add_product(factor, x, y);
+  EXPECT_LT((y - before - factor * matrix * x).norm(), 1e-13 * y.norm());
+  y = before;
+  near.add_transposed_product(factor, x, y);
+  EXPECT_LT((y - before - factor * matrix.transpose() * x).norm(), 1e-13 * y.norm());
+  const std::vector<Eigen::Index> faces = {319, 0, 7};
+  Eigen::MatrixXcd columns = before;
+  near.add_columns(factor, faces, columns);
+  EXPECT_LT((columns - before - factor * matrix(Eigen::all, faces)).norm(), 1e-13 * columns.norm());
+  Eigen::MatrixXcf single = Eigen::MatrixXcf::Zero(m.face_count(), m.face_count());
+  near.add_to<float>(factor, single);
+  EXPECT_LT((single.cast<Complex>() - factor * matrix).norm(), 1e-7 * matrix.norm());
 }
 
 }  // namespace touchfield::layer_sum_test

@@ -131,30 +131,6 @@ TYPED_TEST(PairLoops, EveryLayerIsTheTextbookFormula) {
   }
 }
 
-TYPED_TEST(PairLoops, EveryNumberOfSourcesIsFilled) {
-  // Registers hold 8 or 16 values and passes 256: what is left over must be done too, and nothing beyond it.
-  using Real = TypeParam;
-  const PairPoint<Real> point{0, 0, 0, 0, 0, 1};
-  const PairConstants<Real> constants{0, Real(0.3)};
-  const Cloud<Real> cloud(520, 3.0, 2);
-  std::vector<Real> re(520);
-  std::vector<Real> im(520);
-  pair_loops_of<Real>().values(Layer::kBurtonMiller, constants, point, cloud.sources(), 520, re.data(), im.data());
-  for (const int count : {0, 1, 7, 8, 9, 15, 16, 17, 255, 256, 257, 511, 513}) {
-    std::vector<Real> part_re(520, Real(-7));
-    std::vector<Real> part_im(520, Real(-7));
-    pair_loops_of<Real>().values(Layer::kBurtonMiller, constants, point, cloud.sources(), count, part_re.data(),
-                                 part_im.data());
-    for (int i = 0; i < 520; ++i) {
-      const auto f = static_cast<std::size_t>(i);
-      // The remainder of a loop may round otherwise than its body.
-      const Real slack = 16 * std::numeric_limits<Real>::epsilon() * (std::abs(re[f]) + std::abs(im[f]));
-      ASSERT_NEAR(part_re[f], i < count ? re[f] : Real(-7), i < count ? slack : 0) << count << ", source " << i;
-      ASSERT_NEAR(part_im[f], i < count ? im[f] : Real(-7), i < count ? slack : 0) << count << ", source " << i;
-    }
-  }
-}
-
 TYPED_TEST(PairLoops, CoincidingPointsAddNothing) {
   using Real = TypeParam;
   Cloud<Real> cloud(37, 1.0, 3);
@@ -193,45 +169,6 @@ TEST(PairLoops, HypersingularKernelIsTheSlopeOfTheDoubleLayer) {
         (values(Layer::kDouble, x + kStep * m, damping) - values(Layer::kDouble, x - kStep * m, damping)) / (2 * kStep);
     EXPECT_LT((w - slope).norm(), 1e-8 * w.norm()) << "damping " << damping;
   }
-}
-
-TEST(PairLoops, StaticSumIsTheSumOfStaticKernels) {
-  const Cloud<double> cloud(300, 1.0, 5);
-  std::vector<double> weight;
-  for (int i = 0; i < cloud.size(); ++i) {
-    weight.push_back(0.5 + 0.01 * i);
-  }
-  const Vector3 x = cloud.position(77);  // adds 0
-  double expected = 0;
-  double size = 0;
-  for (int i = 0; i < cloud.size(); ++i) {
-    const Vector3 d = x - cloud.position(i);
-    if (i != 77) {
-      expected += weight[static_cast<std::size_t>(i)] * cloud.normal(i).dot(d) / std::pow(d.norm(), 3);
-      size += weight[static_cast<std::size_t>(i)] / d.squaredNorm();
-    }
-  }
-  EXPECT_NEAR(pair_loops().static_sum({x.x(), x.y(), x.z(), 0, 0, 0}, cloud.sources(), weight.data(), cloud.size()),
-              expected, 1e-14 * size);
-}
-
-TEST(PairLoops, NearSourcesAreThoseWithinTheirReach) {
-  const Cloud<double> cloud(600, 1.0, 6);
-  const Vector3 x(0.1, 0.2, -0.3);
-  std::vector<double> reach_squared;
-  std::vector<int> expected;
-  for (int i = 0; i < cloud.size(); ++i) {
-    reach_squared.push_back(i < 256 ? 0.0 : 0.0005 * i);  // a whole pass without a hit
-    if ((x - cloud.position(i)).squaredNorm() < reach_squared.back()) {
-      expected.push_back(i);
-    }
-  }
-  ASSERT_GT(expected.size(), 10U);
-  std::vector<int> near(600);
-  const int found = pair_loops().near_sources({x.x(), x.y(), x.z(), 0, 0, 0}, cloud.sources(), reach_squared.data(),
-                                              cloud.size(), near.data());
-  near.resize(static_cast<std::size_t>(found));
-  EXPECT_EQ(near, expected);
 }
 
 // Of a plate of equal squares many distances are the reach itself, 3^2 + 3^2 = 18; rounding must not let the levels

@@ -7,20 +7,12 @@
 #include <gtest/gtest.h>
 
 #include "sim/acoustics/incident_field.h"
-#include "sim/hand/shapes.h"
 #include "solvers/linear/factorisations.h"
+#include "tests/support/sphere_support.h"
 
 namespace touchfield::scattering_system_test {
 
-Wave wave() { return {air(293.15), 40e3}; }
-
 TriangleMesh mesh() { return icosphere(7e-3, 3); }  // ka 5.13, 180 faces
-
-TransducerArray omni_at(const Points& positions) {
-  const Eigen::Index n = positions.cols();
-  return make_array({positions, Vector3::UnitZ().replicate(1, n), Eigen::VectorXi::Zero(n), Eigen::VectorXi::Zero(n)},
-                    Directivity::omni(), 1.0, 1.0);
-}
 
 TransducerArray four_channels() {
   Points at(3, 4);
@@ -73,41 +65,6 @@ TEST_P(EveryScheme, TransferRowsAreThoseOfTheMatrixMadeColumnByColumn) {
   // Polishing multiplies in single precision.
   const double tolerance = GetParam() == Scheme::kBurtonMillerPolished ? 1e-5 : 1e-11;
   EXPECT_LT((rows - h(faces, Eigen::all)).norm(), tolerance * rows.norm());
-}
-
-TEST_P(EveryScheme, PressureIsLinearInTheDrive) {
-  std::srand(2);
-  const Eigen::MatrixXcd q = Eigen::MatrixXcd::Random(4, 2);
-  const DenseLu lu(system_.dense());
-  const auto pressure = [&](const Eigen::MatrixXcd& drive) -> Eigen::MatrixXcd {
-    const IncidentField field = driven(unit_, drive);
-    return system_.pressure(lu.solve(system_.right_hand_side(field)), field);
-  };
-  const Eigen::MatrixXcd all = pressure(Eigen::MatrixXcd::Identity(4, 4));
-  EXPECT_LT((pressure(q) - all * q).norm(), 1e-5 * all.norm());
-  EXPECT_EQ(pressure(q).rows(), system_.faces());
-  EXPECT_EQ(driven(unit_, Eigen::MatrixXcd(4, 0)).pressure.cols(), 0);
-}
-
-TEST_P(EveryScheme, TheFieldOfADriveNeedsNoFieldOfEveryChannel) {
-  std::srand(4);
-  const Eigen::MatrixXcd q = Eigen::MatrixXcd::Random(4, 2);
-  const IncidentField direct = system_.incident(four_channels(), q);
-  const IncidentField product = driven(unit_, q);
-  EXPECT_LT((direct.pressure - product.pressure).norm(), 1e-13 * product.pressure.norm());
-  EXPECT_LE((direct.slope - product.slope).norm(), 1e-13 * product.slope.norm());
-  EXPECT_LE((direct.interior - product.interior).norm(), 1e-13 * product.interior.norm());
-}
-
-TEST_P(EveryScheme, AsksForThePartsItNeeds) {
-  const bool combined = GetParam() == Scheme::kBurtonMiller || GetParam() == Scheme::kBurtonMillerPolished;
-  const Eigen::Index z = system_.interior_points().cols();
-  EXPECT_EQ(unit_.slope.rows(), combined ? 180 : 0);
-  EXPECT_EQ(unit_.interior.rows(), z);
-  EXPECT_EQ(z > 0, GetParam() == Scheme::kChief);
-  EXPECT_EQ(system_.near_pairs() > 0, combined);
-  EXPECT_EQ(unit_.slope.cols(), 4);
-  EXPECT_EQ(unit_.interior.cols(), 4);
 }
 
 TEST(ScatteringSystem, DiagonalsOfTheSchemes) {

@@ -101,26 +101,6 @@ TEST(SkinWaves, OfASlowPressureOnALayerOnBoneAreThoseOfAnIncompressibleLayer) {
   EXPECT_NEAR(thin, 0.992, 0.001);  // 0.4 % of it by the sound in the layer
 }
 
-TEST(SkinWaves, OfASlowUniformDiscAddUpToItsKnownDent) {
-  // u(0) = P a / (2 mu), u(a) = 2 / pi of it.
-  const double radius = 0.004;
-  const LayeredSkin skin = half_space(0.4);
-  const auto [k, step] = midpoints(0.0, 4e4, 80000);
-  const SkinWaves waves = skin_waves(skin, kPi, k, {0.0}).front();
-  Complex centre = 0.0;
-  Complex edge = 0.0;
-  for (Eigen::Index n = 0; n < k.size(); ++n) {
-    const Complex part = radius * step * std::cyl_bessel_j(1.0, k(n) * radius) * waves.inwards(n);
-    centre += part;
-    edge += part * std::cyl_bessel_j(0.0, k(n) * radius);
-  }
-  const Complex unit = radius / (2.0 * Stress(skin, waves).mu);
-  std::printf("disc: centre %.4f of P a / (2 mu), edge %.4f of 2 / pi of it\n", std::abs(centre / unit),
-              std::abs(edge / unit) * 0.5 * kPi);
-  EXPECT_NEAR(std::abs(centre / unit), 1.0, 0.01);
-  EXPECT_NEAR(std::abs(edge / unit), 2.0 / kPi, 0.01);
-}
-
 TEST(SkinWaves, OfAUniformPressureAreSoundAlone) {
   // exp(i kp z) i / (density speed w), and standing waves above bone; at 100 kHz a layer of 4 mm is 0.26 wavelengths.
   const double omega = 2.0 * kPi * 1e5;
@@ -233,17 +213,12 @@ double rayleigh_wavenumber(const LayeredSkin& skin) {
   return 0.5 * (low + high);
 }
 
-/// Residue of each component there.
-std::vector<SkinWaves> rayleigh_residue(const LayeredSkin& skin, const std::vector<double>& depths) {
+/// Residue of the displacement inwards there.
+double rayleigh_residue(const LayeredSkin& skin) {
   const double k = rayleigh_wavenumber(skin);
   const double off = 1e-5 * k;
-  std::vector<SkinWaves> result = skin_waves(skin, kOmega, list({k - off, k + off}), depths);
-  for (SkinWaves& at : result) {
-    for (Eigen::ArrayXcd* part : {&at.along, &at.inwards, &at.e_xx, &at.e_zz, &at.e_xz}) {
-      *part = Eigen::ArrayXcd::Constant(1, 0.5 * off * ((*part)(1) - (*part)(0)));
-    }
-  }
-  return result;
+  const Eigen::ArrayXcd about = skin_waves(skin, kOmega, list({k - off, k + off}), {0.0})[0].inwards;
+  return 0.5 * off * (about(1) - about(0)).real();
 }
 
 TEST(SkinWaves, HaveTheRayleighWavesSpeed) {
@@ -277,46 +252,12 @@ struct PowerShares {
     });
     const double k = rayleigh_wavenumber(skin);
     // Just above the real axis, Im 1 / (k - kR) is pi at kR.
-    rayleigh = 0.25 * kOmega * k * std::norm(pressure(k)) * rayleigh_residue(skin, {0.0})[0].inwards(0).real();
-    // Far away, with the residue's fields at every depth, times sqrt(k / (2 pi r)): through a cylinder about the load.
-    const auto [depths, step] = midpoints(0.0, 30.0 / k, 6000);
-    for (const SkinWaves& at : rayleigh_residue(skin, {depths.begin(), depths.end()})) {
-      const Stress t(skin, at);
-      const Eigen::ArrayXcd work = t.xx * at.along.conjugate() + t.xz * at.inwards.conjugate();
-      rayleigh_flux += 0.5 * kOmega * k * std::norm(pressure(k)) * step * work(0).imag();
-    }
+    rayleigh = 0.25 * kOmega * k * std::norm(pressure(k)) * rayleigh_residue(skin);
   }
   double bulk = 0.0;
   double compression = 0.0;
   double rayleigh = 0.0;
-  double rayleigh_flux = 0.0;
 };
-
-TEST(SkinWaves, CarryAwayThePowerOfADiscInBulkAndRayleighWaves) {
-  const double radius = 0.004;
-  const auto disc = [&](double k) { return 2.0 * kPi * radius * std::cyl_bessel_j(1.0, k * radius) / k; };
-  for (const LayeredSkin& skin : {half_space(0.0), poisson_solid()}) {
-    const PowerShares shares(skin, disc);
-    // What the disc puts in, at a loss that goes to zero: 2 T(d) - T(2 d), the pole's peak 100 steps wide.
-    const auto put_in = [&](double tan_delta) {
-      LayeredSkin lossy = skin;
-      lossy.tan_delta = tan_delta;
-      double sum = 0.0;
-      for (const auto& [from, to] : {std::pair{0.0, 2.0}, {2.0, 20.0}}) {
-        const auto [k, step] = midpoints(from * shear_wavenumber(skin), to * shear_wavenumber(skin), 200000);
-        const SkinWaves at = skin_waves(lossy, kOmega, k, {0.0})[0];
-        sum += (k * k.unaryExpr(disc).square() * power_inwards(lossy, at)).sum() * step / (2.0 * kPi);
-      }
-      return sum;
-    };
-    const double input = 2.0 * put_in(1e-3) - put_in(2e-3);
-    std::printf("disc of 4 mm: %.3e W at 1 Pa; bulk %.2f %%, Rayleigh %.2f %% by its residue, %.2f %% by its flux\n",
-                input, 100.0 * shares.bulk / input, 100.0 * shares.rayleigh / input,
-                100.0 * shares.rayleigh_flux / input);
-    EXPECT_NEAR((shares.bulk + shares.rayleigh) / input, 1.0, 1e-3);
-    EXPECT_NEAR(shares.rayleigh_flux / shares.rayleigh, 1.0, 1e-4);
-  }
-}
 
 TEST(SkinWaves, ShareThePowerOfASmallDiscAsMillerAndPurseyFound) {
   // The partition of energy between elastic waves in a semi-infinite solid, Proc. R. Soc. A 233 (1955) 55.
@@ -344,23 +285,17 @@ TEST(SkinWaves, WithoutLossPassEveryDepthUnchangedAndStandAboveBone) {
 }
 
 TEST(SkinWaves, RefuseWhatIsNotASkin) {
-  const LayeredSkin good = {.layers = {{0.001, 60e3}, {0.003, 10e3}}, .on_bone = true};
-  const auto refuses = [&](const auto& spoil, double omega = kOmega, double k = 1.0, double depth = 0.0) {
-    LayeredSkin skin = good;
-    spoil(skin);
+  const auto refuses = [&](const LayeredSkin& skin, double omega = kOmega, double k = 1.0, double depth = 0.0) {
     EXPECT_THROW(skin_waves(skin, omega, list({k}), {depth}), InputError);
   };
-  refuses([](LayeredSkin& s) { s.layers.clear(); });
-  refuses([](LayeredSkin& s) { s.layers[1].thickness = 0.0; });
-  refuses([](LayeredSkin& s) { s.layers[0].shear = -1.0; });
-  refuses([](LayeredSkin& s) { s.tan_delta = -0.1; });
-  refuses([](LayeredSkin& s) { s.density = 0.0; });
-  refuses([](LayeredSkin& s) { s.speed = std::nan(""); });
-  const auto nothing = [](LayeredSkin&) {};
-  refuses(nothing, 0.0);
-  refuses(nothing, kOmega, -1.0);
-  refuses(nothing, kOmega, 1.0, -1e-6);
-  refuses(nothing, kOmega, 1.0, 0.00401);
+  refuses({.layers = {}});
+  refuses({.layers = {{0.001, 60e3}, {0.0, 10e3}}, .on_bone = true});
+  refuses({.layers = {{0.001, -60e3}, {0.003, 10e3}}, .on_bone = true});
+  const LayeredSkin good = {.layers = {{0.001, 60e3}, {0.003, 10e3}}, .on_bone = true};
+  refuses(good, 0.0);
+  refuses(good, kOmega, -1.0);
+  refuses(good, kOmega, 1.0, -1e-6);
+  refuses(good, kOmega, 1.0, 0.00401);
   EXPECT_NO_THROW(skin_waves(good, kOmega, list({1.0}), {0.001 + 0.003}));
 }
 

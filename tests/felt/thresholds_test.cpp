@@ -18,11 +18,6 @@ TEST(RelativeThreshold, HasThePublishedSlopesAndBest) {
   EXPECT_EQ(relative_threshold(TouchChannel::kPacinian, 250.0), 0.0);
 }
 
-TEST(RelativeThreshold, ChannelsMeetAt40Hz) {
-  EXPECT_EQ(relative_threshold(TouchChannel::kRapidlyAdapting, 40.0),
-            relative_threshold(TouchChannel::kPacinian, 40.0));
-}
-
 TEST(RelativeThreshold, IsNotExtrapolated) {
   for (const double hz : {1.0, 9.9, 40.1, 250.0}) {
     EXPECT_FALSE(relative_threshold(TouchChannel::kRapidlyAdapting, hz)) << hz;

@@ -5,13 +5,12 @@
 #include <random>
 #include <utility>
 
-#include <gtest/gtest.h>
-
 #include "sim/core/rigid_motion.h"
 #include "sim/hand/hand.h"
 #include "sim/hand/shapes.h"
 #include "sim/mesh/query/face_tree.h"
 #include "tests/support/far_field.h"
+#include "tests/support/testing.h"
 
 namespace touchfield::evaluate_test {
 
@@ -138,15 +137,20 @@ TEST(Evaluate, PointsOnTheSkinHaveItsPressure) {
   }
 }
 
-TEST(Evaluate, OfNoPointsIsNothing) {
-  const TransducerArray array = array_below();
-  const Wave wave(air(kRoomTemperature), 40e3);
-  const TriangleMesh mesh = icosphere(8e-3, 2);
-  const Eigen::MatrixXcd drive = many_drives(array.size(), 2);
-  const Eigen::MatrixXcd surface = skin_pressures(mesh, array, wave, drive);
-  const Points none(3, 0);
-  EXPECT_EQ(evaluate_field(mesh, array, wave, none, surface, drive).pressure.rows(), 0);
-  EXPECT_EQ(with_near_faces(mesh, wave, none, surface, Eigen::MatrixXcd(0, 2), {}, {}).inside.size(), 0U);
+TEST(FieldGrid, APlaneHasBothBordersAndOneLayer) {
+  const FieldGrid grid = centred_grid("side", {0, 0, 0.2}, {0.12, 0.0, 0.24}, 1e-3);
+  EXPECT_EQ(grid.count, (std::array<int, 3>{121, 1, 241}));
+  const Points x = grid.points();
+  EXPECT_EQ(x.cols(), grid.size());
+  EXPECT_LT((x.col(0) - Vector3(-0.06, 0, 0.08)).norm(), 1e-15);
+  EXPECT_LT((x.col(1) - Vector3(-0.059, 0, 0.08)).norm(), 1e-15);  // x fastest
+  EXPECT_LT((x.col(x.cols() - 1) - Vector3(0.06, 0, 0.32)).norm(), 1e-14);
+}
+
+TEST(FieldGrid, SpacingShrinksToFitTheSize) {
+  const FieldGrid grid = centred_grid("cube", Vector3::Zero(), {0.01, 0.01, 0.01}, 3e-3);
+  EXPECT_EQ(grid.count, (std::array<int, 3>{5, 5, 5}));
+  EXPECT_DOUBLE_EQ(grid.spacing.x(), 2.5e-3);
 }
 
 }  // namespace touchfield::evaluate_test

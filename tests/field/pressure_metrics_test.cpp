@@ -1,37 +1,19 @@
 #include <cmath>
-
-#include <gtest/gtest.h>
+#include <limits>
+#include <string>
 
 #include "sim/core/rigid_motion.h"
 #include "sim/core/units.h"
 #include "sim/field/metrics.h"
+#include "tests/support/mesh_support.h"
+#include "tests/support/output_support.h"
 #include "tests/support/sphere_support.h"
+#include "tests/support/testing.h"
 
 namespace touchfield::pressure_metrics_test {
 
 /// A flat strip of skin facing down (-z), x from -20 to 20 mm and y from -5 to 5 mm, squares of 0.5 mm cut in two.
-TriangleMesh strip() {
-  constexpr int kX = 80;
-  constexpr int kY = 20;
-  Points vertices(3, (kX + 1) * (kY + 1));
-  for (int j = 0; j <= kY; ++j) {
-    for (int i = 0; i <= kX; ++i) {
-      vertices.col(j * (kX + 1) + i) = 1e-3 * Vector3(0.5 * i - 20.0, 0.5 * j - 5.0, 0.0);
-    }
-  }
-  Triangles triangles(3, 2 * kX * kY);
-  int f = 0;
-  for (int j = 0; j < kY; ++j) {
-    for (int i = 0; i < kX; ++i) {
-      const int a = j * (kX + 1) + i;
-      const int b = a + 1;
-      const int c = a + kX + 1;
-      triangles.col(f++) = Eigen::Vector3i(a, c, b);
-      triangles.col(f++) = Eigen::Vector3i(b, c, c + 1);
-    }
-  }
-  return {vertices, triangles};
-}
+TriangleMesh strip() { return shifted(sheet(80, 20, 0.5e-3), {0, 0, -0.2}); }
 
 TargetBox box_of_8mm() { return {{0, 0, 0}, {8e-3, 4e-3, 2e-3}}; }
 
@@ -82,36 +64,19 @@ TEST(PressureMetrics, UniformPressureLeaksTheShareOfTheAreaOutside) {
   EXPECT_TRUE(std::isnan(m.width_mm));  // it falls to half nowhere
 }
 
-TEST(PressureMetrics, WidthOfAGaussianIsItsFullWidthAtHalfMaximum) {
-  const TriangleMesh mesh = strip();
-  const double sigma = 3e-3;  // |p|^2 = exp(-x^2 / (2 sigma^2))
-  Eigen::VectorXcd p(mesh.face_count());
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    p(f) = std::exp(-std::pow(mesh.centroids()(0, f) / (2.0 * sigma), 2));
-  }
-  // Constant faces of 0.5 mm and bins of 0.25 mm: half a face at most.
-  EXPECT_NEAR(half_maximum_width(mesh, box_of_8mm(), target_on(mesh), p.cwiseAbs2()),
-              2.0 * std::sqrt(2.0 * std::log(2.0)) * sigma, 0.25e-3);
-}
-
 TEST(PressureMetrics, WidthStopsAtTheFirstCrossingAndIgnoresSkinThatFacesAway) {
   const TriangleMesh mesh = strip();
-  Eigen::VectorXcd p(mesh.face_count());
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    const double x = std::abs(mesh.centroids()(0, f));
-    p(f) = x < 3e-3 ? 1.0 : (x > 8e-3 && x < 12e-3 ? 0.9 : 0.0);  // a peak of 6 mm and side lobes that do not join it
-  }
+  const auto p = at_centroids(mesh, [](const Vector3& at) {
+    const double x = std::abs(at.x());
+    return x < 3e-3 ? 1.0 : (x > 8e-3 && x < 12e-3 ? 0.9 : 0.0);  // a peak of 6 mm and side lobes that do not join it
+  });
   const Target target = target_on(mesh);
   // The bins at the edge fall from 1 to 0 between centres 2.875 and 3.125 mm: half at 3.
   EXPECT_NEAR(half_maximum_width(mesh, box_of_8mm(), target, p.cwiseAbs2()), 6e-3, 0.01e-3);
 
   // A second sheet that faces up, loud everywhere, must not count.
-  Points vertices(3, 2 * mesh.vertex_count());
-  vertices << mesh.vertices(), mesh.vertices().colwise() + Vector3(0, 0, 10e-3);
-  Triangles triangles(3, 2 * mesh.face_count());
-  triangles << mesh.triangles(),
-      (mesh.triangles().array() + static_cast<int>(mesh.vertex_count())).matrix().colwise().reverse();
-  const TriangleMesh both(vertices, triangles);
+  const TriangleMesh turned(mesh.vertices(), mesh.triangles().colwise().reverse());
+  const TriangleMesh both = together(mesh, shifted(turned, {0, 0, 10e-3}));
   Eigen::VectorXcd loud(2 * p.size());
   loud << p, Eigen::VectorXcd::Constant(p.size(), 5.0);
   EXPECT_NEAR(half_maximum_width(both, box_of_8mm(), target_on(both), loud.cwiseAbs2()), 6e-3, 0.01e-3);
@@ -119,10 +84,7 @@ TEST(PressureMetrics, WidthStopsAtTheFirstCrossingAndIgnoresSkinThatFacesAway) {
 
 TEST(PressureMetrics, WidthFollowsARotatedBox) {
   const TriangleMesh mesh = strip();
-  Eigen::VectorXcd p(mesh.face_count());
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    p(f) = std::abs(mesh.centroids()(0, f)) < 3e-3 ? 1.0 : 0.0;
-  }
+  const auto p = at_centroids(mesh, [](const Vector3& x) { return std::abs(x.x()) < 3e-3 ? 1.0 : 0.0; });
   const Eigen::Matrix3d turn = extrinsic_rotation({0.4, 0.2, -0.9});
   TargetBox box = box_of_8mm();
   box.rotation = turn;
@@ -135,10 +97,7 @@ TEST(RadiationPressure, OfAStandingWaveAlongTheSkin) {
   // p = cos(k x): |p|^2 / (4 rho c^2) - |p'|^2 / (4 rho omega^2) = (cos^2 - sin^2) / (4 rho c^2).
   const TriangleMesh mesh = strip();
   const Wave w = wave();
-  Eigen::VectorXcd p(mesh.face_count());
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    p(f) = 1000.0 * std::cos(w.k() * mesh.centroids()(0, f));
-  }
+  const auto p = at_centroids(mesh, [&](const Vector3& x) { return 1000.0 * std::cos(w.k() * x.x()); });
   const Eigen::VectorXd radiation = radiation_pressure(SurfaceGradient(mesh, w.k()), w, p);
   const double unit = 1e6 / (4.0 * 1.2041 * 343.21 * 343.21);
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
@@ -164,11 +123,8 @@ TEST(RadiationPressure, OfUniformPressureIsTheWorkedValue) {
 
 /// Metrics of a radiation pressure by its place on the strip.
 Metrics metrics_of_radiation(const TriangleMesh& mesh, const auto& radiation_at) {
-  Eigen::VectorXd radiation(mesh.face_count());
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    radiation(f) = radiation_at(Vector3(mesh.centroids().col(f)));
-  }
-  return metrics_of(mesh, {box_of_8mm()}, target_on(mesh), Eigen::VectorXcd::Ones(mesh.face_count()), radiation);
+  return metrics_of(mesh, {box_of_8mm()}, target_on(mesh), Eigen::VectorXcd::Ones(mesh.face_count()),
+                    at_centroids(mesh, radiation_at).real());
 }
 
 bool is_in_box(const Vector3& x) { return std::abs(x.x()) < 4e-3 && std::abs(x.y()) < 2e-3; }
@@ -188,20 +144,6 @@ TEST(RadiationMetrics, WidthAndLengthOfAPlateauAreItsSides) {
   const Metrics endless = metrics_of_radiation(strip(), [](const Vector3& x) { return std::abs(x.x()) < 3e-3; });
   EXPECT_NEAR(endless.width_radiation_mm, 6.0, 0.01);
   EXPECT_TRUE(std::isnan(endless.length_radiation_mm));
-}
-
-TEST(RadiationMetrics, OfAPressureWithoutSlopeAreThoseOfItsSquare) {
-  // P is proportional to |p|^2: the width is one figure, and the leakage that of |P| A.
-  const TriangleMesh mesh = strip();
-  const auto square = [](const Vector3& x) { return std::exp(-std::pow(x.x() / 4e-3, 2)); };
-  Eigen::VectorXcd p(mesh.face_count());
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    p(f) = std::sqrt(square(mesh.centroids().col(f)));
-  }
-  const Eigen::VectorXd radiation = 0.1 * p.cwiseAbs2();
-  const Metrics m = metrics_of(mesh, {box_of_8mm()}, target_on(mesh), p, radiation);
-  EXPECT_NEAR(m.width_radiation_mm, m.width_mm, 1e-12);
-  EXPECT_NEAR(m.abs_force_elsewhere_n / (m.abs_force_elsewhere_n + m.force_target_n), m.leakage, 1e-12);
 }
 
 TEST(RadiationMetrics, SuctionCountsAsLoadButNotAsTheWantedOne) {
@@ -233,14 +175,46 @@ TEST(RadiationMetrics, LoudestElsewhereIsOfFacesWithoutAPartInTheTarget) {
     }
     return is_in_box(x) ? 2.0 : std::abs(x.y()) < 2e-3 ? 9.0 : 0.0;
   };
-  Eigen::VectorXd radiation(mesh.face_count());
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    radiation(f) = radiation_at(mesh.centroids().col(f));
-  }
-  const Metrics m = metrics_of(mesh, {box}, target, Eigen::VectorXcd::Ones(mesh.face_count()), radiation);
+  const Metrics m = metrics_of(mesh, {box}, target, Eigen::VectorXcd::Ones(mesh.face_count()),
+                               at_centroids(mesh, radiation_at).real());
   const double inside = (2.0 * 32.0 + 9.0 * 0.8) / 32.8;
   EXPECT_NEAR(m.loudest_elsewhere, 0.5 / inside, 1e-9);
   EXPECT_NEAR(m.abs_force_elsewhere_n, (9.0 * 3.2 + 0.5 * 155.0 + 3.0 * 155.0) * 1e-6, 1e-12);
+}
+
+/// "70 75 75 105", in the order of the table.
+std::string levels_at(double frequency) {
+  std::string text;
+  for (const ExposureLimit& limit : exposure_limits(frequency)) {
+    text += (text.empty() ? "" : " ") + std::to_string(std::lround(limit.level));
+  }
+  return text;
+}
+
+TEST(SoundLevel, IsOfTheRootMeanSquare) {
+  EXPECT_NEAR(sound_level(std::sqrt(2.0)), 93.979, 1e-3);  // 1 Pa rms
+  EXPECT_NEAR(sound_level(20e-6 * std::sqrt(2.0)), 0.0, 1e-12);
+  EXPECT_NEAR(sound_level(2.0) - sound_level(1.0), 6.0206, 1e-4);
+  EXPECT_EQ(sound_level(0.0), -std::numeric_limits<double>::infinity());
+}
+
+TEST(ExposureLimits, AreThoseOfTheThirdOctaveBand) {
+  EXPECT_EQ(levels_at(20e3), "70 75 75 105");
+  EXPECT_EQ(levels_at(25e3), "100 110 110 110");
+  EXPECT_EQ(levels_at(40e3), "100 110 110 115");
+  EXPECT_EQ(levels_at(63e3), "100 110 115");  // Health Canada ends with 50 kHz
+  EXPECT_EQ(levels_at(100e3), "100 110 115");
+  // Bands meet at 10^(n + 1/2)/10 Hz.
+  EXPECT_EQ(levels_at(22.3e3), levels_at(20e3));
+  EXPECT_EQ(levels_at(22.5e3), levels_at(25e3));
+  EXPECT_EQ(levels_at(56.1e3), levels_at(50e3));
+  EXPECT_EQ(levels_at(56.3e3), levels_at(63e3));
+}
+
+TEST(ExposureLimits, AreNotGivenWhereNobodyGivesThem) {
+  for (const double frequency : {1e3, 17.7e3, 112.3e3, 200e3, 0.0, -1.0, std::nan("")}) {
+    EXPECT_TRUE(exposure_limits(frequency).empty()) << frequency;
+  }
 }
 
 }  // namespace touchfield::pressure_metrics_test

@@ -127,7 +127,7 @@ TEST(SkinStrokes, ALineOnAHandStaysOnOneSideOfTheFinger) {
 }
 
 TEST(SkinStrokes, AClosedPathHasNoGapAtItsCorners) {
-  const TriangleMesh mesh = icosphere(60e-3, 90);
+  const TriangleMesh mesh = icosphere(60e-3, 60);
   std::vector<Vector3> points;
   for (const auto& [x, y] : {std::pair{-9, -9}, {9, -9}, {9, 9}, {-9, -9}}) {  // a triangle: 90 and 135 degrees
     points.emplace_back(x * 1e-3, y * 1e-3, -60e-3);
@@ -154,33 +154,11 @@ double strip_level(const Vector3& x) {
   return std::abs(x.x()) < 4e-3 ? 1.0 : x.x() > 0 && x.x() < 7e-3 ? 0.5 : 0.0;
 }
 
-TEST(SkinStrokes, AMaskHoldsTheFacesThatItMarksWithTheirLevels) {
-  const TriangleMesh mesh = icosphere(20e-3, 20);
-  const std::vector<double> levels = levels_of(mesh, strip_level);
-  const TargetBox box = masked_box(mesh, levels, "target.mask_file");
-  const Target target = make_target(mesh, {box}, TargetProfile::kUniform, 200.0);
-  std::size_t k = 0;
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    if (levels[static_cast<std::size_t>(f)] > 0) {
-      ASSERT_LT(k, target.faces.size());
-      EXPECT_EQ(target.faces[k], f);
-      EXPECT_EQ(target.amplitudes(static_cast<Eigen::Index>(k)), 200.0 * levels[static_cast<std::size_t>(f)]);
-      ++k;
-    }
-  }
-  EXPECT_EQ(k, target.faces.size());
-  EXPECT_GT(k, 100U);
-  EXPECT_GT(std::abs(box.rotation.col(0).x()), 0.98);  // own x is across the strip
-  EXPECT_LT(box.rotation.col(2).z(), -0.98);           // own z leads outwards
-  for (const Eigen::Index f : target.faces) {
-    const Vector3 own = box.rotation.transpose() * (mesh.centroids().col(f) - box.centre);
-    EXPECT_TRUE((own.cwiseAbs().array() <= 0.5 * box.size.array()).all());
-  }
-}
-
 TEST(SkinStrokes, AMaskIsThatOfAnyMeshOfTheSkinAndMovesWithIt) {
   const TriangleMesh marked = icosphere(20e-3, 40);
   TargetBox box = masked_box(marked, levels_of(marked, strip_level), "target.mask_file");
+  EXPECT_GT(std::abs(box.rotation.col(0).x()), 0.98);  // own x is across the strip
+  EXPECT_LT(box.rotation.col(2).z(), -0.98);           // own z leads outwards
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(2.0, Vector3(1, 2, 3).normalized()).toRotationMatrix();
   const Vector3 shift(0.01, -0.2, 0.03);
   box.centre = turn * box.centre + shift;
@@ -205,18 +183,6 @@ TEST(SkinStrokes, AMaskIsThatOfAnyMeshOfTheSkinAndMovesWithIt) {
                 make_target(transformed(other, turn, shift + Vector3(0, 0, 0.05)), {box}, TargetProfile::kUniform, 1.0);
               }),
               HasSubstr("target.mask_file: the box about"));  // the skin is elsewhere
-}
-
-TEST(SkinStrokes, PlacesOfAMaskAreNearEachOfItsFaces) {
-  const TriangleMesh mesh = icosphere(20e-3, 20);
-  const std::vector<double> levels = levels_of(mesh, strip_level);
-  const std::vector<Vector3> places = masked_places(mesh, levels);
-  EXPECT_LT(places.size(), 40U);
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    if (levels[static_cast<std::size_t>(f)] > 0) {
-      EXPECT_LT(distance_to_path(mesh.centroids().col(f), places), std::sqrt(3.0) * SkinStrokes::kLongest);
-    }
-  }
 }
 
 TEST(SkinStrokes, LinesThatLeaveTheSkinAreRefused) {

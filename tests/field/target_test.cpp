@@ -85,14 +85,6 @@ TEST(Target, MixesTwoPressuresOnAFaceByArea) {
   EXPECT_EQ(target.box[0], 1);
 }
 
-TEST(Target, ARotatedBoxHoldsWhatTheRotatedMeshHeld) {
-  const Eigen::Matrix3d turn = extrinsic_rotation({0.3, -0.5, 1.1});
-  const TargetBox box{{1e-3, 0, -10e-3}, {8e-3, 3e-3, 4e-3}};
-  const TargetBox turned{turn * box.centre, box.size, turn};
-  EXPECT_EQ(make_target(ball(), {box}, TargetProfile::kUniform, 1.0).faces,
-            make_target(transformed(ball(), turn, Vector3::Zero()), {turned}, TargetProfile::kUniform, 1.0).faces);
-}
-
 TEST(Target, PenetrationGrowsWithTheDepthBelowTheEntryFace) {
   const TriangleMesh mesh = ball();
   // The lower pole dips 2 mm into a box whose upper face lies at z = -8 mm: skin that faces down came in from above.

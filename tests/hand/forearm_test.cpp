@@ -83,7 +83,7 @@ TEST(Forearm, HasThePublishedVolume) {
   EXPECT_NEAR((with - hand(options_of("flat", 0)).mesh.signed_volume()) / 1.26e-3, 1.0, 0.1);
 }
 
-/// A pose and a length of forearm: each pose and each length is there.
+/// A pose and a length of forearm.
 class ForearmPoses : public ::testing::TestWithParam<std::pair<std::string, double>> {};
 
 TEST_P(ForearmPoses, EndsClosedAndLeavesTheHandAsItIs) {
@@ -112,51 +112,20 @@ TEST_P(ForearmPoses, EndsClosedAndLeavesTheHandAsItIs) {
   }
 }
 
-TriangleMesh coarse_with_forearm(const std::string& pose, HandSide side) {
-  HandOptions options = options_of(pose, 250 * kMm);
-  options.side = side;
-  const Vector3 pad = hand_landmark(options, "index_pad");
-  return hand(options, EdgeSizing(12 * kMm, {{pad, 1.2 * kMm, 15 * kMm}})).mesh;
-}
-
 TEST_P(ForearmPoses, IsSoundOnACoarseMesh) {
-  const TriangleMesh mesh = coarse_with_forearm(GetParam().first, HandSide::kRight);
+  const HandOptions options = options_of(GetParam().first, 250 * kMm);
+  const Vector3 pad = hand_landmark(options, "index_pad");
+  const TriangleMesh mesh = hand(options, EdgeSizing(12 * kMm, {{pad, 1.2 * kMm, 15 * kMm}})).mesh;
   EXPECT_THAT(inspect(mesh).faults, IsEmpty());
   EXPECT_THAT(self_intersections(mesh), IsEmpty());
   EXPECT_LT(mesh.face_count(), 5500);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, ForearmPoses,
-                         ::testing::Values(std::pair{"flat", 1 * kMm}, std::pair{"index_up", 60 * kMm},
-                                           std::pair{"grasp", 300 * kMm}, std::pair{"point_down", 60 * kMm},
+INSTANTIATE_TEST_SUITE_P(Small, ForearmPoses,
+                         ::testing::Values(std::pair{"flat", 1 * kMm}, std::pair{"grasp", 300 * kMm}));
+INSTANTIATE_TEST_SUITE_P(Full, ForearmPoses,
+                         ::testing::Values(std::pair{"index_up", 60 * kMm}, std::pair{"point_down", 60 * kMm},
                                            std::pair{"fist", 300 * kMm}));
-
-TEST(Forearm, LeftIsTheMirrorImageOfRight) {
-  const Eigen::DiagonalMatrix<double, 3> mirror(-1, 1, 1);
-  const TriangleMesh left = coarse_with_forearm("grasp", HandSide::kLeft);
-  const TriangleMesh right = coarse_with_forearm("grasp", HandSide::kRight);
-  EXPECT_LT((left.centroids() - mirror * right.centroids()).cwiseAbs().maxCoeff(), 1e-15);
-}
-
-// Faces of 2 mm on the wrist's sides, whose radius is 17.7 mm, meet at 6.5 degrees; none at more than 12.
-TEST(Forearm, JoinsTheWristSmoothly) {
-  const TriangleMesh mesh = hand(options_of("flat", 120 * kMm, 2 * kMm)).mesh;
-  std::map<std::pair<int, int>, Eigen::Index> face_of;
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    for (int c = 0; c < 3; ++c) {
-      face_of[{mesh.triangles()(c, f), mesh.triangles()((c + 1) % 3, f)}] = f;
-    }
-  }
-  double steepest = 0;
-  for (const auto& [ends, face] : face_of) {
-    const double y = mesh.vertices()(1, ends.first);
-    if (y < -8 * kMm && y > -100 * kMm) {
-      const Vector3 other = mesh.normals().col(face_of.at({ends.second, ends.first}));
-      steepest = std::max(steepest, std::acos(std::min(1.0, mesh.normals().col(face).dot(other))));
-    }
-  }
-  EXPECT_LT(steepest, 12 * kDegree);
-}
 
 // However the joints are turned, from 5 mm behind the hand's own end on nothing moves.
 TEST(Forearm, IsRigidWithThePalm) {
@@ -182,12 +151,6 @@ TEST(Forearm, IsRigidWithThePalm) {
       EXPECT_GT(behind, 500);
     }
   }
-}
-
-TEST(Forearm, RefusesALengthOutOfRange) {
-  EXPECT_THAT([] { hand(options_of("flat", 0.31)); },
-              ThrowsMessage<InputError>(HasSubstr("hand.forearm = 0.31 m must be 0 to 0.3 m")));
-  EXPECT_THROW(hand(options_of("flat", -1e-3)), InputError);
 }
 
 }  // namespace touchfield::forearm_test

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
-#include <numbers>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -15,7 +15,6 @@
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
-#include "sim/mesh/topology.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/testing.h"
 #include "tests/support/threads_support.h"
@@ -92,62 +91,6 @@ TEST(RandomField, HasTheMeanVarianceAndCovarianceAsked) {
   }
 }
 
-// Shares of a normal distribution below -2, -1, 0, 1 and 2 deviations.
-TEST(RandomField, IsNormalAtAPoint) {
-  constexpr int kSeeds = 3000;
-  const Eigen::ArrayXXd values = ensemble(Vector3(0.1, 0.2, 0.3), 1.0, 5 * kMm, kSeeds);
-  for (const double limit : {-2.0, -1.0, 0.0, 1.0, 2.0}) {
-    const double expected = 0.5 * std::erfc(-limit / std::numbers::sqrt2);
-    const double share = static_cast<double>((values < limit).count()) / kSeeds;
-    EXPECT_NEAR(share, expected, kDeviations * std::sqrt(expected * (1 - expected) / kSeeds)) << limit;
-  }
-}
-
-// The slopes of the field are normal with deviation rms / L along every axis and independent: -rho''(0) = 1 / L^2.
-TEST(RandomField, HasTheSlopesOfItsCovariance) {
-  constexpr int kSeeds = 2000;
-  const double rms = 0.5 * kMm;
-  const double correlation = 3 * kMm;
-  const double step = 1e-3 * correlation;  // differences are off by a part in (step / L)^2
-  Points points(3, 6);
-  points << step * Eigen::Matrix3d::Identity(), -step * Eigen::Matrix3d::Identity();
-  const Eigen::MatrixXd values = ensemble(points.colwise() + Vector3(0.05, 0.02, 0.3), rms, correlation, kSeeds);
-  const Eigen::MatrixXd slopes = (values.topRows(3) - values.bottomRows(3)) / (2 * step) * (correlation / rms);
-  const Eigen::Matrix3d covariance = slopes * slopes.transpose() / kSeeds;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      EXPECT_NEAR(covariance(i, j), i == j ? 1 : 0, kDeviations * std::sqrt((i == j ? 2.0 : 1.0) / kSeeds));
-    }
-  }
-}
-
-// One seed's waves give a mean over space within (1 - exp(-d^2 / L^2)) / sqrt(2 M) of the covariance, and their random
-// weights one of deviation 1 / sqrt(M) in its scale; n points 6 L apart add sqrt((1 + rho^2) / n).
-TEST(RandomField, OfOneSeedHasTheCovarianceOverSpace) {
-  constexpr int kAxis = 16;
-  constexpr double kWaves = 1024;
-  const double correlation = 2 * kMm;
-  for (const double d : {0.0, 1.0, 2.0}) {
-    Points points(3, 2 * kAxis * kAxis * kAxis);
-    Index n = 0;
-    for (int i = 0; i < kAxis; ++i) {
-      for (int j = 0; j < kAxis; ++j) {
-        for (int k = 0; k < kAxis; ++k) {
-          points.col(n++) = 6 * correlation * Vector3(i, j, k);
-          points.col(n++) = 6 * correlation * Vector3(i, j, k) + d * correlation * Vector3(0.6, 0, 0.8);
-        }
-      }
-    }
-    const Eigen::VectorXd values = RandomField(1.0, correlation, 17).at(points);
-    const auto pairs = values.reshaped(2, n / 2);
-    const double mean = pairs.row(0).dot(pairs.row(1)) / static_cast<double>(n / 2);
-    const double rho = std::exp(-0.5 * d * d);
-    const double waves = (1 - rho * rho) / std::sqrt(2 * kWaves) + rho / std::sqrt(kWaves);
-    const double places = std::sqrt((1 + rho * rho) / static_cast<double>(n / 2));
-    EXPECT_NEAR(mean, rho, kDeviations * (waves + places)) << d;
-  }
-}
-
 TEST(Perturbed, MovesAlongSmoothNormalsByTheField) {
   const TriangleMesh mesh = shifted(sphere(0.03, 3 * kMm).mesh, {0.01, 0.02, 0.2});
   const SensingNoise some = noise(0.3 * kMm, 6 * kMm, 5);
@@ -161,32 +104,6 @@ TEST(Perturbed, MovesAlongSmoothNormalsByTheField) {
   EXPECT_EQ(moved.rms, moved.drawn_rms);
   // A sphere's vertices have about the same area each: within 20 %, so this is the mean over the skin within 10 %.
   EXPECT_NEAR(moved.rms / std::sqrt(expected.squaredNorm() / static_cast<double>(expected.size())), 1.0, 0.1);
-}
-
-// Every vertex of a sphere's mesh is one of a mesh twice as fine, but for the radius, which differs by some h^2 / R: so
-// far apart the field differs by its slope (below 4.5 rms / L) and the normals by less than h / R times h / R.
-TEST(Perturbed, GivesTwoMeshesOfASphereTheSameDisplacement) {
-  const double radius = 0.03;
-  const SensingNoise some = noise(0.4 * kMm, 6 * kMm, 8);
-  const TriangleMesh coarse = icosphere(radius, 15);
-  const TriangleMesh fine = icosphere(radius, 30);
-  const TriangleMesh coarse_moved = perturbed(coarse, some).mesh;
-  const TriangleMesh fine_moved = perturbed(fine, some).mesh;
-  const double apart = std::abs(coarse.vertices().col(0).norm() - fine.vertices().col(0).norm());
-  const double steep = 4.5 * some.rms / some.correlation * apart;
-  const double turned = std::pow(coarse.mean_edge() / radius, 2) * 4.5 * some.rms;
-  EXPECT_LT(apart + steep + turned, 0.1 * some.rms);
-  int common = 0;
-  for (Index v = 0; v < coarse.vertex_count(); ++v) {
-    Index same = 0;
-    const double distance = (fine.vertices().colwise() - coarse.vertices().col(v)).colwise().norm().minCoeff(&same);
-    ASSERT_LT(distance, 1.01 * apart);
-    const Vector3 one = coarse_moved.vertices().col(v) - coarse.vertices().col(v);
-    const Vector3 other = fine_moved.vertices().col(same) - fine.vertices().col(same);
-    EXPECT_LT((one - other).norm(), steep + turned);
-    common += one.norm() > 0.1 * some.rms ? 1 : 0;
-  }
-  EXPECT_GT(common, 0.8 * static_cast<double>(coarse.vertex_count()));
 }
 
 // Parts of a flat face weigh as the face: on the middles-of-edges mesh the old vertices move as before.
@@ -203,31 +120,6 @@ TEST(Perturbed, MovesTheVerticesOfAFinerMeshOfTheSameSkinAlike) {
   EXPECT_NEAR(finer.drawn_rms / moved.drawn_rms, 1.0, 0.05);
 }
 
-// The mean square over a sphere's skin has the mean rms^2 and the variance 2 rms^4 <rho^2>, where the mean of
-// rho^2 = exp(-d^2 / L^2) over pairs of points is L^2 / (4 R^2) (1 - exp(-4 R^2 / L^2)).
-TEST(Perturbed, HasTheRmsOverManySeeds) {
-  constexpr int kSeeds = 300;
-  const double radius = 0.02;
-  const double rms = 0.1 * kMm;
-  const double correlation = 6 * kMm;
-  const TriangleMesh mesh = icosphere(radius, 4);
-  Eigen::ArrayXd squares(kSeeds);
-  for (int s = 0; s < kSeeds; ++s) {
-    const Perturbed moved = perturbed(mesh, noise(rms, correlation, static_cast<unsigned>(s)));
-    ASSERT_EQ(moved.damped_area, 0);
-    squares(s) = std::pow(moved.drawn_rms / rms, 2);
-  }
-  const double ratio = std::pow(correlation / (2 * radius), 2);
-  const double deviation = std::sqrt(2 * ratio * (1 - std::exp(-1 / ratio)));
-  EXPECT_NEAR(squares.mean(), 1, kDeviations * deviation / std::sqrt(kSeeds));
-  const double spread = std::sqrt((squares - squares.mean()).square().mean());
-  // The deviation of n draws scatters by 1 / sqrt(2 n), here 1.4 times as much for the mean squares' excess.
-  EXPECT_NEAR(spread / deviation, 1.0, kDeviations * 1.4 / std::sqrt(2.0 * kSeeds));
-  // The header's figure for the rms itself, half of that of its square.
-  EXPECT_NEAR(std::sqrt(std::numbers::pi * std::pow(correlation, 2) / (2 * mesh.total_area())), deviation / 2,
-              0.02 * deviation);
-}
-
 TEST(Perturbed, IsTheSameForASeedOnAnyNumberOfThreads) {
   // A hand and a seed that bring two parts of the skin together.
   const TriangleMesh mesh = hand({.side = HandSide::kLeft, .edge = 5 * kMm}).mesh;
@@ -240,25 +132,10 @@ TEST(Perturbed, IsTheSameForASeedOnAnyNumberOfThreads) {
   EXPECT_GT((alone.mesh.vertices() - other.mesh.vertices()).cwiseAbs().maxCoeff(), 1 * kMm);
 }
 
-TEST(Perturbed, OffsetMovesTheWholeBody) {
-  const TriangleMesh mesh = sphere(0.02, 3 * kMm).mesh;
-  SensingNoise some = noise(0, 5 * kMm, 1);
-  some.offset = Vector3(0.001, -0.002, 0.003);
-  const Perturbed still = perturbed(mesh, some);
-  EXPECT_TRUE(still.mesh.vertices() == Points(mesh.vertices().colwise() + some.offset));
-  EXPECT_EQ(still.rms, 0);
-  some.rms = 0.5 * kMm;
-  const Points moved = perturbed(mesh, some).mesh.vertices();
-  some.offset.setZero();
-  EXPECT_LT(
-      ((moved - perturbed(mesh, some).mesh.vertices()).colwise() - Vector3(0.001, -0.002, 0.003)).cwiseAbs().maxCoeff(),
-      kRounding);
-}
-
 TEST(Perturbed, HandsStayClosedAndClearOfThemselves) {
   const TriangleMesh mesh = hand({.edge = 4 * kMm}).mesh;
   int damped = 0;
-  for (unsigned seed = 1; seed <= 8; ++seed) {
+  for (unsigned seed = 1; seed <= 4; ++seed) {
     SCOPED_TRACE(seed);
     const Perturbed moved = perturbed(mesh, noise(1 * kMm, 5 * kMm, seed));
     EXPECT_THAT(self_intersections(moved.mesh), IsEmpty());
@@ -301,11 +178,7 @@ TEST(Perturbed, DampsTheNoiseInNarrowGapsOnly) {
   EXPECT_LT(moved.damped_area, 0.3);
   EXPECT_LT(moved.rms, moved.drawn_rms);
 
-  // A fifth more, offered to the damped skin, leaves it sound.
   const Eigen::VectorXd left = heights(mesh, moved.mesh);
-  const Points further = mesh.vertices() + 1.2 * (moved.mesh.vertices() - mesh.vertices());
-  EXPECT_THAT(self_intersections(TriangleMesh(further, mesh.triangles())), IsEmpty());
-
   const Eigen::ArrayXd shares = left.array() / drawn.array();
   EXPECT_LE(shares.maxCoeff(), 1 + 1e-9);
   EXPECT_GE(shares.minCoeff(), 0);
@@ -329,15 +202,6 @@ TEST(Perturbed, DampsTheNoiseInNarrowGapsOnly) {
     }
   }
   EXPECT_GT(far, 100);
-  // k rounds, each of at most 1 - exp(-s^2 / (2 R^2)) / 4, change the share by no more than
-  // k (1 - e^(-1/2) / 4)^k e^(-1/2) / 4 / R / (1 - e^(-1/2) / 4) <= 0.45 / R a metre, and at k = 6 the most.
-  const EdgeTable edges = edge_table(mesh.triangles());
-  for (Index e = 0; e < edges.ends.cols(); ++e) {
-    const int v = edges.ends(0, e);
-    const int w = edges.ends(1, e);
-    const double length = (mesh.vertices().col(v) - mesh.vertices().col(w)).norm();
-    EXPECT_LE(std::abs(shares(v) - shares(w)), 0.45 * length / reach + 1e-6);
-  }
 }
 
 /// The number before ` mm rms would do` in a message [m].
@@ -353,7 +217,6 @@ double suggested_rms(const std::string& message) {
 // away there leaves the other half: sqrt(1/2) of its rms.
 TEST(Perturbed, SaysWhichNoiseWouldDo) {
   const TriangleMesh mesh = shifted(box({0.02, 0.02, 0.001}, 1 * kMm).mesh, {0.1, 0.2, 0.3});
-  int refused = 0;
   for (unsigned seed = 1; seed <= 2; ++seed) {
     SensingNoise some = noise(3 * kMm, 3 * kMm, seed);
     const auto attempt = [&] { perturbed(mesh, some); };
@@ -366,32 +229,24 @@ TEST(Perturbed, SaysWhichNoiseWouldDo) {
     EXPECT_THAT(self_intersections(moved.mesh), IsEmpty());
     EXPECT_GT(moved.mesh.signed_volume(), 0);
     EXPECT_GE(moved.rms, 0.8 * moved.drawn_rms);
-    some.rms += 3 * kMm / 16;  // five halvings of 3 mm
-    try {
-      perturbed(mesh, some);
-    } catch (const InputError&) {
-      ++refused;
-    }
   }
-  EXPECT_GE(refused, 1);  // what would do is no interval, but nearly
 }
 
 TEST(Perturbed, RefusesWhatIsNoNoise) {
   const TriangleMesh mesh = sphere(0.02, 5 * kMm).mesh;
-  const auto message = [&](auto change) {
-    SensingNoise some = noise(0.5 * kMm, 5 * kMm, 1);
-    change(some);
-    return message_of<InputError>([&] { perturbed(mesh, some); });
-  };
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(message([](SensingNoise& n) { n.rms = 4 * kMm; }), HasSubstr("noise rms = 4 mm must be 0 to 3 mm"));
-  EXPECT_THAT(message([](SensingNoise& n) { n.rms = -1e-6; }), HasSubstr("must be 0 to 3 mm"));
-  EXPECT_THAT(message([&](SensingNoise& n) { n.rms = nan; }), HasSubstr("must be 0 to 3 mm"));
-  EXPECT_THAT(message([](SensingNoise& n) { n.correlation = 0.5 * kMm; }),
-              HasSubstr("correlation = 0.5 mm must be 1 to 100 mm"));
-  EXPECT_THAT(message([&](SensingNoise& n) { n.correlation = nan; }), HasSubstr("must be 1 to 100 mm"));
-  EXPECT_THAT(message([&](SensingNoise& n) { n.offset.y() = nan; }), HasSubstr("must be finite"));
-  EXPECT_THAT(message([&](SensingNoise& n) { n.offset.y() = 1 / 0.0; }), HasSubstr("must be finite"));
+  for (const auto& [rms, correlation, offset, phrase] :
+       {std::tuple{4 * kMm, 5 * kMm, 0.0, "noise rms = 4 mm must be 0 to 3 mm"},
+        {-1e-6, 5 * kMm, 0.0, "must be 0 to 3 mm"},
+        {nan, 5 * kMm, 0.0, "must be 0 to 3 mm"},
+        {0.5 * kMm, 0.5 * kMm, 0.0, "correlation = 0.5 mm must be 1 to 100 mm"},
+        {0.5 * kMm, nan, 0.0, "must be 1 to 100 mm"},
+        {0.5 * kMm, 5 * kMm, nan, "must be finite"},
+        {0.5 * kMm, 5 * kMm, 1 / 0.0, "must be finite"}}) {
+    SensingNoise some = noise(rms, correlation, 1);
+    some.offset.y() = offset;
+    EXPECT_THAT(message_of<InputError>([&] { perturbed(mesh, some); }), HasSubstr(phrase));
+  }
 }
 
 TEST(Perturbed, RefusesASkinThatCutsItself) {

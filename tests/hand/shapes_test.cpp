@@ -1,11 +1,19 @@
 #include "sim/hand/shapes.h"
 
+#include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
+#include <random>
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include <Eigen/Geometry>
+
+#include "sim/hand/body.h"
 #include "sim/mesh/query/inspect.h"
 #include "tests/support/testing.h"
 
@@ -15,8 +23,6 @@ using std::numbers::pi;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kDegree = pi / 180.0;
-
-Vector3 landmark(const Body& body, const std::string& name) { return position(body.mesh, find_landmark(body, name)); }
 
 TEST(Icosphere, HasTheFacesAndTheVolumeOfItsName) {
   for (const int f : {1, 2, 3, 7, 16}) {
@@ -29,23 +35,17 @@ TEST(Icosphere, HasTheFacesAndTheVolumeOfItsName) {
     EXPECT_NEAR(report.volume / (4.0 / 3.0 * pi * std::pow(0.008, 3)), 1.0, 1e-13);
     EXPECT_GT(report.smallest_angle, 50.0 * kDegree);  // 53.9 as f grows: the corners of the icosahedron have 5 faces
   }
-}
-
-TEST(Icosphere, VerticesLieOnOneSphereJustOutside) {
   const Eigen::VectorXd radii = icosphere(0.1, 16).vertices().colwise().norm();
   EXPECT_NEAR(radii.minCoeff(), radii.maxCoeff(), 1e-15);
-  EXPECT_GT(radii(0), 0.1);
-  EXPECT_LT(radii(0), 0.1 * 1.002);  // 1/4 (edge / radius)^2 / 3 = 0.0005 at f = 16
 }
 
-// Equal arcs along the edges: splitting in two and again in two is splitting in four there.
-TEST(Icosphere, FrequenciesNest) {
-  const TriangleMesh coarse = icosphere(1.0, 2);
-  const TriangleMesh fine = icosphere(1.0, 4);
-  const Points unit = fine.vertices().colwise().normalized();
-  for (Eigen::Index v = 0; v < coarse.vertex_count(); ++v) {
-    const Vector3 direction = coarse.vertices().col(v).normalized();
-    EXPECT_LT((unit.colwise() - direction).colwise().norm().minCoeff(), 1e-14);
+/// A landmark of each name lies at the body's end along its axis.
+void expect_landmarks(const Body& body, const Vector3& half, double tolerance) {
+  const std::array<const char*, 6> names = {"x_plus", "y_plus", "top", "x_minus", "y_minus", "bottom"};
+  for (int i = 0; i < 6; ++i) {
+    const Landmark& landmark = find_landmark(body, names[static_cast<std::size_t>(i)]);
+    const Vector3 expected = (i < 3 ? half(i % 3) : -half(i % 3)) * Vector3::Unit(i % 3);
+    EXPECT_LT((position(body.mesh, landmark) - expected).norm(), tolerance) << landmark.name;
   }
 }
 
@@ -58,28 +58,8 @@ TEST(SphereShape, TakesTheFrequencyNearestToTheEdge) {
     EXPECT_LE(std::abs(reached - edge), std::abs(icosphere(0.02, f - 1).mean_edge() - edge));
   }
   EXPECT_EQ(sphere(0.02, 1.0).mesh.face_count(), 20);
-}
-
-TEST(SphereShape, LandmarksLieOnTheAxes) {
-  const Body body = sphere(0.02, 2e-3);
-  const double tolerance = 1e-4;  // sagitta of an edge: (2 mm)^2 / (8 * 20 mm) = 0.025 mm
-  EXPECT_LT((landmark(body, "top") - Vector3(0, 0, 0.02)).norm(), tolerance);
-  EXPECT_LT((landmark(body, "bottom") - Vector3(0, 0, -0.02)).norm(), tolerance);
-  EXPECT_LT((landmark(body, "x_plus") - Vector3(0.02, 0, 0)).norm(), tolerance);
-  EXPECT_LT((landmark(body, "x_minus") - Vector3(-0.02, 0, 0)).norm(), tolerance);
-  EXPECT_LT((landmark(body, "y_plus") - Vector3(0, 0.02, 0)).norm(), tolerance);
-  EXPECT_LT((landmark(body, "y_minus") - Vector3(0, -0.02, 0)).norm(), tolerance);
-}
-
-TEST(SphereShape, RefusesWhatIsNoSphere) {
-  EXPECT_THAT([] { sphere(0, 1e-3); }, ThrowsMessage<InputError>(HasSubstr("sphere.radius = 0")));
-  EXPECT_THAT([] { sphere(0.01, -1e-3); }, ThrowsMessage<InputError>(HasSubstr("sphere.edge = -0.001")));
-  EXPECT_THROW(sphere(kNan, 1e-3), InputError);
-  EXPECT_THROW(sphere(0.01, kNan), InputError);
-  EXPECT_THROW(sphere(std::numeric_limits<double>::infinity(), 1e-3), InputError);
-  EXPECT_THAT([] { sphere(0.01, 1e-7); }, ThrowsMessage<InputError>(HasSubstr("faces; at most")));
-  EXPECT_THROW(icosphere(0.01, 0), InputError);
-  EXPECT_THROW(icosphere(0.01, 100000), InputError);
+  // The sagitta of an edge is (2 mm)^2 / (8 * 20 mm) = 0.025 mm.
+  expect_landmarks(sphere(0.02, 2e-3), Vector3::Constant(0.02), 1e-4);
 }
 
 class CapsuleTest : public ::testing::TestWithParam<std::array<double, 3>> {};
@@ -109,34 +89,13 @@ TEST_P(CapsuleTest, IsUniformAndHasTheCapsulesVolume) {
 
   const double tolerance =
       0.05 * edge + 0.3 * edge * edge / radius;  // sagitta, and the vertices' height above the radius
-  EXPECT_LT((landmark(body, "y_plus") - Vector3(0, 0.5 * length + radius, 0)).norm(), tolerance);
-  EXPECT_LT((landmark(body, "y_minus") - Vector3(0, -0.5 * length - radius, 0)).norm(), tolerance);
-  EXPECT_LT((landmark(body, "top") - Vector3(0, 0, radius)).norm(), tolerance);
-  EXPECT_LT((landmark(body, "x_minus") - Vector3(-radius, 0, 0)).norm(), tolerance);
+  expect_landmarks(body, {radius, 0.5 * length + radius, radius}, tolerance);
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, CapsuleTest,
                          ::testing::Values(std::array{8e-3, 50e-3, 1.4e-3}, std::array{8e-3, 50e-3, 4e-3},
                                            std::array{10e-3, 0.0, 1e-3}, std::array{1e-3, 0.2, 0.5e-3},
                                            std::array{30e-3, 1e-3, 3e-3}));
-
-TEST(Capsule, AnEdgeAboveTheRadiusIsTakenAsTheRadius) {
-  EXPECT_EQ(capsule(0.01, 0.05, 0.03).mesh.face_count(), capsule(0.01, 0.05, 0.01).mesh.face_count());
-}
-
-TEST(Capsule, RefusesWhatIsNoCapsule) {
-  EXPECT_THAT([] { capsule(0.01, -0.01, 1e-3); }, ThrowsMessage<InputError>(HasSubstr("capsule.length = -0.01")));
-  EXPECT_THROW(capsule(0, 0.01, 1e-3), InputError);
-  EXPECT_THROW(capsule(0.01, kNan, 1e-3), InputError);
-  EXPECT_THROW(capsule(0.01, 0.05, 0), InputError);
-  EXPECT_THROW(capsule(0.01, 1e9, 1e-3), InputError);
-  // Faces are as small as the radius, whatever the edge.
-  EXPECT_THAT([] { capsule(1e-7, 0.1, 2.6e-3); }, ThrowsMessage<InputError>(HasSubstr("edges of 1e-07 m would take")));
-}
-
-TEST(Box, CountsTheSquaresOfAThinSide) {
-  EXPECT_THAT([] { box({1e6, 1e-7, 1e-7}, 1e-3); }, ThrowsMessage<InputError>(HasSubstr("faces; at most")));
-}
 
 TEST(Box, IsExactWithSharpEdges) {
   const Vector3 size(0.01, 0.023, 0.037);
@@ -156,17 +115,89 @@ TEST(Box, IsExactWithSharpEdges) {
     sides.insert(static_cast<int>(normal(axis) > 0 ? axis : axis + 3));
   }
   EXPECT_EQ(sides.size(), 6u);
-  EXPECT_LT((landmark(body, "top") - Vector3(0, 0, 0.5 * size.z())).norm(), 1e-12);
-  EXPECT_LT((landmark(body, "y_minus") - Vector3(0, -0.5 * size.y(), 0)).norm(), 1e-12);
+  expect_landmarks(body, 0.5 * size, 1e-12);
 }
 
-TEST(Box, HasTwelveFacesAtLeast) { EXPECT_EQ(box({0.01, 0.02, 0.03}, 1.0).mesh.face_count(), 12); }
+TEST(Shapes, RefuseWhatIsNoShape) {
+  const std::vector<std::pair<std::function<void()>, std::string>> cases = {
+      {[] { sphere(0, 1e-3); }, "sphere.radius = 0"},
+      {[] { sphere(kNan, 1e-3); }, "sphere.radius"},
+      {[] { sphere(std::numeric_limits<double>::infinity(), 1e-3); }, "sphere.radius"},
+      {[] { sphere(0.01, -1e-3); }, "sphere.edge = -0.001"},
+      {[] { sphere(0.01, 1e-7); }, "faces; at most"},
+      {[] { icosphere(0.01, 0); }, ""},
+      {[] { icosphere(0.01, 100000); }, "must be 1 to 500"},
+      {[] { capsule(0.01, -0.01, 1e-3); }, "capsule.length = -0.01"},
+      {[] { capsule(0, 0.01, 1e-3); }, "capsule.radius"},
+      {[] { capsule(0.01, 0.05, 0); }, "capsule.edge"},
+      {[] { capsule(0.01, 1e9, 1e-3); }, "faces; at most"},
+      {[] { capsule(1e-7, 0.1, 2.6e-3); }, "edges of 1e-07 m would take"},  // faces are as small as the radius
+      {[] {
+         box({0.01, 0, 0.01}, 1e-3);
+       },
+       "box.size[1] = 0"},
+      {[] {
+         box({0.01, kNan, 0.01}, 1e-3);
+       },
+       "box.size[1]"},
+      {[] {
+         box({0.01, 0.01, 0.01}, 0);
+       },
+       "box.edge"},
+      {[] {
+         box({1, 1, 1}, 1e-5);
+       },
+       "faces; at most"},
+      {[] {
+         box({1e6, 1e-7, 1e-7}, 1e-3);
+       },
+       "faces; at most"}};
+  for (const auto& [shape, phrase] : cases) {
+    EXPECT_THAT(message_of<InputError>(shape), HasSubstr(phrase));
+  }
+}
 
-TEST(Box, RefusesWhatIsNoBox) {
-  EXPECT_THAT([] { box({0.01, 0, 0.01}, 1e-3); }, ThrowsMessage<InputError>(HasSubstr("box.size[1] = 0")));
-  EXPECT_THROW(box({0.01, kNan, 0.01}, 1e-3), InputError);
-  EXPECT_THROW(box({0.01, 0.01, 0.01}, 0), InputError);
-  EXPECT_THROW(box({1, 1, 1}, 1e-5), InputError);
+constexpr double kRounding = 1e-15;  // [m] of bodies below a metre
+
+TEST(FindLandmark, ListsTheNamesThereAre) {
+  const Body body = sphere(0.01, 0.005);
+  EXPECT_EQ(find_landmark(body, "top").name, "top");
+  EXPECT_THAT([&] { find_landmark(body, "index_pad"); },
+              ThrowsMessage<InputError>(AllOf(HasSubstr("'index_pad'"), HasSubstr("top, bottom, x_plus"))));
+  EXPECT_THAT([&] { find_landmark(Body{body.mesh, {}}, "top"); }, ThrowsMessage<InputError>(HasSubstr("it has none")));
+}
+
+// On a box the nearest point is known: the point clamped to the box.
+TEST(NearestLandmark, IsTheNearestPointOfTheSurface) {
+  const Vector3 half(0.01, 0.02, 0.03);
+  const TriangleMesh mesh = box(2.0 * half, 0.004).mesh;
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform(-0.06, 0.06);
+  for (int i = 0; i < 200; ++i) {
+    const Vector3 outside(uniform(random), uniform(random), uniform(random));
+    if ((outside.cwiseAbs() - half).maxCoeff() <= 0) {
+      continue;
+    }
+    const Landmark landmark = nearest_landmark(mesh, "p", outside);
+    const Vector3 expected = outside.cwiseMax(-half).cwiseMin(half);
+    EXPECT_LT((position(mesh, landmark) - expected).norm(), 1e-12) << outside.transpose();
+    EXPECT_NEAR(landmark.barycentric.sum(), 1.0, 1e-12);
+    EXPECT_GE(landmark.barycentric.minCoeff(), 0.0);
+  }
+  const Vector3 nowhere(0, std::numeric_limits<double>::quiet_NaN(), 0);
+  EXPECT_THROW(nearest_landmark(mesh, "p", nowhere), InputError);
+}
+
+// First about the fixed x: y goes to z; then about the fixed z: z stays. (Intrinsic turns would take y to x's place.)
+TEST(Placed, TurnsAboutFixedAxesInOrderAboutTheAnchor) {
+  const Body body = box({0.02, 0.04, 0.06}, 0.02);
+  const Vector3 anchor = position(body.mesh, find_landmark(body, "y_plus"));  // (0, 20 mm, 0)
+  const Vector3 at(0.1, -0.2, 0.3);
+  const Body moved = placed(body, anchor, at, {std::numbers::pi / 2, 0, std::numbers::pi / 2});
+  EXPECT_LT((position(moved.mesh, find_landmark(moved, "y_plus")) - at).norm(), kRounding);
+  const Vector3 centre_at = moved.mesh.vertices().rowwise().mean();
+  // From the anchor the centre lies 20 mm along -y: about x by 90 degrees it lies along -z, about z it stays there.
+  EXPECT_LT((centre_at - at - Vector3(0, 0, -0.02)).norm(), kRounding);
 }
 
 }  // namespace touchfield::shapes_test

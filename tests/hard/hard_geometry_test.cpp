@@ -9,9 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/core/units.h"
-#include "sim/hand/shapes.h"
 #include "sim/mesh/query/inspect.h"
-#include "tests/hard/hard_meshes.h"
 #include "tests/hard/hard_support.h"
 
 namespace touchfield::hard_geometry_test {

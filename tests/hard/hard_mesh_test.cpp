@@ -10,11 +10,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "sim/bem/rigid_sphere.h"
 #include "sim/core/units.h"
-#include "sim/hand/shapes.h"
 #include "sim/mesh/query/inspect.h"
-#include "tests/hard/hard_meshes.h"
 #include "tests/hard/hard_support.h"
 
 namespace touchfield::hard_mesh_test {
@@ -24,8 +21,7 @@ class HardMesh : public HardCase {};
 TransducerArray wave_up() { return plane_wave(Vector3::UnitZ(), 1.0); }
 
 Eigen::VectorXcd exact_on(const TriangleMesh& mesh, const Wave& wave, double radius) {
-  return rigid_sphere_plane_wave(
-      wave, radius, mesh.centroids().row(2).transpose().cwiseQuotient(mesh.centroids().colwise().norm().transpose()));
+  return rigid_sphere_plane_wave(wave, radius, cosines(mesh));
 }
 
 TEST_P(HardMesh, Slivers) {

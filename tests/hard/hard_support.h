@@ -8,10 +8,7 @@
 #include <Eigen/Core>
 #include <gtest/gtest.h>
 
-#include "sim/acoustics/transducer_array.h"
-#include "sim/bem/scattering_solver.h"
-#include "sim/bem/scattering_system.h"
-#include "sim/bem/scheme.h"
+#include "tests/support/sphere_support.h"
 #include "tests/support/table_row.h"
 
 namespace touchfield {
@@ -32,9 +29,6 @@ class HardCase : public testing::TestWithParam<Size> {
 
 /// Air at 20 C.
 Wave wave_at(double frequency);
-
-/// Sources exp(ikr)/r at the given places.
-TransducerArray omni_at(const Points& positions);
 
 /// What one scheme says of one problem.
 struct Answer {
@@ -91,5 +85,25 @@ Cells mesh_cells(const TriangleMesh& mesh, const Wave& wave);
 Cells scheme_cells(const std::vector<Errors>& figures);
 /// GMRES steps of Burton-Miller, without and with the preconditioner.
 Cells step_cells(const Answers& answers);
+
+/// The finger of these cases: a capsule of radius 8 mm, 36 mm long.
+TriangleMesh finger(double edge);
+
+/// Two copies of a mesh side by side in x, `gap` [m] between their outermost vertices.
+TriangleMesh pair_of(const TriangleMesh& mesh, double gap);
+
+/// The same flat surface with every fourth face cut in three about a point that leaves the angle [rad]: over the middle
+/// of a side and next to a corner in turn.
+TriangleMesh with_slivers(const TriangleMesh& mesh, double angle);
+
+/// Sphere whose edges grow from `finest` at the pole +z by `growth` a metre of distance from it, up to `coarsest`;
+/// scaled to the sphere's volume.
+TriangleMesh graded_sphere(double radius, double finest, double coarsest, double growth);
+
+/// A tube along z, closed at the bottom, the rim and the outer corner round: inner radius 4.5 mm, depth 25 mm, wall
+/// 2.5 mm. Its floor is the plane z = 0 inside.
+TriangleMesh cup(double edge);
+constexpr double kCupRadius = 4.5e-3;
+constexpr double kCupDepth = 25e-3;
 
 }  // namespace touchfield

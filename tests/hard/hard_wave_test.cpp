@@ -9,11 +9,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "sim/bem/rigid_sphere.h"
 #include "sim/core/units.h"
 #include "sim/hand/hand.h"
-#include "sim/hand/shapes.h"
-#include "tests/hard/hard_meshes.h"
 #include "tests/hard/hard_support.h"
 
 namespace touchfield::hard_wave_test {
@@ -138,9 +135,8 @@ TEST_P(HardWave, SourceNearTheSkin) {
   for (const double epw : sized(std::vector<double>{3, 5}, std::vector<double>{3, 5, 7, 10})) {
     const TriangleMesh mesh = sphere(radius, wave.wavelength() / epw).mesh;
     const double distance = radius + 5e-3;
-    const Eigen::VectorXd cosines =
-        mesh.centroids().row(2).transpose().cwiseQuotient(mesh.centroids().colwise().norm().transpose());
-    const Eigen::VectorXcd exact = 4 * std::numbers::pi * rigid_sphere_point_source(wave, radius, distance, cosines);
+    const Eigen::VectorXcd exact =
+        4 * std::numbers::pi * rigid_sphere_point_source(wave, radius, distance, cosines(mesh));
     print("sphere", mesh, 5e-3 / mesh.mean_edge(),
           errors(mesh.areas(), answers(mesh, wave, omni_at(Vector3(0, 0, distance))), exact));
     const Answer polished = answer(mesh, wave, omni_at(Vector3(0, 0, distance)), Scheme::kBurtonMillerPolished, {});
@@ -170,10 +166,8 @@ TEST_P(HardWave, OtherFrequencies) {
     const double radius = 8e-3;
     for (const double epw : sized(std::vector<double>{3, 5}, std::vector<double>{3, 5, 8})) {
       const TriangleMesh mesh = sphere(radius, wave.wavelength() / epw).mesh;
-      const Eigen::VectorXd cosines =
-          mesh.centroids().row(2).transpose().cwiseQuotient(mesh.centroids().colwise().norm().transpose());
       const Errors found = errors(mesh.areas(), answers(mesh, wave, plane_wave(Vector3::UnitZ(), 1.0)),
-                                  rigid_sphere_plane_wave(wave, radius, cosines));
+                                  rigid_sphere_plane_wave(wave, radius, cosines(mesh)));
       print_row("hard_frequencies", {Cells{{"frequency", name}, {"body", "sphere, 8 mm"}}, mesh_cells(mesh, wave),
                                      Cells{{"where", "all"}}, scheme_cells({found})});
       // As at 40 kHz on as many edges a wavelength; on a small body a little worse, its curvature counts too.

@@ -51,12 +51,6 @@ TEST(TriangleMesh, MeanEdgeIsTheSideOfTheEquilateralTriangleOfMeanArea) {
   EXPECT_NEAR(edges_per_wavelength(mesh, 5.0), 2.5, 2.5 * kRounding);
 }
 
-TEST(TriangleMesh, InsideOutHasNegativeVolume) {
-  Triangles triangles = tetrahedron_triangles();
-  triangles.row(0).swap(triangles.row(1));
-  EXPECT_NEAR(TriangleMesh(tetrahedron_vertices(), triangles).signed_volume(), -1.0 / 6.0, kRounding);
-}
-
 // 1 km away a volume about the origin would lose nine digits of the ratio (distance / size)^3.
 TEST(TriangleMesh, VolumeSurvivesAMoveFarAway) {
   const TriangleMesh mesh(tetrahedron_vertices(), tetrahedron_triangles());

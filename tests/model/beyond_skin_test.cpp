@@ -43,14 +43,6 @@ TEST(BeyondSkin, PartAndPatchesTogetherAreTheSkin) {
   EXPECT_TRUE(long_model({"body.keep_within_mm=200"}).beyond.empty());
 }
 
-TEST(BeyondSkin, PatchesAreTwiceAsManyAsWhatReachesThem) {
-  const Model model = long_model({"body.keep_within_mm=14", "array={autd3: {layout: [1, 2]}}"});
-  const SkinPatches& beyond = model.beyond;
-  const double drives = expected_drives(beyond.centres(), beyond.normals(), beyond.areas, model.fixed->array,
-                                        model.fixed->wave.wavelength());
-  EXPECT_GT(static_cast<double>(beyond.size()), 1.8 * drives);
-}
-
 TEST(BeyondSkin, OtherBodiesLieBeyondAsAWhole) {
   const std::string two =
       "bodies=[{name: one, capsule: {radius_mm: 6, length_mm: 10}, edge_mm: 2.5, place: {landmark: bottom, at_mm: [0, "

@@ -14,15 +14,6 @@ std::string refusal(const std::vector<std::string>& changes) {
   return message_of<InputError>([&] { small_model(changes); });
 }
 
-TEST(Model, OwnsItsScene) {
-  const Model model = [] {
-    const Scene scene = small_scene({"name=gone"});
-    return build_model(scene);
-  }();
-  EXPECT_EQ(model.fixed->scene.name, "gone");
-  EXPECT_EQ(build_target(model).size(), build_target(model, model.body.mesh).size());
-}
-
 TEST(Model, BodiesStandWhereTheScenePutsThem) {
   const Model model = small_model({"body.place.at_mm=[3, -4, 70]"});
   EXPECT_NEAR(model.body.mesh.vertices().row(2).minCoeff(), 0.070, 1e-4);
@@ -74,11 +65,6 @@ TEST(Model, PointsAndLinesWithoutAFaceNameTheirKey) {
               HasSubstr("target.lines[0]: the box about"));
   EXPECT_THAT(refusal({"target.points=[{at: bottom, diameter_mm: 0.01}]"}),
               HasSubstr("target.points[0]: the box about"));
-}
-
-TEST(Model, ChannelsAreCountedBeforeTheyAreMade) {
-  EXPECT_EQ(channel_count(small_scene().array), small_model().fixed->array.size());
-  EXPECT_EQ(channel_count(small_scene({"array={sonicsurface: {}}"}).array), 256);
 }
 
 TEST(Model, TheEvaluationHasTheWholeBodyWhateverItIs) {

@@ -252,17 +252,6 @@ TEST(ResultRemarks, SteepenedSoundIsNotedAndFromAShockOnWarnedOf) {
   EXPECT_THAT(both.notes, ElementsAre(HasSubstr("unscattered 0.99.")));
 }
 
-// The array's drive scales it, and a plane wave has no way from an array.
-TEST(ResultRemarks, SigmaFollowsTheDrive) {
-  const touchfield::Run full = unsolved(small_model({"solve.methods=[focus]"}));
-  const touchfield::Run half = unsolved(small_model({"solve.methods=[focus]", "array.level=0.5"}));
-  EXPECT_GT(full.methods[0].shock_distance_share, 0.0);
-  EXPECT_NEAR(half.methods[0].shock_distance_share / full.methods[0].shock_distance_share, 0.5, 1e-9);
-  const touchfield::Run plane =
-      unsolved(small_model({"array={plane_wave: {direction: [0, 0, 1]}}", "solve.methods=[{fixed: {phases_rad: 0}}]"}));
-  EXPECT_TRUE(std::isnan(plane.methods[0].shock_distance_share));
-}
-
 TEST(ResultRemarks, AWeakTargetIsInTheShadow) {
   touchfield::Run run = unsolved(small_model());
   for (const Eigen::Index f : run.target->faces) {

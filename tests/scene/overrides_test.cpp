@@ -1,32 +1,14 @@
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "tests/support/scene_support.h"
+#include "tests/support/testing.h"
 
 namespace touchfield {
 namespace {
-
-using ::testing::ElementsAre;
-using ::testing::EndsWith;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using testing::kSmallScene;
-using testing::problems_of;
-using testing::scene_from;
-using ::testing::StartsWith;
-using testing::TempFolder;
 
 std::vector<std::string> problems_with(const std::vector<std::string>& overrides,
                                        const std::string& text = kSmallScene) {
   const TempFolder folder;
   return problems_of(folder.write("scene.yaml", text), overrides);
-}
-
-TEST(SceneOverrides, ReplaceValues) {
-  const Scene scene = scene_from(kSmallScene, {"name=other", "body.edge_mm=1.5", "array.level=0.5"});
-  EXPECT_EQ(scene.name, "other");
-  EXPECT_EQ(scene.bodies.at(0).edge->far, 1.5e-3);
-  EXPECT_EQ(scene.array.level, 0.5);
 }
 
 TEST(SceneOverrides, MakeTheMapsOnTheWay) {
@@ -66,24 +48,6 @@ TEST(SceneOverrides, NullTakesAKeyAway) {
   EXPECT_THAT(std::get<GridArray>(again.array.layout).count, ElementsAre(2, 3));
 }
 
-TEST(SceneOverrides, AnAlternativeBesideAnotherIsRefused) {
-  EXPECT_THAT(problems_with({"array.plane_wave={}"}),
-              ElementsAre("--set array.plane_wave={}: array: grid and plane_wave given, must be exactly one of grid, "
-                          "autd3, sonicsurface, positions, plane_wave"));
-}
-
-TEST(SceneOverrides, TakingAwayWhatIsRequiredIsRefused) {
-  EXPECT_THAT(problems_with({"body.edge_mm=null"}),
-              ElementsAre(HasSubstr("scene.yaml:3:7: body.edge_mm: missing, must be given with sphere")));
-}
-
-TEST(SceneOverrides, ATargetTakenAwayIsMissedByTheMethodsThatNeedIt) {
-  const std::vector<std::string> target = {"solve.methods=[focus]", "target={box: {at: top, size_mm: [4, 4, 4]}}"};
-  EXPECT_THAT(problems_with(target), IsEmpty());
-  EXPECT_THAT(problems_with({target[0], target[1], "target=null"}),
-              ElementsAre(HasSubstr("solve.methods[0]: focus needs a target")));
-}
-
 TEST(SceneOverrides, TheOtherQuantityOfATargetIsTakenAwayFirst) {
   const std::string target = "target={box: {at: top, size_mm: [4, 4, 4]}, ";
   const auto refused = [&](const std::string& of_scene, const std::string& change) {
@@ -105,56 +69,44 @@ TEST(SceneOverrides, TheOtherQuantityOfATargetIsTakenAwayFirst) {
 }
 
 TEST(SceneOverrides, ProblemsNameTheOverride) {
-  EXPECT_THAT(problems_with({"array.level=2", "medium={temperature_c: 20, humidty_percent: 3}", "body.edge_mm=[1]",
-                             "array.at_mm=[0, .nan, 0]"}),
-              ElementsAre("--set array.level=2: array.level = 2 must be > 0 and <= 1",
-                          "--set medium={temperature_c: 20, humidty_percent: 3}: medium.humidty_percent: unknown key, "
-                          "did you mean humidity_percent?",
-                          "--set body.edge_mm=[1]: body.edge_mm: a list, must be a number",
-                          "--set array.at_mm=[0, .nan, 0]: array.at_mm[1] = .nan must be a finite number"));
-}
-
-TEST(SceneOverrides, AListWithoutBracketsIsShownWithThem) {
-  EXPECT_THAT(
-      problems_with({"array.at_mm=1,-2,3"}),
-      ElementsAre("--set array.at_mm=1,-2,3: array.at_mm = 1,-2,3 must be a list of 3 numbers; write [1,-2,3]"));
-  EXPECT_THAT(problems_with({"array.at_mm=1 2 3"}),
-              ElementsAre(EndsWith("must be a list of 3 numbers; write [1,2,3]")));
-  EXPECT_THAT(problems_with({"array.at_mm=1"}), ElementsAre(EndsWith("must be a list of 3 numbers")));
-  EXPECT_THAT(problems_with({}, kSmallScene + "write: h5, vtp\n"), ElementsAre(EndsWith("; write [h5,vtp]")));
-}
-
-TEST(SceneOverrides, ProblemsOfTheFileComeFirst) {
-  const auto problems = problems_with({"frequency_khz=0"}, kSmallScene + "evaluation: nobody\n");
-  ASSERT_EQ(problems.size(), 2U);
-  EXPECT_THAT(problems[0], HasSubstr("scene.yaml:5:13: evaluation = nobody must be one of auto, same, none or a map"));
-  EXPECT_EQ(problems[1], "--set frequency_khz=0: frequency_khz = 0 must be 1 to 200");
+  const std::string target = "target={box: {at: top, size_mm: [4, 4, 4]}}";
+  EXPECT_THAT(problems_with({"solve.methods=[focus]", target}), IsEmpty());
+  const std::pair<std::vector<std::string>, std::string> table[] = {
+      {{"array.level=2"}, "--set array.level=2: array.level = 2 must be > 0 and <= 1"},
+      {{"medium={humidty_percent: 3}"}, "medium.humidty_percent: unknown key, did you mean humidity_percent?"},
+      {{"body.edge_mm=[1]"}, "--set body.edge_mm=[1]: body.edge_mm: a list, must be a number"},
+      {{"array.at_mm=[0, .nan, 0]"}, ": array.at_mm[1] = .nan must be a finite number"},
+      {{"array.at_mm=1,-2,3"}, ": array.at_mm = 1,-2,3 must be a list of 3 numbers; write [1,-2,3]"},
+      {{"array.at_mm=1 2 3"}, "must be a list of 3 numbers; write [1,2,3]"},
+      {{"write=h5, vtp"}, "; write [h5,vtp]"},
+      {{"array.plane_wave={}"}, "--set array.plane_wave={}: array: grid and plane_wave given, must be exactly one of"},
+      {{"body.edge_mm=null"}, "scene.yaml:3:7: body.edge_mm: missing, must be given with sphere"},
+      {{"solve.methods=[focus]", target, "target=null"}, "solve.methods[0]: focus needs a target"}};
+  for (const auto& [overrides, phrase] : table) {
+    EXPECT_THAT(problems_with(overrides), ElementsAre(HasSubstr(phrase)));
+  }
+  EXPECT_THAT(problems_with({"frequency_khz=0"}, kSmallScene + "evaluation: nobody\n"),
+              ElementsAre(HasSubstr("scene.yaml:5:13: evaluation = nobody must be one of auto, same, none or a map"),
+                          "--set frequency_khz=0: frequency_khz = 0 must be 1 to 200"));
 }
 
 TEST(SceneOverrides, PathsThatLeadNowhereAreRefused) {
-  const auto only_problem = [](const std::string& override_text) {
-    const auto problems = problems_with({override_text});
-    EXPECT_EQ(problems.size(), 1U) << override_text;
-    return problems.empty() ? "" : problems.front();
-  };
-  for (const std::string text :
-       {"", "name", "=5", ".name=5", "array..level=1", "array.=1", "array[=1", "a]b=1", "a[0]b=1"}) {
-    EXPECT_EQ(only_problem(text), "--set " + text + ": must be key.path=value");
+  std::vector<std::pair<std::string, std::string>> table = {
+      {"name=", "no value; null removes a key"},
+      {"name=[1", "not YAML: end of sequence flow not found"},
+      {"name.first=a", "name is small, not a map or list"},
+      {"solve.methods.1=paper", "solve.methods.1 names no item of solve.methods, which has 1"},
+      {"solve.methods.first=paper", "solve.methods.first names no item of solve.methods, which has 1"},
+      {"solve.methods.0=null", "solve.methods.0: null removes keys, not items of a list"},
+      {"body.place.at_mm.2=250", "body.place.at_mm is not a list in the scene, give it as a whole"},
+      {"target.box=null", "target is not in the scene, nothing to remove"},
+      {"array.gird=null", "array.gird: unknown key, did you mean grid?"}};
+  for (const char* text : {"", "name", "=5", ".name=5", "array..level=1", "array.=1", "array[=1", "a]b=1", "a[0]b=1"}) {
+    table.emplace_back(text, "must be key.path=value");
   }
-  EXPECT_EQ(only_problem("name="), "--set name=: no value; null removes a key");
-  EXPECT_EQ(only_problem("name=[1"), "--set name=[1: not YAML: end of sequence flow not found");
-  EXPECT_EQ(only_problem("name.first=a"), "--set name.first=a: name is small, not a map or list");
-  EXPECT_EQ(only_problem("solve.methods.1=paper"),
-            "--set solve.methods.1=paper: solve.methods.1 names no item of solve.methods, which has 1");
-  EXPECT_EQ(only_problem("solve.methods.first=paper"),
-            "--set solve.methods.first=paper: solve.methods.first names no item of solve.methods, which has 1");
-  EXPECT_EQ(only_problem("solve.methods.0=null"),
-            "--set solve.methods.0=null: solve.methods.0: null removes keys, not items of a list");
-  EXPECT_EQ(only_problem("body.place.at_mm.2=250"),
-            "--set body.place.at_mm.2=250: body.place.at_mm is not a list in the scene, give it as a whole");
-  EXPECT_EQ(only_problem("target.box=null"), "--set target.box=null: target is not in the scene, nothing to remove");
-  EXPECT_THAT(only_problem("array.gird=null"),
-              StartsWith("--set array.gird=null: array.gird: unknown key, did you mean grid?"));
+  for (const auto& [text, phrase] : table) {
+    EXPECT_THAT(problems_with({text}), ElementsAre(StartsWith("--set " + text + ": " + phrase)));
+  }
 }
 
 }  // namespace

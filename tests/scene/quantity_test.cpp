@@ -112,13 +112,6 @@ TEST(Range, NamesTheRuleThatIsBroken) {
   EXPECT_EQ(between(0, 4294967295).broken_by(4294967295), std::nullopt);
 }
 
-TEST(Suggestion, CountsEdits) {
-  EXPECT_EQ(edit_distance("", ""), 0U);
-  EXPECT_EQ(edit_distance("abc", ""), 3U);
-  EXPECT_EQ(edit_distance("grid", "gird"), 1U);       // a swap
-  EXPECT_EQ(edit_distance("kitten", "sitting"), 3U);  // two replacements, one insertion
-}
-
 TEST(Suggestion, LooksPastTheUnit) {
   EXPECT_EQ(without_unit("radius_mm"), "radius");
   EXPECT_EQ(without_unit("source_pa_m"), "source");

@@ -1,173 +1,112 @@
 // A resolved scene is a scene that reads back the same, to the bit.
 
 #include <random>
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include <tuple>
 
 #include "sim/core/units.h"
 #include "tests/support/scene_support.h"
+#include "tests/support/testing.h"
 
 namespace touchfield {
 
-// Equality member by member; here, because only these tests need it.
-bool operator==(const Placement& a, const Placement& b) {
-  return a.landmark == b.landmark && a.at == b.at && a.angles == b.angles;
+// The members that a resolved scene holds; here, because only these tests need them.
+auto members(const Placement& a) { return std::tie(a.landmark, a.at, a.angles); }
+auto members(const GridArray& a) { return std::tie(a.count, a.pitch); }
+auto members(const Autd3Array& a) { return std::tie(a.layout, a.units, a.pitch); }
+auto members(const SonicsurfaceArray&) { return std::tuple<>(); }
+auto members(const PlaneWaveArray& a) { return std::tie(a.direction, a.amplitude); }
+auto members(const CalibrationSpec& a) { return std::tie(a.gain, a.phase, a.in); }
+auto members(const ToleranceSpec& a) { return std::tie(a.gain, a.phase, a.dead, a.seed, a.in); }
+auto members(const FingerJoints& a) { return std::tie(a.abduction, a.mcp, a.pip, a.dip); }
+auto members(const ThumbJoints& a) { return std::tie(a.cmc_flexion, a.cmc_abduction, a.cmc_rotation, a.mcp, a.ip); }
+auto members(const HandJoints& a) { return std::tie(a.thumb, a.index, a.middle, a.ring, a.little); }
+auto members(const HandShape& a) { return std::tie(a.pose, a.breadth, a.length, a.side, a.joints, a.forearm); }
+auto members(const SphereShape& a) { return std::tie(a.radius); }
+auto members(const CapsuleShape& a) { return std::tie(a.radius, a.length); }
+auto members(const BoxShape& a) { return std::tie(a.size); }
+auto members(const MeshSeries::Mesh& a) { return std::tie(a.file, a.seconds); }
+auto members(const MeshSeries& a) { return std::tie(a.folder, a.times, a.meshes); }
+auto members(const MeshShape& a) {  // a unit that was left out is written
+  return std::tie(a.series, a.file, a.unit, a.unit_name, a.resurface, a.landmarks);
 }
-bool operator==(const GridArray& a, const GridArray& b) { return a.count == b.count && a.pitch == b.pitch; }
-bool operator==(const Autd3Array& a, const Autd3Array& b) {
-  return a.layout == b.layout && a.units == b.units && a.pitch == b.pitch;
+auto members(const TargetPlace& a) { return std::tie(a.at, a.offset, a.centre); }
+auto members(const TargetBoxSpec& a) { return std::tie(a.at, a.offset, a.centre, a.size, a.angles, a.level); }
+auto members(const TargetPointSpec& a) { return std::tie(a.at, a.offset, a.centre, a.diameter, a.level); }
+auto members(const TargetMaskSpec& a) { return std::tie(a.file, a.levels); }
+auto members(const TargetLineSpec& a) { return std::tie(a.points, a.width, a.level); }
+auto members(const TargetSpec& a) {
+  return std::tie(a.boxes, a.points, a.lines, a.mask, a.profile, a.pressure, a.quantity);
 }
-bool operator==(const SonicsurfaceArray&, const SonicsurfaceArray&) { return true; }
+auto members(const StartSpec& a) { return std::tie(a.kind, a.seed, a.restarts, a.file, a.method, a.among); }
+auto members(const ChannelTolerances& a) { return std::tie(a.gain, a.phase, a.dead); }
+auto members(const MethodSpec& a) {
+  static constexpr int kNone = 0;
+  static const StartSpec none;
+  return std::tie(a.kind, a.name, a.scheme, a.kind->iterates ? a.iterations : kNone, a.kind->iterates ? a.start : none,
+                  a.free_amplitudes, a.free_level, a.tolerances, a.faces, a.phases, a.amplitudes);
+}
+auto members(const EdgeSpec& a) { return std::tie(a.far, a.near_target, a.near, a.within, a.growth); }
+auto members(const BodySpec& a) { return std::tie(a.name, a.shape, a.place, a.edge, a.keep_within); }
+auto members(const SensingNoise& a) { return std::tie(a.rms, a.correlation, a.offset, a.seed); }
+auto members(const EvaluationSpec& a) { return std::tie(a.kind, a.scheme, a.edge, a.splits); }
+auto members(const FieldSpec& a) { return std::tie(a.name, a.plane, a.centre, a.size, a.spacing); }
+auto members(const SineLaw& a) { return std::tie(a.amplitude, a.hz, a.phase, a.about); }
+auto members(const KeysLaw& a) { return std::tie(a.keys); }
+auto members(const RateLaw& a) { return std::tie(a.rate); }
+auto members(const MotionChange& a) { return std::tie(a.path, a.law); }
+auto members(const CirclePath& a) { return std::tie(a.at, a.radius, a.hz); }
+auto members(const LinePath& a) { return std::tie(a.from, a.to, a.hz); }
+auto members(const PointsPath& a) { return std::tie(a.at, a.hz); }
+auto members(const PatternSpec::Amplitude& a) { return std::tie(a.hz, a.depth); }
+auto members(const PatternSpec& a) {
+  return std::tie(a.path, a.amplitude, a.method, a.diameter, a.frames_hz, a.seconds, a.most_turn, a.iterations,
+                  a.pressure, a.watch, a.ring_up);
+}
+auto members(const MotionSpec& a) {
+  return std::tie(a.seconds, a.changes, a.target, a.frames_hz, a.iterations, a.start, a.steer, a.sensor.hz,
+                  a.sensor.latency, a.solve, a.array_delay, a.predict, a.score_hz, a.stale);
+}
+auto members(const FeltSpec& a) {
+  return std::tie(a.layers, a.bone, a.shear, a.tan_delta, a.modulation_hz, a.frames_hz, a.highest_hz, a.at, a.points,
+                  a.reference);
+}
+auto members(const MediumSpec& a) {
+  return std::tie(a.temperature, a.humidity, a.absorption, a.sound_speed, a.density);
+}
+auto members(const WriteSpec& a) { return std::tie(a.h5, a.vtp, a.vti, a.png, a.transfer); }
+
 bool operator==(const PositionsArray& a, const PositionsArray& b) {
   return a.points.cols() == b.points.cols() && a.axes.cols() == b.axes.cols() && a.points == b.points &&
          a.axes == b.axes;
 }
-bool operator==(const PlaneWaveArray& a, const PlaneWaveArray& b) {
-  return a.direction == b.direction && a.amplitude == b.amplitude;
-}
-bool operator==(const FingerJoints& a, const FingerJoints& b) {
-  return a.abduction == b.abduction && a.mcp == b.mcp && a.pip == b.pip && a.dip == b.dip;
-}
-bool operator==(const ThumbJoints& a, const ThumbJoints& b) {
-  return a.cmc_flexion == b.cmc_flexion && a.cmc_abduction == b.cmc_abduction && a.cmc_rotation == b.cmc_rotation &&
-         a.mcp == b.mcp && a.ip == b.ip;
-}
-bool operator==(const HandShape& a, const HandShape& b) {
-  return a.pose == b.pose && a.breadth == b.breadth && a.length == b.length && a.side == b.side &&
-         a.joints.thumb == b.joints.thumb && a.joints.index == b.joints.index && a.joints.middle == b.joints.middle &&
-         a.joints.ring == b.joints.ring && a.joints.little == b.joints.little && a.forearm == b.forearm;
-}
-bool operator==(const SphereShape& a, const SphereShape& b) { return a.radius == b.radius; }
-bool operator==(const CapsuleShape& a, const CapsuleShape& b) { return a.radius == b.radius && a.length == b.length; }
-bool operator==(const BoxShape& a, const BoxShape& b) { return a.size == b.size; }
-bool operator==(const MeshSeries::Mesh& a, const MeshSeries::Mesh& b) {
-  return a.file == b.file && a.seconds == b.seconds;
-}
-bool operator==(const MeshSeries& a, const MeshSeries& b) {
-  return a.folder == b.folder && a.times == b.times && a.meshes == b.meshes;
-}
-bool operator==(const MeshShape& a, const MeshShape& b) {
-  return a.series == b.series && a.file == b.file && a.unit == b.unit && a.unit_name == b.unit_name &&
-         a.resurface == b.resurface && a.landmarks == b.landmarks;  // a unit that was left out is written
-}
-bool operator==(const TargetPlace& a, const TargetPlace& b) {
-  return a.at == b.at && a.offset == b.offset && a.centre == b.centre;
-}
-bool operator==(const TargetBoxSpec& a, const TargetBoxSpec& b) {
-  const TargetPlace& place = a;
-  return place == b && a.size == b.size && a.angles == b.angles && a.level == b.level;
-}
-bool operator==(const TargetPointSpec& a, const TargetPointSpec& b) {
-  const TargetPlace& place = a;
-  return place == b && a.diameter == b.diameter && a.level == b.level;
-}
-bool operator==(const TargetMaskSpec& a, const TargetMaskSpec& b) { return a.file == b.file && a.levels == b.levels; }
-bool operator==(const TargetLineSpec& a, const TargetLineSpec& b) {
-  return a.points == b.points && a.width == b.width && a.level == b.level;
-}
-bool operator==(const StartSpec& a, const StartSpec& b) {
-  return a.kind == b.kind && a.seed == b.seed && a.restarts == b.restarts && a.file == b.file && a.method == b.method;
-}
-bool operator==(const MethodSpec& a, const MethodSpec& b) {
-  const bool same_options = (!a.kind->iterates || (a.iterations == b.iterations && a.start == b.start)) &&
-                            a.free_amplitudes == b.free_amplitudes;
-  return a.kind == b.kind && a.name == b.name && a.scheme == b.scheme && same_options && a.phases == b.phases &&
-         a.amplitudes == b.amplitudes;
-}
-bool operator==(const EdgeSpec& a, const EdgeSpec& b) {
-  return a.far == b.far && a.near_target == b.near_target && a.near == b.near && a.within == b.within &&
-         a.growth == b.growth;
-}
-bool operator==(const BodySpec& a, const BodySpec& b) {
-  return a.name == b.name && a.shape == b.shape && a.place == b.place && a.edge == b.edge &&
-         a.keep_within == b.keep_within;
-}
-bool operator==(const SensingNoise& a, const SensingNoise& b) {
-  return a.rms == b.rms && a.correlation == b.correlation && a.offset == b.offset && a.seed == b.seed;
-}
-bool operator==(const EvaluationSpec& a, const EvaluationSpec& b) {
-  return a.kind == b.kind && a.scheme == b.scheme && a.edge == b.edge && a.splits == b.splits;
-}
-bool operator==(const FieldSpec& a, const FieldSpec& b) {
-  return a.name == b.name && a.plane == b.plane && a.centre == b.centre && a.size == b.size && a.spacing == b.spacing;
-}
-bool operator==(const SineLaw& a, const SineLaw& b) {
-  return a.amplitude == b.amplitude && a.hz == b.hz && a.phase == b.phase && a.about == b.about;
-}
-bool operator==(const KeysLaw& a, const KeysLaw& b) { return a.keys == b.keys; }
-bool operator==(const RateLaw& a, const RateLaw& b) { return a.rate == b.rate; }
-bool operator==(const MotionChange& a, const MotionChange& b) { return a.path == b.path && a.law == b.law; }
-bool operator==(const CirclePath& a, const CirclePath& b) {
-  return a.at == b.at && a.radius == b.radius && a.hz == b.hz;
-}
-bool operator==(const LinePath& a, const LinePath& b) { return a.from == b.from && a.to == b.to && a.hz == b.hz; }
-bool operator==(const PointsPath& a, const PointsPath& b) { return a.at == b.at && a.hz == b.hz; }
-bool operator==(const PatternSpec::Amplitude& a, const PatternSpec::Amplitude& b) {
-  return a.hz == b.hz && a.depth == b.depth;
-}
-bool operator==(const PatternSpec& a, const PatternSpec& b) {
-  return a.path == b.path && a.amplitude == b.amplitude && a.diameter == b.diameter && a.frames_hz == b.frames_hz &&
-         a.seconds == b.seconds && a.most_turn == b.most_turn && a.iterations == b.iterations &&
-         a.pressure == b.pressure && a.watch == b.watch && a.ring_up == b.ring_up;
-}
-bool operator==(const MotionSpec& a, const MotionSpec& b) {
-  return a.seconds == b.seconds && a.changes == b.changes && a.target == b.target && a.frames_hz == b.frames_hz &&
-         a.iterations == b.iterations && a.start == b.start && a.steer == b.steer && a.sensor.hz == b.sensor.hz &&
-         a.sensor.latency == b.sensor.latency && a.solve == b.solve && a.array_delay == b.array_delay &&
-         a.predict == b.predict && a.score_hz == b.score_hz && a.stale == b.stale;
-}
+template <class T>
+requires requires(const T& a) { members(a); }
+bool operator==(const T& a, const T& b) { return members(a) == members(b); }
 
 namespace {
 
-using testing::kSmallScene;
-using testing::scene_from;
-using testing::source_folder;
-using testing::TempFolder;
-
 void expect_same(const Scene& a, const Scene& b) {
-  EXPECT_EQ(a.name, b.name);
-  EXPECT_EQ(a.medium.temperature, b.medium.temperature);
-  EXPECT_EQ(a.medium.humidity, b.medium.humidity);
-  EXPECT_EQ(a.medium.absorption, b.medium.absorption);
-  EXPECT_EQ(a.medium.sound_speed, b.medium.sound_speed);
-  EXPECT_EQ(a.medium.density, b.medium.density);
-  EXPECT_EQ(a.frequency, b.frequency);
-  EXPECT_TRUE(a.array.layout == b.array.layout);
-  EXPECT_EQ(a.array.at, b.array.at);
-  EXPECT_EQ(a.array.angles, b.array.angles);
-  EXPECT_EQ(a.array.directivity, b.array.directivity);
-  EXPECT_EQ(a.array.piston_radius, b.array.piston_radius);
-  EXPECT_EQ(a.array.level, b.array.level);
-  EXPECT_EQ(a.array.source_strength, b.array.source_strength);
+  EXPECT_EQ(std::tie(a.name, a.frequency), std::tie(b.name, b.frequency));
+  EXPECT_TRUE(a.medium == b.medium);
+  const auto array = [](const ArraySpec& of) {
+    return std::tie(of.layout, of.at, of.angles, of.directivity, of.piston_radius, of.level, of.source_strength,
+                    of.calibration, of.tolerances, of.phase_levels);
+  };
+  EXPECT_TRUE(array(a.array) == array(b.array));
   EXPECT_TRUE(a.bodies == b.bodies);
   EXPECT_TRUE(a.sensing == b.sensing);
-  ASSERT_EQ(a.target.has_value(), b.target.has_value());
-  if (a.target) {
-    EXPECT_TRUE(a.target->boxes == b.target->boxes);
-    EXPECT_TRUE(a.target->points == b.target->points);
-    EXPECT_TRUE(a.target->lines == b.target->lines);
-    EXPECT_TRUE(a.target->mask == b.target->mask);
-    EXPECT_EQ(a.target->profile, b.target->profile);
-    EXPECT_EQ(a.target->pressure, b.target->pressure);
-    EXPECT_EQ(a.target->quantity, b.target->quantity);
-  }
-  EXPECT_TRUE(a.solve.methods == b.solve.methods);
-  EXPECT_EQ(a.solve.scheme, b.solve.scheme);
-  EXPECT_EQ(a.solve.iterations, b.solve.iterations);
-  EXPECT_TRUE(a.solve.start == b.solve.start);
-  EXPECT_EQ(a.solve.outside_weight, b.solve.outside_weight);
-  EXPECT_EQ(a.solve.optimality_bound, b.solve.optimality_bound);
-  EXPECT_TRUE(a.solve.solver == b.solve.solver);
+  EXPECT_TRUE(a.target == b.target);
+  const auto solve = [](const SolveSpec& of) {
+    return std::tie(of.methods, of.scheme, of.iterations, of.start, of.outside_weight, of.optimality_bound,
+                    of.allow_coarse_mesh, of.solver);
+  };
+  EXPECT_TRUE(solve(a.solve) == solve(b.solve));
   EXPECT_TRUE(a.evaluation == b.evaluation);
   EXPECT_TRUE(a.fields == b.fields);
-  EXPECT_EQ(a.write.h5, b.write.h5);
-  EXPECT_EQ(a.write.vtp, b.write.vtp);
-  EXPECT_EQ(a.write.vti, b.write.vti);
-  EXPECT_EQ(a.write.png, b.write.png);
-  EXPECT_EQ(a.write.transfer, b.write.transfer);
+  EXPECT_TRUE(a.write == b.write);
   EXPECT_TRUE(a.motion == b.motion);
   EXPECT_TRUE(a.pattern == b.pattern);
+  EXPECT_TRUE(a.felt == b.felt);
 }
 
 void expect_round_trip(const Scene& scene) {
@@ -189,21 +128,16 @@ const std::vector<Variant> kVariants = {
     {"medium",
      {"medium={temperature_c: 21.7, humidity_percent: 33.3, absorption: true, sound_speed_m_s: 344.4, density_kg_m3: "
       "1.19}"}},
-    {"temperature_that_rounds", {"medium.temperature_c=-0.1", "medium.humidity_percent=0.1"}},
-    {"frequency", {"frequency_khz=40.123456789012345"}},
+    {"frequency", {"frequency_khz=40.123456789012345", "medium.temperature_c=-0.1", "medium.humidity_percent=0.1"}},
     {"array",
      {"array={grid: {count: [3, 5], pitch_mm: 10.18}, at_mm: [0.1, 0.2, 0.3], rotate_deg: [12.3, 45.6, -78.9],"
       " directivity: piston, piston_radius_mm: 4.7, level: 0.3, source_pa_m: 3.3}"}},
-    {"omni", {"array.directivity=omni"}},
-    {"autd3", {"array={autd3: {}}"}},
-    {"autd3_layout", {"array={autd3: {layout: [1, 4], pitch_mm: 10.18}}"}},
+    {"autd3_layout", {"array={autd3: {layout: [1, 4], pitch_mm: 10.18}}", "solve.scheme=chief"}},
     {"autd3_units", {"array={autd3: {units: [{at_mm: [0, 0, 0.1]}, {at_mm: [1, 2, 3], rotate_deg: [1, 2, 3]}]}}"}},
     {"sonicsurface", {"array={sonicsurface: {}}"}},
-    {"positions", {"array={positions: {points_mm: [[0.1, 0.2, 0.3], [1, 2, 3]]}}"}},
     {"axes", {"array={positions: {points_mm: [[0, 0, 0], [1, 2, 3]], axes: [[1, 2, 3], [-1e-5, 7, 0.3]]}}"}},
     {"plane_wave", {"array={plane_wave: {direction: [1, 1, 1], amplitude_pa: 0.7}}"}},
     {"hand", {"body={hand: {pose: flat, breadth_mm: 78.2, length_mm: 181.1, side: left}, edge_mm: 3.3}"}},
-    {"forearm", {"body={hand: {forearm_mm: 123.4}}"}},
     {"joints",
      {"body={hand: {pose: fist, joints: {thumb: {cmc_flexion_deg: -3.3, ip_deg: 7.7}, little: {abduction_deg: 11.1, "
       "mcp_deg: 22.2, pip_deg: 33.3, dip_deg: -4.4}}}, edge_mm: 3.3}"}},
@@ -211,16 +145,18 @@ const std::vector<Variant> kVariants = {
      {"solve.methods=[{surface: {free_amplitudes: true, start: {random: 3, restarts: 4}}}, gs, wgs, gs_pat, eigen, "
       "{lbfgs: {iterations: 17, start: spectral}}, {surface: {as: third, start: adjoint}}]",
       "target={box: {at: top, size_mm: [4, 4, 4]}}", "solve.outside_weight=0.35", "solve.optimality_bound=true"}},
-    {"capsule", {"body={capsule: {radius_mm: 8.3, length_mm: 60.1}, edge_mm: 1.1}"}},
+    {"capsule", {"body={capsule: {radius_mm: 8.3, length_mm: 60.1}, edge_mm: 1.1, keep_within_mm: 33.3}"}},
+    {"responses",
+     {"array={grid: {count: [2, 1]}, directivity: omni, calibration: {gain: [1.1, 0], phase_rad: [0.1, -3], in: "
+      "truth}, "
+      "tolerances: {gain_percent: 5, phase_deg: 10, dead_percent: 1, seed: 7, in: both}, phase_levels: 16}"}},
+    {"felt", {"felt={layers: half_space, shear_kpa: 31.3, tan_delta: 0.3, at_mm: [0, 0.1, -8]}"}},
     {"box", {"body={box: {size_mm: [10.1, 20.2, 30.3]}, edge_mm: 1.1}"}},
     {"mesh", {"body={mesh: {file: 'a folder/it''s: #1 hand.stl', unit: cm, landmarks: {tip: [0.1, 0.7, -3.3]}}}"}},
-    {"mesh_in_metres", {"body={mesh: {file: hand.obj, unit: m, landmarks: {b: [0, 0, 0], a: [1, 1, 1]}}}"}},
     {"place", {"body.place={landmark: top, at_mm: [0.1, 0.7, 200.3], rotate_deg: [0.1, 33.3, 359.9]}"}},
     {"target",
      {"target={box: {at: top, offset_mm: [0.1, 0, 0], size_mm: [8, 40, 6], rotate_deg: [0, 0, 45]}, "
       "profile: penetration, pressure_pa: 3000.7}"}},
-    {"target_centre", {"target={box: {centre_mm: [0, 0.1, 200], size_mm: [8, 40, 6]}, pressure_pa: best}"}},
-    {"target_radiation", {"target={box: {at: top, size_mm: [8, 40, 6]}, radiation_pa: 27.7}"}},
     {"target_boxes", {"target={boxes: [{at: top, size_mm: [8, 40, 6]}, {centre_mm: [0, 0, 7], size_mm: [1, 2, 3]}]}"}},
     {"target_levels", {"target={boxes: [{at: top, size_mm: [8, 40, 6], level: 0.3}]}"}},
     {"target_drawn",
@@ -239,23 +175,16 @@ const std::vector<Variant> kVariants = {
      {"field=[{name: a, plane: xy, through_mm: [0.1, 0, 0], size_mm: [0.3, 0.7], spacing_mm: 0.1}, {name: b, "
       "plane: yz, through_mm: [1, 2, 3], size_mm: [3, 7]}, {name: c, centre_mm: [1, 2, 3], size_mm: [3, 7, "
       "0.9]}, {name: d, at_mm: [0.1, -0.7, 3]}, {name: e, at_mm: [0, 0, 0]}]"}},
-    {"schemes", {"solve={methods: [{fixed: {phases_rad: 0, scheme: chief}}], scheme: burton_miller}"}},
     {"solver",
      {"solve={methods: [{fixed: {phases_rad: 0}}], solver: lu, precision: double, tolerance: 1e-13, refine: false, "
       "max_steps: 7, resonance_check: always, coupling: 0.3, split_ratio: 1.1}"}},
-    {"gmres", {"solve.solver=gmres", "solve.precision=single", "solve.resonance_check=never"}},
-    {"matrix_free", {"solve.solver=matrix_free"}},
-    {"fft", {"solve.solver=fft"}},
-    {"no_evaluation", {"evaluation=none"}},
+    {"gmres", {"solve.solver=gmres", "solve.precision=single", "solve.resonance_check=never", "evaluation=same"}},
     {"evaluation_with_its_own_edge", {"evaluation={scheme: paper_corrected, edge_mm: 0.7}"}},
-    {"evaluation_of_one_edge", {"evaluation={scheme: chief, edge_mm: 0.7}"}},
     {"evaluation_graded", {"evaluation={scheme: chief, edge_mm: {far: 2.1, near_target: 0.7, within_mm: 11.3}}"}},
     {"graded", {"body.edge_mm={far: 3.3, near_target: 1.1, near: {top: 1.3, y_plus: 0.9}, growth: 0.31}"}},
-    {"kept", {"body.keep_within_mm=33.3"}},
-    {"evaluation_of_the_scene", {"evaluation=same"}},
     {"sensing", {"sensing={noise_mm_rms: 0.55, correlation_mm: 7.7, offset_mm: [0.1, -0.2, 0.3], seed: 77}"}},
     {"evaluation_with_split_faces", {"evaluation={split: 2}"}},
-    {"write", {"write=[png, h5]"}},
+    {"write", {"write=[png, h5]", "evaluation=none"}},
     {"write_transfer", {"write=[transfer]", "target={box: {at: top, size_mm: [4, 4, 4]}}"}},
     {"motion", {"motion={seconds: 0.7}"}},
     {"pattern_circle",
@@ -287,10 +216,10 @@ INSTANTIATE_TEST_SUITE_P(ResolvedScene, RoundTrip, ::testing::ValuesIn(kVariants
 TEST(ResolvedScene, WritesNumbersAsAUserWould) {
   const std::string text = resolved_yaml(scene_from(
       kSmallScene, {"array.at_mm=[0.1, 200, -7.25]", "array.rotate_deg=[90, 33.3, 0.1]", "medium.temperature_c=21.7"}));
-  EXPECT_THAT(text, ::testing::HasSubstr("  at_mm: [0.1, 200, -7.25]\n  rotate_deg: [90, 33.3, 0.1]\n"));
-  EXPECT_THAT(text, ::testing::HasSubstr("temperature_c: 21.7\n"));
-  EXPECT_THAT(text, ::testing::HasSubstr("pitch_mm: 10.16\n"));
-  EXPECT_THAT(text, ::testing::HasSubstr("radius_mm: 8\n"));
+  EXPECT_THAT(text, HasSubstr("  at_mm: [0.1, 200, -7.25]\n  rotate_deg: [90, 33.3, 0.1]\n"));
+  EXPECT_THAT(text, HasSubstr("temperature_c: 21.7\n"));
+  EXPECT_THAT(text, HasSubstr("pitch_mm: 10.16\n"));
+  EXPECT_THAT(text, HasSubstr("radius_mm: 8\n"));
 }
 
 TEST(ResolvedScene, NamesTheMaskOfATarget) {
@@ -333,19 +262,11 @@ TEST(ResolvedScene, HoldsASeriesOfMeshes) {
 
 TEST(ResolvedScene, WritesEveryDefaultOfAMotion) {
   const std::string text = resolved_yaml(scene_from(kSmallScene, {"motion={seconds: 2}"}));
-  EXPECT_THAT(text, ::testing::HasSubstr(
-                        "motion:\n  seconds: 2\n  change: []\n  target: on_skin\n  frames_hz: 20\n  iterations: 5\n"
+  EXPECT_THAT(text,
+              HasSubstr("motion:\n  seconds: 2\n  change: []\n  target: on_skin\n  frames_hz: 20\n  iterations: 5\n"
                         "  start: previous\n  steer: true\n  sensor:\n    hz: 30\n    latency_ms: 0\n"
                         "  solve_ms: measured\n  array_ms: 1\n  predict: kalman\n  score_hz: 61\n  stale_ms: 150\n"));
   EXPECT_EQ(resolved_yaml(scene_from(kSmallScene)).find("motion"), std::string::npos);
-}
-
-TEST(ResolvedScene, HoldsLongListsOfPhases) {
-  std::mt19937_64 random(5);
-  std::uniform_real_distribution<double> angle(-4, 4);
-  Scene scene = scene_from(kSmallScene);
-  for (int i = 0; i < 1500; ++i) scene.solve.methods[0].phases.push_back(angle(random));
-  expect_round_trip(scene);
 }
 
 // Scenes that a program makes hold any doubles. Some lengths in metres have no double in millimetres; their neighbour
@@ -386,7 +307,6 @@ TEST(ResolvedScene, HoldsTheShippedScenes) {
     if (file.path().extension() != ".yaml") continue;
     SCOPED_TRACE(file.path());
     const Scene scene = read_scene(file.path().string(), {});
-    EXPECT_TRUE(testing::text_of(file.path()).starts_with("# ")) << "says what it is";
     EXPECT_EQ(scene.name, file.path().stem().string());
     expect_round_trip(scene);
     ++count;

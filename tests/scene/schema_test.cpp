@@ -3,21 +3,16 @@
 #include <set>
 #include <sstream>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "sim/core/errors.h"
 #include "sim/scene/scene_table.h"
 #include "sim/scene/schema_info.h"
 #include "tests/support/scene_support.h"
+#include "tests/support/testing.h"
 
 namespace touchfield {
 namespace {
-
-using testing::scene_from;
-using testing::source_folder;
-using testing::text_of;
 
 TEST(Schema, FileForEditorsIsWhatTheReaderSays) {
   EXPECT_TRUE(text_of(source_folder() / "scenes/schema.json") == schema_json())
@@ -148,18 +143,6 @@ TEST(Schema, TheTemplatesCommentsAreAMotion) {
   const Scene scene = scene_from(text);
   ASSERT_TRUE(scene.motion);
   EXPECT_EQ(scene.motion->changes.size(), 2U);
-}
-
-// The defaults that the schema tells editors are those the reader fills in.
-TEST(Schema, DefaultsAreTheReaders) {
-  const auto schema = nlohmann::json::parse(schema_json());
-  EXPECT_EQ(schema["properties"]["frequency_khz"]["default"], 40);
-  EXPECT_EQ(schema["properties"]["array"]["properties"]["grid"]["properties"]["count"]["default"],
-            nlohmann::json::parse("[44, 34]"));
-  EXPECT_EQ(schema["properties"]["solve"]["properties"]["iterations"]["maximum"], 100000);
-  EXPECT_EQ(schema["properties"]["solve"]["properties"]["tolerance"]["default"], 1e-4);
-  EXPECT_EQ(schema["properties"]["evaluation"]["default"], "auto");
-  EXPECT_EQ(schema["properties"]["array"]["properties"]["level"]["exclusiveMinimum"], 0);
 }
 
 }  // namespace

@@ -23,6 +23,15 @@ inline Eigen::VectorXd cosines(const TriangleMesh& mesh) {
   return mesh.centroids().row(2).transpose().cwiseQuotient(mesh.centroids().colwise().norm().transpose());
 }
 
+/// A function of the place, on every face.
+inline Eigen::VectorXcd at_centroids(const TriangleMesh& mesh, const auto& function) {
+  Eigen::VectorXcd values(mesh.face_count());
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    values(f) = function(Vector3(mesh.centroids().col(f)));
+  }
+  return values;
+}
+
 inline TransducerArray omni_at(const Points& positions) {
   const Eigen::Index n = positions.cols();
   return make_array({positions, Vector3::UnitZ().replicate(1, n), Eigen::VectorXi::Zero(n), Eigen::VectorXi::Zero(n)},

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "sim/hand/hand.h"
 #include "tests/support/surface_support.h"
@@ -12,53 +13,28 @@
 
 namespace touchfield::unit_guess_test {
 
-std::string unit_of(double size) { return guess_unit(size).unit.name; }
-
-TEST(UnitGuess, AHandIsSureInMillimetresAndMetres) {
-  for (const double metres : {0.125, 0.19, 0.44, 0.55}) {
-    EXPECT_EQ(unit_of(metres * 1e3), "mm") << metres;
-    EXPECT_EQ(guess_unit(metres * 1e3).certainty, UnitCertainty::kSure) << metres;
-    EXPECT_EQ(unit_of(metres), "m") << metres;
-    EXPECT_EQ(guess_unit(metres).certainty, UnitCertainty::kSure) << metres;
+// 19 units may be a hand in centimetres or a fingertip in millimetres, 50 a ball in millimetres, 70 a finger.
+TEST(UnitGuess, IsSureOfHandsAlone) {
+  using C = UnitCertainty;
+  struct Case {
+    double size;
+    std::string unit;
+    C certainty;
+  };
+  const std::vector<Case> cases = {{125, "mm", C::kSure},    {190, "mm", C::kSure},   {550, "mm", C::kSure},
+                                   {0.125, "m", C::kSure},   {0.55, "m", C::kSure},   {19, "mm", C::kUnclear},
+                                   {50, "mm", C::kUnclear},  {70, "mm", C::kUnclear}, {700, "mm", C::kUnclear},
+                                   {0.07, "m", C::kUnclear}, {5, "cm", C::kUnclear},  {1e-4, "m", C::kNone},
+                                   {193e3, "mm", C::kNone}};
+  for (const auto& [size, unit, certainty] : cases) {
+    EXPECT_EQ(guess_unit(size).unit.name, unit) << size;
+    EXPECT_EQ(guess_unit(size).certainty, certainty) << size;
   }
-}
-
-// 19 units may be a hand in centimetres or a fingertip in millimetres, 50 a ball in millimetres.
-TEST(UnitGuess, OtherBodiesAreUnclear) {
-  EXPECT_EQ(unit_of(19), "mm");
-  EXPECT_EQ(unit_of(50), "mm");
-  EXPECT_EQ(unit_of(70), "mm");  // a finger; in cm it would be farther from a hand
-  EXPECT_EQ(unit_of(700), "mm");
-  EXPECT_EQ(unit_of(0.07), "m");
-  EXPECT_EQ(unit_of(5), "cm");  // 5 mm is no body
-  for (const double size : {19.0, 50.0, 70.0, 700.0, 0.07, 5.0}) {
-    EXPECT_EQ(guess_unit(size).certainty, UnitCertainty::kUnclear) << size;
-  }
-}
-
-TEST(UnitGuess, NoUnitMakesABodyOfAMicronOrAHouse) {
-  for (const double size : {1e-300, 1e-4, 0.009, 1010.0, 193e3, 1e300}) {
-    EXPECT_EQ(guess_unit(size).certainty, UnitCertainty::kNone) << size;
-  }
-  EXPECT_EQ(unit_of(193e3), "mm");
-  EXPECT_EQ(unit_of(1e-4), "m");
-}
-
-TEST(UnitGuess, SaysTheSizesAndWhy) {
   EXPECT_EQ(guess_unit(0.193).reason,
             "0.193 units across: 0.193 mm if in mm, 1.93 mm if in cm, 193 mm if in m; a hand is 120 to 560 mm");
-}
-
-TEST(UnitGuess, NeedsASize) {
   for (const double size : {0.0, -1.0, std::numeric_limits<double>::infinity(), std::nan("")}) {
     EXPECT_THROW(guess_unit(size), InputError) << size;
   }
-}
-
-TEST(UnitGuess, KnowsTheUnits) {
-  EXPECT_EQ(file_unit("cm").metres, 1e-2);
-  EXPECT_THROW(file_unit("inch"), InputError);
-  EXPECT_THROW(file_unit(""), InputError);
 }
 
 TEST(SurfaceSize, IsThatOfTheNamedPoints) {
@@ -87,38 +63,33 @@ TEST(SurfaceSize, AHandIsSurelyAHandInAnyPose) {
   }
 }
 
-TEST(UnitDoubt, ARunNeedsAUnitUnlessTheFileIsSurelyInMillimetres) {
-  EXPECT_FALSE(unit_doubt(193, std::nullopt));
-  const auto metres = unit_doubt(0.193, std::nullopt);
-  ASSERT_TRUE(metres);
-  EXPECT_TRUE(metres->refuse);
-  EXPECT_THAT(metres->text, AllOf(HasSubstr("looks like m "), HasSubstr("193 mm if in m")));
-  for (const double size : {19.0, 70.0, 5.0, 193e3, 1e-4}) {
-    const auto doubt = unit_doubt(size, std::nullopt);
-    ASSERT_TRUE(doubt) << size;
-    EXPECT_TRUE(doubt->refuse) << size;
-    EXPECT_THAT(doubt->text, HasSubstr("the unit is missing")) << size;
+TEST(UnitDoubt, AStatedUnitIsTakenIfItMakesABodyAndAMissingOneIfItIsSurelyMillimetres) {
+  using Unit = std::optional<std::string>;
+  for (const auto& [size, unit] :
+       {std::pair<double, Unit>{193, {}}, {193, "mm"}, {19, "mm"}, {19, "cm"}, {0.02, "m"}}) {  // 19 mm: a fingertip
+    EXPECT_FALSE(unit_doubt(size, unit)) << size;
   }
-}
-
-TEST(UnitDoubt, AStatedUnitIsTakenAtItsWordIfItMakesABody) {
-  EXPECT_FALSE(unit_doubt(193, "mm"));
-  EXPECT_FALSE(unit_doubt(19, "mm"));  // a fingertip
-  EXPECT_FALSE(unit_doubt(19, "cm"));
-  EXPECT_FALSE(unit_doubt(0.02, "m"));
-  const auto doubt = unit_doubt(0.193, "mm");
-  ASSERT_TRUE(doubt);
-  EXPECT_TRUE(doubt->refuse);  // surely a hand in metres
-  EXPECT_THAT(doubt->text, AllOf(HasSubstr("unit mm makes the body 0.193 mm across"), HasSubstr("looks like m ")));
-  const auto house = unit_doubt(193e3, "mm");
-  ASSERT_TRUE(house);
-  EXPECT_FALSE(house->refuse);
-  EXPECT_THAT(house->text, HasSubstr("193 m across; no unit makes it one"));
-  const auto ball = unit_doubt(8.6, "mm");  // small, but of use
-  ASSERT_TRUE(ball);
-  EXPECT_FALSE(ball->refuse);
-  EXPECT_TRUE(unit_doubt(0.06, "mm")->refuse);  // no hand in any unit, but a finger in metres
-  EXPECT_TRUE(unit_doubt(193, "m")->refuse);
+  struct Case {
+    double size;
+    Unit unit;
+    bool refuse;
+    std::string phrase;
+  };
+  const std::vector<Case> cases = {
+      {0.193, {}, true, "looks like m "},
+      {19, {}, true, "the unit is missing"},
+      {193e3, {}, true, "the unit is missing"},
+      {0.193, "mm", true, "unit mm makes the body 0.193 mm across"},  // surely a hand in metres
+      {193e3, "mm", false, "193 m across; no unit makes it one"},
+      {8.6, "mm", false, ""},  // small, but of use
+      {0.06, "mm", true, ""},  // no hand in any unit, but a finger in metres
+      {193, "m", true, ""}};
+  for (const auto& [size, unit, refuse, phrase] : cases) {
+    const auto doubt = unit_doubt(size, unit);
+    ASSERT_TRUE(doubt) << size;
+    EXPECT_EQ(doubt->refuse, refuse) << size;
+    EXPECT_THAT(doubt->text, HasSubstr(phrase));
+  }
   EXPECT_THAT(unit_doubt(7.6, "mm")->text, HasSubstr("193 mm if in inches"));
   EXPECT_THROW(unit_doubt(193, "inch"), InputError);
 }

@@ -101,20 +101,6 @@ TEST(LeastClearance, OfTwoBoxesIsThatOfTheirSidesEdgesOrCorners) {
   }
 }
 
-// Facets of edge h stand back from a sphere by up to h^2 / (6 a) in their middles, and their corners stand off by less.
-TEST(LeastClearance, OfTwoSpheresIsThatOfTheirCentresLessTheirRadii) {
-  const double edge = 1e-3;
-  const TriangleMesh first = sphere(0.02, edge).mesh;
-  const TriangleMesh second = sphere(0.01, edge).mesh;
-  for (const Vector3& way : {Vector3(1, 0, 0), Vector3(0.48, 0.6, 0.64), Vector3(-0.36, 0.48, -0.8)}) {
-    const Clearance found = least_clearance(first, shifted(second, 0.0321 * way));
-    const double flat = edge * edge / 0.06 + edge * edge / 0.12;
-    EXPECT_EQ(found.meeting, Meeting::kApart);
-    EXPECT_NEAR(found.distance, 0.0021, flat);
-    EXPECT_NEAR((found.on_first - 0.02 * way).norm(), 0, 2 * edge);
-  }
-}
-
 // What the search among all pairs of faces finds without a tree, on skins with folds.
 TEST(LeastClearance, OfTwoHandsIsTheLeastOfAllPairs) {
   std::mt19937 random(4);
@@ -219,17 +205,6 @@ Points grid(int count_x, int count_y, double pitch) {
 
 Points moved(const Points& points, const Eigen::Matrix3d& rotation, const Vector3& by) {
   return (rotation * points).colwise() + by;
-}
-
-TEST(FlatHull, OfAGridIsItsRectangle) {
-  std::mt19937 random(6);
-  for (int round = 0; round < 20; ++round) {
-    const Points points = moved(grid(18, 14, 0.01), some_rotation(random), point_in_cube(random));
-    const std::optional<TriangleMesh> hull = flat_hull(points, 1e-6);
-    ASSERT_TRUE(hull);
-    EXPECT_EQ(hull->face_count(), 2);
-    EXPECT_NEAR(hull->total_area(), 0.17 * 0.13, kRounding);
-  }
 }
 
 // Of many points at random in a disc and on its rim: the hull holds them all, and has the area of the rim's polygon.
@@ -354,28 +329,6 @@ TEST(PlateCollision, TreatsEachPlateAlone) {
   ASSERT_TRUE(above);
   EXPECT_EQ(above->plate, 3);
   EXPECT_NEAR(above->at.z(), 0.1, kRounding);
-}
-
-// A bowl is no plate: a body may be in its focus, in the hull of its transducers.
-TEST(PlateCollision, LeavesBowlsAndLinesAlone) {
-  Points bowl = grid(9, 9, 0.01);
-  for (auto x : bowl.colwise()) {
-    x.z() = x.squaredNorm() / 0.1;
-  }
-  const TriangleMesh body = shifted(block(0.01, 0.01, 0.01), {0, 0, 0.02});
-  EXPECT_FALSE(plate_collision(body, bowl, Eigen::VectorXi::Zero(81), 1e-3));
-  EXPECT_FALSE(plate_collision(block(0.01, 0.01, 0.01), grid(9, 1, 0.01), Eigen::VectorXi::Zero(9), 1e-3));
-}
-
-TEST(PlateCollision, RefusesWhatDoesNotFit) {
-  const TriangleMesh body = block(0.01, 0.01, 0.01);
-  EXPECT_THAT(message_of<InputError>([&] { plate_collision(body, grid(3, 3, 0.01), Eigen::VectorXi::Zero(8), 0); }),
-              HasSubstr("8 numbers for 9 positions"));
-  for (const double clearance : {-1e-3, std::nan("")}) {
-    EXPECT_THAT(
-        message_of<InputError>([&] { plate_collision(body, grid(3, 3, 0.01), Eigen::VectorXi::Zero(9), clearance); }),
-        HasSubstr("must be >= 0"));
-  }
 }
 
 }  // namespace touchfield::clearance_test

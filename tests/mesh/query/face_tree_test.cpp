@@ -11,7 +11,6 @@
 #include "sim/hand/body.h"
 #include "sim/hand/hand.h"
 #include "sim/hand/shapes.h"
-#include "tests/support/mesh_support.h"
 
 namespace touchfield::face_tree_test {
 
@@ -82,18 +81,6 @@ TEST(FaceTree, FindsTheCentroidsAround) {
   }
 }
 
-TEST(FaceTree, WindsOnceRoundInsideAndNotRoundOutside) {
-  const double radius = 0.03;
-  const TriangleMesh mesh = icosphere(radius, 20);
-  const FaceTree tree(mesh);
-  const Points points = points_around(mesh, 2000);
-  for (const Vector3 x : points.colwise()) {
-    if (std::abs(x.norm() - radius) > 1e-4) {  // the sagitta: (2 mm)^2 / (8 * 30 mm) = 0.02 mm
-      EXPECT_NEAR(tree.winding_number(x), x.norm() < radius ? 1.0 : 0.0, kWinding) << x.transpose();
-    }
-  }
-}
-
 // Rays and nearest normals are fooled on symmetry lines, through vertices and edges; winding numbers are not.
 TEST(FaceTree, WindsOnceRoundPointsInLineWithVerticesAndEdges) {
   const TriangleMesh mesh = box({0.02, 0.02, 0.02}, 2e-3).mesh;
@@ -106,29 +93,6 @@ TEST(FaceTree, WindsOnceRoundPointsInLineWithVerticesAndEdges) {
       }
     }
   }
-}
-
-// Through one face of six a cube's middle sees a sixth of the sphere.
-TEST(FaceTree, WindingNumberIsExactNearTheFaces) {
-  const TriangleMesh cube = box({0.02, 0.02, 0.02}, 0.02).mesh;
-  ASSERT_EQ(cube.face_count(), 12);
-  std::vector<int> top;
-  for (Eigen::Index f = 0; f < cube.face_count(); ++f) {
-    if (cube.normals()(2, f) > 0.5) {
-      top.push_back(static_cast<int>(f));
-    }
-  }
-  const FaceTree tree(TriangleMesh(cube.vertices(), cube.triangles()(Eigen::all, top)));
-  EXPECT_NEAR(tree.winding_number(Vector3::Zero()), 1.0 / 6.0, 1e-15);
-}
-
-TEST(FaceTree, CavitiesAreOutside) {
-  const TriangleMesh outer = icosphere(0.03, 10);
-  Triangles turned = icosphere(0.02, 8).triangles();
-  turned.row(0).swap(turned.row(1));
-  const FaceTree tree(together(outer, TriangleMesh(icosphere(0.02, 8).vertices(), turned)));
-  EXPECT_NEAR(tree.winding_number(Vector3(0.001, 0.002, 0.003)), 0.0, kWinding);
-  EXPECT_NEAR(tree.winding_number(Vector3(0.025, 0, 0)), 1.0, kWinding);
 }
 
 /// By the solid angle of every face (Van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125).
@@ -169,19 +133,6 @@ TEST(FaceTree, WindsAsAllFacesDoRoundAHandWithHolesAndTurnedFaces) {
     squares += std::pow(tree.winding_number(x) - exact, 2);
   }
   EXPECT_LT(std::sqrt(squares / static_cast<double>(points.cols())), 0.006);
-}
-
-TEST(FaceTree, TakesOneTriangle) {
-  Points vertices(3, 3);
-  vertices << 0, 1, 0,  //
-      0, 0, 1,          //
-      0, 0, 0;
-  const FaceTree tree(TriangleMesh(vertices, Eigen::Vector3i(0, 1, 2)));
-  EXPECT_NEAR(tree.nearest({1, 1, 1}).distance, std::sqrt(1.5), 1e-15);  // to the middle of the long side
-  EXPECT_NEAR(tree.nearest({-3, -4, 0}).distance, 5.0, 1e-15);           // to the corner
-  EXPECT_NEAR(tree.nearest({0.2, 0.2, -2}).distance, 2.0, 1e-15);        // to the inside
-  EXPECT_NEAR(tree.nearest({0.5, -1, 0}).distance, 1.0, 1e-15);          // to a short side
-  EXPECT_GT(tree.winding_number({0.2, 0.2, -1e-3}), 0.0);                // behind the face is inside
 }
 
 }  // namespace touchfield::face_tree_test

@@ -1,12 +1,10 @@
 #include "sim/mesh/query/inspect.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <string>
-#include <vector>
 
+#include "sim/hand/hand.h"
 #include "sim/hand/shapes.h"
 #include "sim/mesh/remesh/closed_mesh.h"
 #include "tests/support/mesh_support.h"
@@ -42,15 +40,6 @@ TEST(Inspect, CubeIsClosedAndMeasured) {
   EXPECT_NO_THROW(require_closed_surface(cube(), "cube.stl"));
 }
 
-TEST(Inspect, CountsUnusedVertices) {
-  Points vertices(3, 10);
-  vertices << cube().vertices(), Points::Zero(3, 2);
-  const MeshReport report = inspect(TriangleMesh(vertices, cube().triangles()));
-  EXPECT_EQ(report.unused_vertices, 2);
-  EXPECT_EQ(report.vertices, 10);
-  EXPECT_THAT(report.faults, IsEmpty());
-}
-
 TEST(Inspect, FindsAHole) {
   const TriangleMesh open = with_triangles(cube(), cube().triangles().rightCols(11));  // without (0, 3, 1)
   const MeshReport report = inspect(open);
@@ -67,25 +56,6 @@ TEST(Inspect, FindsAHole) {
   EXPECT_NEAR((report.holes[0].at - Vector3(0.02 / 3, 0.01 / 3, 0)).norm(), 0, 1e-14);
 }
 
-TEST(Inspect, ListsHolesTheLongestFirst) {
-  Triangles triangles(3, 9);  // without (0 3 1), and without (4 5 7), (4 7 6), the side opposite
-  triangles << cube().triangles().col(1), cube().triangles().rightCols(8);
-  const MeshReport report = inspect(with_triangles(cube(), triangles));
-  EXPECT_EQ(report.boundary_edges, 7);
-  ASSERT_EQ(report.holes.size(), 2u);
-  EXPECT_EQ(report.holes[0].edges, 4);
-  EXPECT_NEAR(report.holes[0].length, 0.04, 1e-14);
-  EXPECT_EQ(report.holes[1].edges, 3);
-  EXPECT_THAT(report.faults, ElementsAre(HasSubstr("7 boundary edges (2 holes, the longest of 40.00 mm)")));
-}
-
-TEST(Inspect, OneTriangleIsAllBoundary) {
-  const MeshReport report = inspect(with_triangles(cube(), cube().triangles().leftCols(1)));
-  EXPECT_EQ(report.boundary_edges, 3);
-  EXPECT_EQ(report.unused_vertices, 5);
-  EXPECT_FALSE(report.inside_out);
-}
-
 TEST(Inspect, FindsAFlippedFace) {
   Triangles triangles = cube().triangles();
   std::swap(triangles(0, 5), triangles(1, 5));
@@ -95,15 +65,6 @@ TEST(Inspect, FindsAFlippedFace) {
   EXPECT_FALSE(report.inside_out);  // it is neither in nor out
   ASSERT_EQ(report.faults.size(), 1u);
   EXPECT_THAT(report.faults[0], HasSubstr("3 misoriented edges"));
-}
-
-TEST(Inspect, FindsAnInnerWall) {
-  Triangles triangles(3, 13);
-  triangles << cube().triangles(), Eigen::Vector3i(0, 3, 5);  // 0-3 and 0-5 are diagonals of sides, 3-5 is not
-  const MeshReport report = inspect(with_triangles(cube(), triangles));
-  EXPECT_EQ(report.nonmanifold_edges, 2);
-  EXPECT_EQ(report.boundary_edges, 1);
-  EXPECT_FALSE(report.closed());
 }
 
 TEST(Inspect, FindsCubesThatShareAnEdge) {
@@ -126,22 +87,6 @@ TEST(Inspect, FindsCubesThatTouchInOnePoint) {
   EXPECT_EQ(report.components, 2);
   EXPECT_THAT(report.faults, ElementsAre(AllOf(HasSubstr("1 non-manifold vertex"),
                                                HasSubstr("vertex 7 at (10.00, 10.00, 10.00) mm"))));
-}
-
-TEST(Inspect, FindsASurfaceInsideOut) {
-  Triangles triangles = cube().triangles();
-  triangles.row(0).swap(triangles.row(2));
-  const MeshReport report = inspect(with_triangles(cube(), triangles));
-  EXPECT_TRUE(report.inside_out);
-  EXPECT_NEAR(report.volume, -1e-6, 1e-14);
-  EXPECT_THAT(report.faults, ElementsAre(HasSubstr("1 piece inside out")));
-}
-
-TEST(Inspect, TakesSeveralPiecesEachOutward) {
-  const MeshReport report = inspect(together(cube(), cube({0.02, 0, 0})));
-  EXPECT_EQ(report.components, 2);
-  EXPECT_THAT(report.faults, IsEmpty());
-  EXPECT_NEAR(report.volume, 2e-6, 1e-14);
 }
 
 // The volume of the whole is positive; that of the second piece is not.
@@ -173,34 +118,6 @@ TEST(Inspect, FindsASurfaceInsideAnother) {
   EXPECT_TRUE(shell.inside_out);
 }
 
-// A bar that sticks out of a ball, its first, middle and last faces in it.
-TEST(Inspect, WhatSticksOutIsNotInside) {
-  const TriangleMesh ball = icosphere(0.03, 6);
-  const TriangleMesh bar = shifted(box({0.01, 0.1, 0.01}, 3e-3).mesh, {0.001, 0.06, 0.002});
-  std::vector<Eigen::Index> order(static_cast<std::size_t>(bar.face_count()));
-  std::iota(order.begin(), order.end(), Eigen::Index{0});
-  std::sort(order.begin(), order.end(),
-            [&](Eigen::Index f, Eigen::Index g) { return bar.centroids()(1, f) < bar.centroids()(1, g); });
-  ASSERT_LT(bar.centroids().col(order[2]).norm(), 0.028);
-  std::swap(order[1], order[order.size() / 2]);
-  std::swap(order[2], order.back());
-  const TriangleMesh pair = together(ball, with_triangles(bar, bar.triangles()(Eigen::all, order)));
-  EXPECT_EQ(inspect(pair).nested_pieces, 0);
-  // Nor is it where every centroid is: a spike whose corner alone is outside.
-  Points spike(3, 4);
-  spike << 0, 0.005, -0.005, 0,  //
-      0, 0, 0, 0.04,             //
-      0, 0.005, 0.005, 0.0025;
-  Triangles faces(3, 4);
-  faces << 2, 1, 2, 0,  //
-      0, 0, 1, 2,       //
-      1, 3, 3, 3;
-  const TriangleMesh thorn(spike, faces);
-  ASSERT_GT(thorn.signed_volume(), 0);
-  ASSERT_LT(thorn.centroids().colwise().norm().maxCoeff(), 0.028);
-  EXPECT_EQ(inspect(together(ball, thorn)).nested_pieces, 0);
-}
-
 // Near, but outside: in the notch between two others' boxes, and one touching another.
 TEST(Inspect, TakesBodiesBesideEachOther) {
   const TriangleMesh ball = icosphere(0.1, 3);
@@ -229,23 +146,6 @@ TEST(RequireClosedSurface, NamesTheMeshAndEveryFault) {
                                       HasSubstr("misoriented edge"))));
 }
 
-TEST(InspectSurface, AGoodFileHasNoFault) {
-  const SurfaceReport report = inspect_surface(soup_of(file_of(cube(), 1e-3)), 1e-3);
-  EXPECT_EQ(report.points, 36);
-  EXPECT_EQ(report.faces, 12);
-  EXPECT_EQ(report.repeated_points, 28);
-  EXPECT_EQ(report.unreferenced_points, 0);
-  EXPECT_EQ(report.collapsed_faces, 0);
-  EXPECT_EQ(report.duplicate_faces, 0);
-  EXPECT_EQ(report.skin.mesh.vertices, 8);
-  EXPECT_EQ(report.skin.flat_faces, 0);
-  EXPECT_EQ(report.skin.crossings, 0);
-  EXPECT_THAT(report.skin.faults, IsEmpty());
-  EXPECT_NEAR(report.skin.mesh.volume, 1e-6, 1e-14);
-  // Twelve faces of 50 mm2.
-  EXPECT_NEAR(report.skin.mean_edge, std::sqrt(50e-6 * 4 / std::sqrt(3.0)), 1e-14);
-}
-
 TEST(InspectSurface, CountsWhatIsWrongWithFaces) {
   FileSurface surface = file_of(cube());
   surface.points.emplace_back(1, 2, 3);
@@ -272,13 +172,6 @@ TEST(InspectSurface, CountsWhatIsWrongWithFaces) {
                           HasSubstr("2 boundary edges"), HasSubstr("1 non-manifold edge")));
 }
 
-TEST(InspectSurface, FindsFacesThatCutEachOther) {
-  const SurfaceReport report = inspect_surface(together(file_of(cube()), file_of(cube({0.005, 0.004, 0.003}))), 1.0);
-  EXPECT_GT(report.skin.crossings, 6);
-  ASSERT_EQ(report.skin.faults.size(), 1u);
-  EXPECT_THAT(report.skin.faults[0], AllOf(HasSubstr("pairs of faces intersect"), HasSubstr("mm")));
-}
-
 TEST(InspectSurface, AMoebiusStripRunsBothWays) {
   const SurfaceReport report = inspect_surface(band(24, true), 1.0);
   EXPECT_EQ(report.skin.mesh.misoriented_edges, 1);  // where the ends meet
@@ -296,6 +189,89 @@ TEST(InspectSurface, NothingThereIsAFault) {
               ElementsAre("1 face has two corners in one point", "no face has an area"));
   surface.points = {Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(3, 0, 0)};
   EXPECT_THAT(inspect_surface(surface, 1.0).skin.faults, ElementsAre("no face has an area"));
+}
+
+using std::numbers::pi;
+
+TEST(MeshRisks, OfASmoothConvexBodyAreSmall) {
+  const TriangleMesh mesh = sphere(0.03, 2e-3).mesh;
+  const MeshRisks risks = mesh_risks(mesh);
+  EXPECT_TRUE(std::isinf(risks.gap));
+  EXPECT_TRUE(std::isinf(risks.thickness));
+  EXPECT_TRUE(risks.gap_at.array().isNaN().all());
+  EXPECT_TRUE(risks.thickness_at.array().isNaN().all());
+  EXPECT_GE(risks.size_jump, 1.0);
+  EXPECT_LT(risks.size_jump, 1.2);
+  EXPECT_GT(risks.smallest_angle, 50.0 * pi / 180.0);
+}
+
+// At the nearest points the centroids of two faces are at most some parts of an edge beside each other and 0.5 mm
+// apart; the sagitta adds 1.5^2 / (8 * 20) mm twice.
+TEST(MeshRisks, FindTheGapBetweenTwoSpheres) {
+  const double radius = 0.02;
+  const double edge = 1.5e-3;
+  const double gap = 0.5e-3;
+  const TriangleMesh ball = sphere(radius, edge).mesh;
+  // A mirror image, so that face looks at face.
+  Points mirrored = ball.vertices();
+  mirrored.row(2) *= -1.0;
+  Triangles turned = ball.triangles();
+  turned.row(0).swap(turned.row(1));
+  const TriangleMesh both = together(ball, shifted(TriangleMesh(mirrored, turned), {0, 0, 2 * radius + gap}));
+  const MeshRisks risks = mesh_risks(both);
+  EXPECT_NEAR(risks.gap, gap / edge, 0.15 * gap / edge);
+  EXPECT_LT((risks.gap_at - Vector3(0, 0, radius + 0.5 * gap)).norm(), 2.0 * edge);
+  EXPECT_TRUE(std::isinf(risks.thickness));
+}
+
+TEST(MeshRisks, FindTheThicknessOfAPlate) {
+  const MeshRisks risks = mesh_risks(box({0.03, 0.03, 2e-3}, 2e-3).mesh);
+  EXPECT_NEAR(risks.thickness, 1.0, 0.15);
+  EXPECT_NEAR(risks.thickness_at.z(), 0.0, 1e-12);
+  EXPECT_TRUE(std::isinf(risks.gap));
+}
+
+/// An octahedron of legs 10 mm with one leg of another length.
+TriangleMesh octahedron(double top) {
+  Points vertices(3, 6);
+  vertices << 1, -1, 0, 0, 0, 0,  //
+      0, 0, 1, -1, 0, 0,          //
+      0, 0, 0, 0, top, -1;
+  Triangles triangles(3, 8);
+  triangles << 0, 2, 1, 3, 2, 1, 3, 0,  //
+      2, 1, 3, 0, 0, 2, 1, 3,           //
+      4, 4, 4, 4, 5, 5, 5, 5;
+  return {0.01 * vertices, triangles};
+}
+
+// A face has area 1/2 sqrt(a^2 b^2 + b^2 c^2 + c^2 a^2) of its legs.
+TEST(MeshRisks, FindTheJumpOfSizesAndTheSmallestAngle) {
+  const double top = 4.0;
+  const MeshRisks risks = mesh_risks(octahedron(top));
+  EXPECT_NEAR(risks.size_jump, std::pow((1 + 2 * top * top) / 3.0, 0.25), 1e-12);
+  EXPECT_NEAR(risks.jump_at.z(), 0.0, 1e-15);
+  EXPECT_NEAR(risks.jump_at.norm(), 0.01 * std::sqrt(0.5), 1e-15);
+  EXPECT_NEAR(risks.size_range, std::sqrt((1 + top * top) / 2.0), 1e-12);
+  EXPECT_NEAR(risks.smallest_angle, 2.0 * std::asin(std::sqrt(0.5) / std::sqrt(1 + top * top)), 1e-12);
+  EXPECT_LT((risks.angle_at - Vector3(0, 0, 0.01 * top)).norm(), 1e-15);
+
+  const MeshRisks regular = mesh_risks(octahedron(1.0));
+  EXPECT_NEAR(regular.size_jump, 1.0, 1e-12);
+  EXPECT_NEAR(regular.size_range, 1.0, 1e-12);
+  EXPECT_NEAR(regular.smallest_angle, pi / 3.0, 1e-12);
+}
+
+// What is counted over the larger edge does not depend on which of the faces is asked.
+TEST(MeshRisks, CountTheGapByTheLargerEdge) {
+  const double gap = 1e-3;
+  const TriangleMesh coarse = box({0.02, 0.02, 0.02}, 4e-3).mesh;
+  const TriangleMesh fine = shifted(box({0.02, 0.02, 0.02}, 1e-3).mesh, {0, 0, 0.02 + gap});
+  const double edge = coarse.mean_edge();
+  const MeshRisks risks = mesh_risks(together(coarse, fine));
+  EXPECT_GE(risks.gap, gap / edge);
+  EXPECT_LT(risks.gap, 1.3 * gap / edge);
+  EXPECT_NEAR(mesh_risks(together(fine, coarse)).gap, risks.gap, 1e-12);
+  EXPECT_NEAR(risks.gap_at.z(), 0.01 + 0.5 * gap, 1e-12);
 }
 
 }  // namespace touchfield::inspect_test

@@ -110,12 +110,12 @@ double uniform(std::mt19937_64& random) { return static_cast<double>(random() >>
 // Uniform and graded hands, cut about any place of their skin.
 TEST(KeptWithin, CutsHandsAnywhere) {
   std::mt19937_64 random(5);
-  for (const char* pose : {"index_up", "grasp", "fist", "flat"}) {
+  for (const char* pose : {"grasp", "flat"}) {
     for (const double far : {5e-3, 10e-3}) {
       const HandOptions options{.pose = pose, .forearm = 0.1};
       const EdgeSizing sizing(far, {{hand_landmark(options, "index_pad"), 2.4e-3, 12e-3}});
       const TriangleMesh whole = hand(options, sizing).mesh;
-      for (int trial = 0; trial < 5; ++trial) {
+      for (int trial = 0; trial < 3; ++trial) {
         const auto face = static_cast<Eigen::Index>(uniform(random) * static_cast<double>(whole.face_count()));
         const double reach = 0.02 + 0.1 * uniform(random);
         SCOPED_TRACE(fmt::format("{} {} {} {}", pose, far, face, reach));

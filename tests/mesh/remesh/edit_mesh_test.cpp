@@ -1,8 +1,6 @@
 #include "sim/mesh/remesh/edit_mesh.h"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <numbers>
 #include <random>
 #include <string>
@@ -80,83 +78,6 @@ TEST(EditMesh, StaysAClosedManifoldThroughRandomChanges) {
   EXPECT_EQ(static_cast<Eigen::Index>(numbers.size()) - triangles.cols() / 2, 2) << "still a sphere";
 }
 
-/// The labelled edges as pairs of vertices, the lower first.
-std::vector<std::pair<int, int>> labelled(const EditMesh& mesh) {
-  std::vector<std::pair<int, int>> edges;
-  for (int side = 0; side < mesh.side_count(); ++side) {
-    if (mesh.alive(side) && mesh.label(side) == 7 && mesh.from(side) < mesh.to(side)) {
-      edges.emplace_back(mesh.from(side), mesh.to(side));
-    }
-  }
-  std::sort(edges.begin(), edges.end());
-  return edges;
-}
-
-// One labelled edge a, b of a sphere, c and d opposite to it; every kind of change about it.
-TEST(EditMesh, LabelsFollowTheirEdges) {
-  using Edges = std::vector<std::pair<int, int>>;
-  const auto ordered = [](int v, int w) { return std::pair(std::min(v, w), std::max(v, w)); };
-  const TriangleMesh ball = icosphere(1.0, 6);
-  EditMesh start(ball.triangles(), ball.vertex_count());
-  int side = 0;
-  while (start.valence(start.from(side)) != 6 || start.valence(start.to(side)) != 6 ||
-         start.valence(start.from(EditMesh::previous(side))) != 6) {
-    ++side;
-  }
-  start.set_label(side, 7);
-  const int a = start.from(side);
-  const int b = start.to(side);
-  const int c = start.from(EditMesh::previous(side));
-  EXPECT_EQ(labelled(start), Edges{ordered(a, b)});
-  EXPECT_EQ(start.side_between(a, b), side);
-  EXPECT_EQ(start.side_between(b, a), start.opposite(side));
-
-  {
-    SCOPED_TRACE("changes beside it");
-    EditMesh mesh = start;
-    mesh.split(mesh.side_between(b, c));
-    EXPECT_EQ(labelled(mesh), Edges{ordered(a, b)});
-    ASSERT_TRUE(mesh.can_flip(mesh.side_between(c, a)));
-    mesh.flip(mesh.side_between(c, a));
-    EXPECT_EQ(labelled(mesh), Edges{ordered(a, b)});
-    ASSERT_NO_FATAL_FAILURE(expect_consistent(mesh));
-  }
-  {
-    SCOPED_TRACE("flipped: it is gone");
-    EditMesh mesh = start;
-    ASSERT_TRUE(mesh.can_flip(side));
-    mesh.flip(side);
-    EXPECT_EQ(labelled(mesh), Edges{});
-  }
-  {
-    SCOPED_TRACE("split: both halves, and one edge again");
-    EditMesh mesh = start;
-    const int middle = mesh.split(side);
-    EXPECT_EQ(labelled(mesh), (Edges{ordered(a, middle), ordered(b, middle)}));
-    ASSERT_NO_FATAL_FAILURE(expect_consistent(mesh));
-    ASSERT_TRUE(mesh.can_collapse(mesh.side_between(middle, a)));
-    mesh.collapse(mesh.side_between(middle, a));
-    EXPECT_EQ(labelled(mesh), Edges{ordered(a, b)});
-    ASSERT_NO_FATAL_FAILURE(expect_consistent(mesh));
-  }
-  {
-    SCOPED_TRACE("its corner collapsed into an end: the other edge of the face falls onto it");
-    EditMesh mesh = start;
-    ASSERT_TRUE(mesh.can_collapse(mesh.side_between(c, b)));
-    mesh.collapse(mesh.side_between(c, b));
-    EXPECT_EQ(labelled(mesh), Edges{ordered(a, b)});
-    ASSERT_NO_FATAL_FAILURE(expect_consistent(mesh));
-  }
-  {
-    SCOPED_TRACE("its end collapsed into a corner: it falls onto the other edge of the face");
-    EditMesh mesh = start;
-    ASSERT_TRUE(mesh.can_collapse(mesh.side_between(b, c)));
-    mesh.collapse(mesh.side_between(b, c));
-    EXPECT_EQ(labelled(mesh), Edges{ordered(a, c)});
-    ASSERT_NO_FATAL_FAILURE(expect_consistent(mesh));
-  }
-}
-
 TEST(EditMesh, RefusesASurfaceThatIsOpenOrMisoriented) {
   const TriangleMesh ball = icosphere(1.0, 1);
   EXPECT_THROW(EditMesh(ball.triangles().leftCols(19), ball.vertex_count()), InputError);
@@ -180,30 +101,6 @@ TEST(Remesh, ReachesTheWantedEdgeFromCoarseAndFine) {
     EXPECT_NEAR(mesh.mean_edge() / 0.1, 1.0, 0.03) << f;
     EXPECT_GT(report.smallest_angle, 25 * pi / 180) << f;
     EXPECT_NEAR(mesh.vertices().colwise().norm().minCoeff(), 1.0, 1e-12);
-  }
-}
-
-// Edges ten times as long at one pole as at the other: each region gets its own length.
-TEST(Remesh, FollowsAGradedEdgeLength) {
-  const auto wanted = [](double z) { return 0.02 + 0.09 * (1 - z); };
-  const RemeshTarget target{
-      [&](const Points& points) { return Eigen::VectorXd(points.row(2).transpose().unaryExpr(wanted)); },
-      project_on_sphere};
-  const TriangleMesh start = icosphere(1.0, 10);
-  const TriangleMesh mesh = remeshed(start.vertices(), start.triangles(), target, 10);
-  EXPECT_THAT(inspect(mesh).faults, IsEmpty());
-  EXPECT_GT(inspect(mesh).smallest_angle, 15 * pi / 180);
-  for (const auto& [lower, upper] : {std::pair{-1.0, -0.5}, {-0.5, 0.5}, {0.5, 0.8}, {0.95, 1.0}}) {
-    double faces = 0;
-    double wanted_faces = 0;
-    for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-      const double z = mesh.centroids()(2, f);
-      if (z >= lower && z <= upper) {
-        faces += 1;
-        wanted_faces += mesh.areas()(f) / (std::sqrt(3.0) / 4 * std::pow(wanted(z), 2));
-      }
-    }
-    EXPECT_NEAR(faces / wanted_faces, 1.0, 0.15) << lower;
   }
 }
 

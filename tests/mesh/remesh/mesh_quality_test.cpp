@@ -1,9 +1,15 @@
 #include "sim/mesh/remesh/mesh_quality.h"
 
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <numbers>
+#include <random>
+#include <vector>
 
+#include "sim/hand/hand.h"
 #include "sim/hand/shapes.h"
+#include "sim/mesh/query/inspect.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/testing.h"
 
@@ -97,14 +103,6 @@ TEST(EdgeFit, CountsWhatIsWithinTheLimits) {
   EXPECT_NEAR(edge_fit(triangle, EdgeSizing(4e-3)).share, 1.0, 1e-15);
 }
 
-// The zone asks for half the length about the middle of the edge from (0, 0) to (4, 0) alone.
-TEST(EdgeFit, AsksAtTheMiddleOfTheEdge) {
-  const EdgeSizing sizing(4e-3, {{Vector3(2e-3, 0, 0), 2e-3, 0.1e-3}}, 0.6);
-  const EdgeFit fit = edge_fit(right_triangle(4e-3, 3e-3), sizing);
-  EXPECT_NEAR(fit.longest, 2.0, 1e-12);
-  EXPECT_LT((fit.longest_at - Vector3(2e-3, 0, 0)).norm(), 1e-12);
-}
-
 TEST(Resolution, IsThatOfTheFacesWithinAZone) {
   const TriangleMesh mesh = together(lattice(1e-3, 10), shifted(lattice(2e-3, 10), Vector3(0.1, 0, 0)));
   const double wavelength = 8.6e-3;
@@ -141,13 +139,6 @@ TEST(Resolution, KnowsWhatATwentiethOfTheAreaHas) {
   EXPECT_FALSE(resolution_where(mesh, wavelength, std::vector<unsigned char>(400, 0)));
 }
 
-TEST(Resolution, RefusesAWavelengthThatIsNone) {
-  for (const double bad : {0.0, -1.0, std::nan("")}) {
-    EXPECT_THROW(mesh_quality(lattice(1.0, 2), bad), InputError);
-    EXPECT_THROW(resolution_within(lattice(1.0, 2), bad, Vector3::Zero(), 1.0), InputError);
-  }
-}
-
 // On the sphere h depends on the distance d from the pole alone, and a ring has the area 2 pi d dd. A coarse
 // triangulation of it (whose area is 1 % short) asks for the same number as a fine one.
 TEST(WantedFaces, AreTheIntegralOverTheSurface) {
@@ -178,6 +169,98 @@ TEST(WantedFaces, FindAZoneWithinAFaceAndStopAtTheMost) {
   // Patches of a body this large never get as small as the edges: the digits end before.
   const EdgeSizing graded(1e-3, {{Vector3::Zero(), 5e-4, 0.01}});
   EXPECT_EQ(wanted_faces(icosphere(1e27, 3), graded, 1000), 1000);
+}
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+double uniform(std::mt19937_64& random, double least, double most) {
+  return least + (most - least) * static_cast<double>(random() >> 11) / 9007199254740992.0;  // 2^53
+}
+
+Vector3 random_point(std::mt19937_64& random, double reach) {
+  return {uniform(random, -reach, reach), uniform(random, -reach, reach), uniform(random, -reach, reach)};
+}
+
+TEST(EdgeSizing, IsTheZonesInsideAndGrowsOutsideIt) {
+  const Vector3 centre(0.01, -0.02, 0.03);
+  const EdgeSizing sizing(3e-3, {{centre, 1e-3, 10e-3}}, 0.25);
+  const Vector3 along = Vector3(1, 2, -2) / 3.0;
+  EXPECT_EQ(sizing.at(centre), 1e-3);
+  EXPECT_NEAR(sizing.at(Vector3(centre + 9.99e-3 * along)), 1e-3, 1e-15);
+  EXPECT_NEAR(sizing.at(Vector3(centre + 14e-3 * along)), 1e-3 + 0.25 * 4e-3, 1e-15);
+  EXPECT_NEAR(sizing.at(Vector3(centre + 17.9e-3 * along)), 1e-3 + 0.25 * 7.9e-3, 1e-15);
+  EXPECT_EQ(sizing.at(Vector3(centre + 18.1e-3 * along)), 3e-3);
+  EXPECT_EQ(sizing.finest(), 1e-3);
+}
+
+TEST(EdgeSizing, TakesTheFinestOfItsZonesAndNeverExceedsFar) {
+  const EdgeSizing sizing(
+      3e-3, {{Vector3(0, 0, 0), 2e-3, 10e-3}, {Vector3(5e-3, 0, 0), 1e-3, 1e-3}, {Vector3(1, 0, 0), 5e-3, 1}}, 0.2);
+  EXPECT_EQ(sizing.at(Vector3(5e-3, 0, 0)), 1e-3);
+  EXPECT_EQ(sizing.at(Vector3(-9e-3, 0, 0)), 2e-3);
+  EXPECT_NEAR(sizing.at(Vector3(8e-3, 0, 0)), 1e-3 + 0.2 * 2e-3, 1e-15);
+  EXPECT_EQ(sizing.at(Vector3(1, 0, 0)), 3e-3);
+  EXPECT_EQ(sizing.finest(), 1e-3);
+  EXPECT_EQ(EdgeSizing(1e-3, {{Vector3::Zero(), 2e-3, 1e-3}}).finest(), 1e-3);
+}
+
+// |h(x) - h(y)| <= growth |x - y|: what makes neighbouring faces alike.
+TEST(EdgeSizing, ChangesByNoMoreThanItsGrowth) {
+  std::mt19937_64 random(4);
+  for (const double growth : {0.02, 0.2, 0.6}) {
+    std::vector<SizingZone> zones;
+    for (int i = 0; i < 5; ++i) {
+      zones.push_back({random_point(random, 0.05), uniform(random, 0.5e-3, 3e-3), uniform(random, 0, 20e-3)});
+    }
+    const EdgeSizing sizing(4e-3, zones, growth);
+    double steepest = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const Vector3 x = random_point(random, 0.1);
+      const Vector3 y = x + random_point(random, 2e-3);
+      const double slope = std::abs(sizing.at(x) - sizing.at(y)) / (x - y).norm();
+      EXPECT_LE(slope, growth * (1 + 1e-9));
+      steepest = std::max(steepest, slope);
+    }
+    EXPECT_GT(steepest, 0.9 * growth) << "and it does grow";
+  }
+}
+
+TEST(EdgeSizing, RefusesWhatIsNoLength) {
+  const auto refusal = [](double far, double edge, double reach, double growth) {
+    return message_of<InputError>([&] { EdgeSizing(far, {{Vector3::Zero(), edge, reach}}, growth); });
+  };
+  for (const double bad : {0.0, -1e-3, kInfinity, std::nan("")}) {
+    EXPECT_THAT(refusal(bad, 1e-3, 1e-3, 0.2), HasSubstr("edge_mm.far"));
+    EXPECT_THAT(refusal(1e-3, bad, 1e-3, 0.2), HasSubstr("edge_mm.near_target"));
+  }
+  for (const double bad : {-1e-3, kInfinity, std::nan("")}) {
+    EXPECT_THAT(refusal(1e-3, 1e-3, bad, 0.2), HasSubstr("edge_mm.within_mm"));
+  }
+  for (const double bad : {-1e-3, 0.019, 0.61, kInfinity, std::nan("")}) {
+    EXPECT_THAT(refusal(1e-3, 1e-3, 1e-3, bad), HasSubstr("edge_mm.growth"));
+  }
+}
+
+constexpr double kRounding = 1e-15;  // [m] of bodies below a metre
+
+TEST(SplitFaces, KeepsTheSurfaceAndStaysClosed) {
+  for (const TriangleMesh& mesh : {box({0.02, 0.03, 0.01}, 5e-3).mesh, icosphere(0.03, 4), hand({.edge = 8e-3}).mesh}) {
+    const TriangleMesh split = split_faces(mesh);
+    const MeshReport report = inspect(split);
+    EXPECT_THAT(report.faults, IsEmpty());
+    EXPECT_EQ(report.unused_vertices, 0);
+    EXPECT_EQ(split.face_count(), 4 * mesh.face_count());
+    EXPECT_EQ(split.vertex_count(), mesh.vertex_count() + 3 * mesh.face_count() / 2);
+    EXPECT_EQ(split.vertices().leftCols(mesh.vertex_count()), mesh.vertices());
+    EXPECT_NEAR(split.signed_volume() / mesh.signed_volume(), 1.0, 1e-12);
+    for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+      EXPECT_LT((split.centroids().col(4 * f + 3) - mesh.centroids().col(f)).norm(), kRounding);
+      for (Eigen::Index child = 4 * f; child < 4 * f + 4; ++child) {
+        EXPECT_NEAR(split.areas()(child) / mesh.areas()(f), 0.25, 1e-9);
+        EXPECT_NEAR(split.normals().col(child).dot(mesh.normals().col(f)), 1.0, 1e-12);
+      }
+    }
+  }
 }
 
 }  // namespace touchfield::mesh_quality_test
