@@ -3,7 +3,8 @@
 #include <stdexcept>
 
 #include <gtest/gtest.h>
-#include <omp.h>
+
+#include "tests/support/threads_support.h"
 
 namespace touchfield::blas_product_test {
 
@@ -38,14 +39,10 @@ TEST(HermitianProduct, AdjointProductEqualsTheDefinition) {
 
 TEST(HermitianProduct, DoesNotDependOnTheThreadCountToTheLastBit) {
   const Eigen::MatrixXcd a = random_matrix(500, 400, 6);
-  const int threads = omp_get_max_threads();
-  omp_set_num_threads(1);
-  const Eigen::MatrixXcd one = hermitian_product(a);
-  const Eigen::MatrixXcd one_mixed = adjoint_product(a, a.leftCols(150));
-  omp_set_num_threads(4);
-  EXPECT_EQ(hermitian_product(a), one);
-  EXPECT_EQ(adjoint_product(a, a.leftCols(150)), one_mixed);
-  omp_set_num_threads(threads);
+  const auto squared = [&] { return hermitian_product(a); };
+  const auto mixed = [&] { return adjoint_product(a, a.leftCols(150)); };
+  EXPECT_EQ(with_threads(4, squared), with_threads(1, squared));
+  EXPECT_EQ(with_threads(4, mixed), with_threads(1, mixed));
 }
 
 }  // namespace touchfield::blas_product_test

@@ -1,10 +1,4 @@
-#include <algorithm>
-#include <cmath>
-#include <complex>
-#include <cstdlib>
-#include <limits>
 #include <stdexcept>
-#include <vector>
 
 #include <Eigen/QR>
 
