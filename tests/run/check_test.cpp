@@ -1,9 +1,5 @@
 #include "sim/run/check.h"
 
-#include <cmath>
-#include <string>
-#include <vector>
-
 #include <nlohmann/json.hpp>
 
 #include "sim/field/evaluate.h"

@@ -2,9 +2,7 @@
 
 #include "sim/run/hdf5_file.h"
 
-#include <array>
 #include <fcntl.h>
-#include <functional>
 #include <sys/file.h>
 
 #include <hdf5.h>
@@ -110,9 +108,7 @@ TEST_F(Hdf5Content, LinksWithinTheFileAreFollowed) {
     H5Lcreate_soft("/values", file, "soft", H5P_DEFAULT, H5P_DEFAULT);
     H5Lcreate_hard(file, "values", file, "hard", H5P_DEFAULT, H5P_DEFAULT);
   });
-  for (const char* name : {"values", "soft", "hard"}) {
-    EXPECT_EQ(values_in(path_, name), kValues) << name;
-  }
+  for (const char* name : {"values", "soft", "hard"}) EXPECT_EQ(values_in(path_, name), kValues) << name;
 }
 
 TEST_F(Hdf5Content, WhatLeadsOutOfTheFileIsRefused) {
