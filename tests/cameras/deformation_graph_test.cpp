@@ -1,5 +1,4 @@
 #include <random>
-#include <set>
 
 #include "sim/cameras/deformation.h"
 #include "sim/core/rigid_motion.h"
@@ -48,20 +47,12 @@ TEST(DeformationGraph, SpreadsNodesAlongTheSkin) {
   }
 }
 
-TEST(DeformationGraph, NoShiftsMoveNothing) {
-  Points vertices = flat_hand().mesh.vertices();
-  flat_graph().apply(flat_graph().motions(vertices, {}), vertices);
-  EXPECT_LT((vertices - flat_hand().mesh.vertices()).cwiseAbs().maxCoeff(), 1e-15);
-}
-
 TEST(DeformationGraph, CarriesARigidMotionExactly) {
   const DeformationGraph& graph = flat_graph();
   const RigidMotion motion = some_motion(1);
   const Points vertices = flat_hand().mesh.vertices();
   const NodeMotions motions = moved_rigidly(graph, vertices, motion);
-  for (const Eigen::Matrix3d& turn : motions.turn) {
-    EXPECT_LT((turn - motion.rotation).norm(), 1e-10);
-  }
+  for (const Eigen::Matrix3d& turn : motions.turn) EXPECT_LT((turn - motion.rotation).norm(), 1e-10);
   Points moved = vertices;
   graph.apply(motions, moved);
   EXPECT_LT((moved - motion(vertices)).cwiseAbs().maxCoeff(), 1e-12);
@@ -81,9 +72,7 @@ TEST(DeformationGraph, BindsItsVerticesAsTheyHang) {
   const DeformationGraph& graph = flat_graph();
   std::mt19937 random(3);
   Points shifts(3, graph.node_count());
-  for (auto shift : shifts.colwise()) {
-    shift = 2e-3 * point_in_cube(random);
-  }
+  for (auto shift : shifts.colwise()) shift = 2e-3 * point_in_cube(random);
   const Points vertices = flat_hand().mesh.vertices();
   const NodeMotions motions = graph.motions(vertices, shifts);
   Points one = vertices;
@@ -98,9 +87,7 @@ TEST(DeformationGraph, ShiftsFollowTheSkin) {
   const DeformationGraph& graph = flat_graph();
   std::mt19937 random(4);
   Points shifts(3, graph.node_count());
-  for (auto shift : shifts.colwise()) {
-    shift = 2e-3 * point_in_cube(random);
-  }
+  for (auto shift : shifts.colwise()) shift = 2e-3 * point_in_cube(random);
   const Points vertices = flat_hand().mesh.vertices();
   const NodeMotions motions = graph.motions(vertices, shifts);
   EXPECT_LT((DeformationGraph::shifts(motions) - shifts).cwiseAbs().maxCoeff(), 1e-15);
@@ -122,9 +109,7 @@ TEST(DeformationGraph, FingersDoNotMoveEachOther) {
   for (Eigen::Index i = 0; i < graph.node_count(); ++i) {
     const Vector3 at = motions.at.col(i);
     const bool nearer = (at - tip).head<1>().norm() < (at - other).head<1>().norm();
-    if (nearer && (at - tip).norm() < 45e-3) {
-      motions.shift.col(i).setConstant(5e-3);
-    }
+    if (nearer && (at - tip).norm() < 45e-3) motions.shift.col(i).setConstant(5e-3);
   }
   graph.turn(motions);
   Points vertices = mesh.vertices();
