@@ -63,9 +63,7 @@ TEST(Canvas, CountsPixelsFromTheLowerLeftCorner) {
   expect_colour(picture.at(48, 25), kWhite);
   // A line of a pixel's width fills one row and no other.
   int rows = 0;
-  for (int y = 30; y < 40; ++y) {
-    rows += picture.at(30, y) == kWhite ? 0 : 1;
-  }
+  for (int y = 30; y < 40; ++y) rows += picture.at(30, y) == kWhite ? 0 : 1;
   EXPECT_EQ(rows, 1);
 }
 
@@ -102,14 +100,6 @@ TEST(Canvas, TextStandsWhereItsStyleSays) {
   const Eigen::Vector4i upright = drawn({.size = 30, .align = Align::kCentre, .angle = 90.0});
   EXPECT_NEAR(upright[3] - upright[1], width, 10);
   EXPECT_NEAR(0.5 * (upright[0] + upright[2]), 200, 2);
-}
-
-TEST(PictureParts, LongTextsAreMadeToFit) {
-  Canvas canvas(400, 50);
-  draw_fitted(canvas, 10, 25, std::string(80, 'm'), {.size = 30}, 300);
-  const Eigen::Vector4i box = extent(Drawn(canvas.file()).picture());
-  EXPECT_NEAR(box[0], 10, 2);
-  EXPECT_NEAR(box[2], 310, 3);
 }
 
 TEST(Canvas, HasAFontOrSaysThatThereIsNone) {

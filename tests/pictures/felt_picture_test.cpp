@@ -57,12 +57,4 @@ TEST(FeltPicture, OfOneMethodHasSpectra) {
   }
 }
 
-TEST(FeltPicture, NamesMethodsWithoutARow) {
-  const TemporaryDirectory directory;
-  Felt felt = made_up_felt({{"one", 10.0}});
-  felt.methods.resize(8, felt.methods.front());
-  write_text_file(directory.file("felt.png"), felt_picture(felt));
-  EXPECT_EQ(Picture(directory.file("felt.png")).height(), 150 + 6 * 180 + 140);
-}
-
 }  // namespace touchfield::felt_picture_test
