@@ -1,5 +1,3 @@
-#include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "hardware/drive_frame.h"
