@@ -209,14 +209,4 @@ TEST(DeformationFit, FindsABumpThatNoisyImagesShow) {
   EXPECT_LT(back, 1e-3);
 }
 
-TEST(DeformationFit, NamesWhatDoesNotMatch) {
-  DeformationFit fit = pebble_fit();
-  SkinTargets targets = face_targets(pebble(), pebble(), kAll);
-  NodeMotions motions = fit.graph().motions(pebble().vertices(), {});
-  EXPECT_THAT(message_of<InputError>([&] { fit.fit(targets, {}, Points::Zero(3, 2), 1, motions); }),
-              HasSubstr("2 before"));
-  targets.normal.conservativeResize(3, 7);
-  EXPECT_THAT(message_of<InputError>([&] { fit.fit(targets, {}, {}, 1, motions); }), HasSubstr("7 normals"));
-}
-
 }  // namespace touchfield::deformation_fit_test

@@ -129,12 +129,4 @@ TEST(DeformationGraph, FingersDoNotMoveEachOther) {
   EXPECT_GT(still, 50);
 }
 
-TEST(DeformationGraph, NameWhatIsWrong) {
-  const TriangleMesh ball = icosphere(0.03, 8);
-  EXPECT_THAT(message_of<InputError>([&] { DeformationGraph(ball, 0); }), HasSubstr("must be positive"));
-  EXPECT_THAT(message_of<InputError>([&] { DeformationGraph(ball, 0.2); }), HasSubstr("5 are needed"));
-  const DeformationGraph graph(ball, 0.02);
-  EXPECT_THAT(message_of<InputError>([&] { graph.motions(Points::Zero(3, 4), {}); }), HasSubstr("4 vertices"));
-}
-
 }  // namespace touchfield::deformation_graph_test

@@ -92,14 +92,4 @@ TEST(HandPoints, OfNothingAreNone) {
   EXPECT_EQ(points.normal.cols(), 0);
 }
 
-TEST(HandPoints, NameWhatIsWrong) {
-  const std::vector<DepthCamera> cameras = cameras_round(kMiddle, 0.25, 0.25, 1);
-  const Box box = box_round(kMiddle, 0.2);
-  DepthFrame frame;
-  EXPECT_THAT(message_of<InputError>([&] { PointReader(cameras).read(frame, box); }), HasSubstr("0 depth images of 1"));
-  frame.images.push_back({320, 180, std::vector<float>(320 * 180, 0.3F)});
-  EXPECT_THAT(message_of<InputError>([&] { PointReader(cameras).read(frame, box); }), HasSubstr("must be 640 x 360"));
-  EXPECT_THAT(message_of<InputError>([&] { PointReader(cameras, {.most = 0}); }), HasSubstr("most 0"));
-}
-
 }  // namespace touchfield::hand_points_test

@@ -176,15 +176,6 @@ TEST_F(Phase, SurfaceEndsWhereTheProcessorDoes) {
   }
 }
 
-TEST_F(Phase, SurfaceWithAFreeLevelEndsThereToo) {
-  const SkinProblem problem = random_problem(20, 10, 60, 0.01, 32);
-  SurfaceOptions options;
-  options.iterations = 8;
-  options.free_level = true;
-  const Eigen::VectorXcd start = 0.1 * random_start(60, 33);
-  expect_same(solve_surface(moved(problem), start, options), solve_surface(problem, start, options));
-}
-
 TEST_F(Phase, TheSearchEndsAsLow) {
   const SkinProblem problem = random_problem(30, 10, 24, 0.3, 34);
   const double found = search_surface(moved(problem), Eigen::MatrixXcd(24, 0), {}).cost_history.back();
