@@ -83,13 +83,4 @@ TEST(HandPoints, DropEdgesAndWhatFlies) {
   }
 }
 
-TEST(HandPoints, OfNothingAreNone) {
-  const std::vector<DepthCamera> cameras = cameras_round(kMiddle, 0.25, 0.25, 2);
-  DepthFrame frame;
-  frame.images.assign(2, {640, 360, std::vector<float>(640 * 360, 0.0F)});
-  const HandPoints points = PointReader(cameras).read(frame, box_round(kMiddle, 0.2));
-  EXPECT_EQ(points.size(), 0);
-  EXPECT_EQ(points.normal.cols(), 0);
-}
-
 }  // namespace touchfield::hand_points_test

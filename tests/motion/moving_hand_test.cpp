@@ -25,8 +25,13 @@ const std::string kBendingFinger =
     "  solve_ms: 20\n"
     "  change: [{path: body.hand.joints.index.dip_deg, keys: [[0, 0], [0.5, 30]]}]\n";
 
+const MovingModel& bending() {
+  static const MovingModel kMoving(scene_from(kBendingFinger));
+  return kMoving;
+}
+
 TEST(MovingHand, ThePadStaysInItsPlaceWhileTheFingerBends) {
-  const MovingModel moving(scene_from(kBendingFinger));
+  const MovingModel& moving = bending();
   EXPECT_FALSE(moving.is_rigid());
   const Model straight = moving.at(moving.state(0.0));
   const Model bent = moving.at(moving.state(0.5));
@@ -77,7 +82,7 @@ TEST(MovingHand, SkinBeyondMovesWithTheHand) {
 }
 
 TEST(MovingHand, FramesFollowABendingFinger) {
-  const MovingModel moving(scene_from(kBendingFinger));
+  const MovingModel& moving = bending();
   const MethodSpec& method = moving.first().fixed->scene.solve.methods.front();
   FrameSolver solver(moving, method, drives_for(ExactSensor(moving), method));
   double warm = 0;

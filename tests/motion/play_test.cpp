@@ -125,29 +125,6 @@ TEST(PlayMotion, FiveStepsFromTheFrameBeforeAreAsGoodAsThirtyFromZero) {
   }
 }
 
-TEST(PlayMotion, TellsOfEverySecondAndEveryScore) {
-  int seconds = 0;
-  int scores = 0;
-  bool complete = true;
-  MotionOptions options;
-  options.second = [&](const Motion& motion) {
-    ++seconds;
-    complete = motion.complete;
-  };
-  options.scored = [&](const MotionInstant& instant) {
-    ++scores;
-    EXPECT_EQ(instant.pressure.size(), 1U);
-    EXPECT_EQ(instant.pressure.front().second.size(), instant.mesh.face_count());
-  };
-  const Motion motion =
-      played({"motion.seconds=2.2", "motion.frames_hz=4", "motion.score_hz=5", "solve.methods=[focus]"}, options);
-  EXPECT_EQ(seconds, 3);
-  EXPECT_TRUE(complete);
-  EXPECT_EQ(scores, 11);
-  EXPECT_EQ(motion.methods.front().frames.size(), 9U);
-  EXPECT_EQ(motion.instants.size(), 11U);
-}
-
 TEST(PlayMotion, KeepsInstantsWithTheSkinThatTheSensorSawForTheFrameThatIsShown) {
   const Scene scene =
       scene_from(kMovingCapsule, {"motion.seconds=1", "motion.score_hz=100", "solve.methods=[focus]",

@@ -84,24 +84,6 @@ TEST(Plot, PointsAreWhereTheyAreMeant) {
   EXPECT_FALSE(has_colour(at(6, 9), line_colour(0)));  // not joined
 }
 
-TEST(Plot, OfManyPointsSomeAreMarkedAndNoNumberBreaksTheLine) {
-  const TemporaryDirectory directory;
-  PlotLine line{.label = "much", .points = {}};
-  for (int i = 0; i <= 1000; ++i) {
-    const double value = i > 400 && i < 600 ? NAN : 1.0;
-    line.points.push_back({1.0 * i, value, value, value});
-  }
-  draw_plot(directory.file("plot.png"), {.texts = {.title = "long"}, .panels = {{"one", {line}}}});
-  const Picture picture(directory.file("plot.png"));
-  int drawn = 0;
-  for (int y = 140; y < 790; ++y) {
-    drawn += has_colour(picture.at(120 + 190, y), line_colour(0)) ? 1 : 0;
-    EXPECT_FALSE(has_colour(picture.at(500, y), line_colour(0)));
-  }
-  EXPECT_GT(drawn, 0);
-  EXPECT_LT(pixels_of(picture, line_colour(0)), 6000);
-}
-
 TEST(SweepPicture, ValuesThatDifferByRoundingAreDrawn) {
   const TemporaryDirectory directory;
   for (const double least : {0x1.73fad0088b45dp-1, 0.5, 0.7}) {

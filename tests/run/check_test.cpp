@@ -25,16 +25,6 @@ TEST(Check, ForetellsTheFacesOfTheEvaluation) {
   }
 }
 
-// The near pairs and the Krylov space are the same.
-TEST(Check, CountsTheMemoryOfAGrid) {
-  const Model direct = small_model({"solve.solver=matrix_free"});
-  const Model by_grid = small_model({"solve.solver=fft"});
-  const double grid =
-      body_cost(grid_body(direct.body.mesh), direct.fixed->wave, by_grid.fixed->scene.solve.solver).grid.memory;
-  EXPECT_GT(grid, 1e5);
-  EXPECT_NEAR(check_model(by_grid).memory_mib - check_model(direct).memory_mib, grid / std::pow(2.0, 20), 0.01);
-}
-
 TEST(Check, CountsFieldsAndTheirGrid) {
   const std::vector<std::string> fine = {
       "body.edge_mm=1", "field=[{name: about, centre_mm: [0, 0, 55], size_mm: [40, 40, 40], spacing_mm: 1}]"};

@@ -155,13 +155,4 @@ TEST_F(Hdf5Content, AnotherShapeIsRefused) {
               AllOf(HasSubstr("zeros"), HasSubstr("[65536]"), HasSubstr("[3]")));
 }
 
-TEST(Hdf5File, ErrorsNameThePlaceAndTheLibrarysReason) {
-  const hdf5::MemoryFile file("x.h5");
-  ::testing::internal::CaptureStderr();
-  file.root().create("twice");
-  EXPECT_THAT(message_of<IoError>([&] { file.root().create("twice"); }),
-              AllOf(HasSubstr("x.h5: /twice"), HasSubstr("already exists")));
-  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
-}
-
 }  // namespace touchfield::hdf5_file_test

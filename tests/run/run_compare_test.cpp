@@ -2,9 +2,6 @@
 
 #include <numbers>
 
-#include <nlohmann/json.hpp>
-
-#include "sim/core/json.h"
 #include "tests/support/output_support.h"
 #include "tests/support/testing.h"
 
@@ -116,24 +113,6 @@ TEST(CompareRuns, ARunIsIdenticalToItself) {
     EXPECT_EQ(difference.largest.relative, 0.0);
     EXPECT_THAT(describe_difference(difference), HasSubstr("verdict   identical"));
   }
-}
-
-TEST(CompareRuns, TimesAndWhatIsRecordedAreShownAndDoNotCount) {
-  const RunDifference difference = changed([](RunData& run) {
-    run.provenance.start = "2027-01-01T00:00:00Z";
-    run.provenance.threads = 16;
-    run.provenance.machine = "another";
-    run.methods[0].metrics.seconds_total = 99.0;
-    run.solves[0].seconds = 99.0;
-  });
-  EXPECT_EQ(difference.verdict(), "identical");
-  const Json value = difference_value(difference);
-  EXPECT_EQ(value["provenance"]["a"]["threads"], 2);
-  EXPECT_EQ(value["provenance"]["b"]["machine"], "another");
-  EXPECT_EQ(value["provenance"]["b"]["version"], "0.1.0");
-  EXPECT_EQ(value["methods"][0]["seconds"]["seconds_total"]["b"], 99.0);
-  EXPECT_THAT(describe_difference(difference),
-              AllOf(ContainsRegex("threads +A: 2\n +B: 16\n"), ContainsRegex("version +0.1.0\n"), HasSubstr("  99\n")));
 }
 
 /// A change to a run, and what the comparison must name as the largest deviation.

@@ -4,14 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/linear_support.h"
 #include "tests/support/threads_support.h"
 
 namespace touchfield::blas_product_test {
-
-Eigen::MatrixXcd random_matrix(Eigen::Index rows, Eigen::Index columns, unsigned seed) {
-  std::srand(seed);
-  return Eigen::MatrixXcd::Random(rows, columns);
-}
 
 // Sums of 300 products of numbers below 1.5: rounding stays below 300 eps.
 constexpr double kRounding = 1e-13;

@@ -4,13 +4,9 @@
 #include <gtest/gtest.h>
 
 #include "solvers/linear/factorisations.h"
+#include "tests/support/linear_support.h"
 
 namespace touchfield::dense_lu_test {
-
-Eigen::MatrixXcd random_matrix(Eigen::Index rows, Eigen::Index columns, unsigned seed) {
-  std::srand(seed);  // Eigen's Random draws from rand()
-  return Eigen::MatrixXcd::Random(rows, columns);
-}
 
 // Backward stable: residuals of a few hundred roundings of a well-conditioned 60 x 60 system.
 constexpr double kRounding = 1e-12;

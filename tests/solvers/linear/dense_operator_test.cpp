@@ -3,13 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "solvers/linear/linear_operator.h"
+#include "tests/support/linear_support.h"
 
 namespace touchfield::dense_operator_test {
-
-Eigen::MatrixXcd random_matrix(Eigen::Index rows, Eigen::Index columns, unsigned seed) {
-  std::srand(seed);  // Eigen's Random draws from rand()
-  return Eigen::MatrixXcd::Random(rows, columns);
-}
 
 template <typename Real>
 class DenseOperatorTest : public testing::Test {

@@ -6,25 +6,17 @@
 #include <unsupported/Eigen/IterativeSolvers>
 
 #include "solvers/linear/factorisations.h"
+#include "tests/support/linear_support.h"
 #include "tests/support/testing.h"
 #include "tests/support/threads_support.h"
 
 namespace touchfield::gmres_test {
-
-Eigen::MatrixXcd random_matrix(Eigen::Index rows, Eigen::Index columns, unsigned seed) {
-  std::srand(seed);  // Eigen's Random draws from rand()
-  return Eigen::MatrixXcd::Random(rows, columns);
-}
 
 /// Eigenvalues spread over a disc of the given radius around 1.
 Eigen::MatrixXcd near_identity(Eigen::Index n, double radius, unsigned seed) {
   // The entries have mean square 2/3, so the random part has the spectral radius sqrt(2 n / 3).
   return Eigen::MatrixXcd::Identity(n, n) +
          radius / std::sqrt(2.0 * static_cast<double>(n) / 3.0) * random_matrix(n, n, seed);
-}
-
-Product product_with(const Eigen::MatrixXcd& a) {
-  return [&a](const Eigen::MatrixXcd& x) -> Eigen::MatrixXcd { return a * x; };
 }
 
 double worst_residual(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& x, const Eigen::MatrixXcd& b) {
