@@ -233,7 +233,7 @@ TEST(OptimalityBound, GivesUpWhatRoundingMayHide) {
     const KnownProblem known = known_problem(2, 7, 8, 1e5, 0.0, 1300 + seed);
     const double hidden = std::numeric_limits<double>::epsilon() * known.problem.outside.squaredNorm();
     ASSERT_GT(hidden, 1e-7 * known.least);  // or other roundings would do
-    const OptimalityBoundOptions options{.tolerance = 1e-12, .max_iterations = 100};
+    const OptimalityBoundOptions options{.max_iterations = 100, .tolerance = 1e-12};
     const double bound = prove_bound(known.problem, options).bound;
     EXPECT_LE(bound, known.least - hidden) << seed;
     EXPECT_GE(bound, known.least - 1e4 * hidden) << seed;  // 16 N (2 N + 16) or so
