@@ -155,7 +155,7 @@ TEST_F(DamagedMotionFile, SizesThatContradictEachOtherAreErrors) {
   EXPECT_TRUE(std::isnan(read.methods[0].frames[1].target_off));
   EXPECT_TRUE(std::isnan(read.methods[0].scores[1].metrics.relative_error));
   const std::vector<std::pair<std::string, Forged>> cases = {
-      {"/methods/focus/frames: phases", {.phases = {2, 2}}},
+      {"/methods/focus/frames/phases: has shape [2, 2], must have [2, 1]", {.phases = {2, 2}}},
       {"phases", {.phases = {3, 1}}},
       {"cost must be", {.cost = {2}}},
       {"cost", {.cost = {1, 2}}},
