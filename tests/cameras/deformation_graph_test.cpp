@@ -107,7 +107,9 @@ TEST(DeformationGraph, FingersDoNotMoveEachOther) {
       EXPECT_LT(moved(v), 1e-15);
       ++still;
     }
-    if ((at - tip).norm() < 8e-3) EXPECT_NEAR(moved(v), 5e-3 * std::sqrt(3.0), 1e-12);
+    if ((at - tip).norm() < 8e-3) {
+      EXPECT_NEAR(moved(v), 5e-3 * std::sqrt(3.0), 1e-12);
+    }
   }
   EXPECT_GT(still, 50);
 }
