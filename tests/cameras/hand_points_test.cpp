@@ -1,5 +1,4 @@
 #include "sim/cameras/seen_skin.h"
-#include "sim/hand/hand.h"
 #include "sim/hand/shapes.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/sight_support.h"
@@ -82,48 +81,6 @@ TEST(HandPoints, DropEdgesAndWhatFlies) {
     EXPECT_TRUE(std::abs(z - 0.3) < 1e-6 || std::abs(z - 0.4) < 1e-6) << z;
     EXPECT_GT(-points.normal(2, i), 0.9999);
   }
-}
-
-TEST(HandPoints, OfAHandAreOnItAndFaceTheCamera) {
-  const Vector3 at = kMiddle - Vector3(0, 0.09, 0);
-  const TriangleMesh skin = shifted(hand({.edge = 2e-3}).mesh, at);
-  const std::vector<DepthCamera> cameras = cameras_round(kMiddle, 0.25, 0.25, 3);
-  DepthFrame frame = exact_frame(cameras, skin);
-  const PointReader reader(cameras);
-  const HandPoints points = reader.read(frame, box_round(kMiddle, 0.2));
-  EXPECT_GT(points.size(), 3000);
-  double off = 0;
-  for (Eigen::Index i = 0; i < points.size(); i += 20) {
-    const Vector3 eye = cameras[static_cast<std::size_t>(points.camera[static_cast<std::size_t>(i)])].view.eye;
-    EXPECT_GT(points.normal.col(i).dot((eye - points.at.col(i)).normalized()), 0.25);
-    off = std::max(off, (skin.centroids().colwise() - points.at.col(i)).colwise().norm().minCoeff());
-  }
-  EXPECT_LT(off, 2e-3);  // a face's size
-
-  Box tip = box_round(kMiddle, 0.2);
-  tip.min().y() = 0.06;
-  const HandPoints some = reader.read(frame, tip);
-  EXPECT_GT(some.size(), 100);
-  EXPECT_GT(some.at.row(1).minCoeff(), 0.0599);
-}
-
-TEST(HandPoints, OfNothingAreNone) {
-  const std::vector<DepthCamera> cameras = cameras_round(kMiddle, 0.25, 0.25, 2);
-  DepthFrame frame;
-  frame.images.assign(2, {640, 360, std::vector<float>(640 * 360, 0.0F)});
-  const HandPoints points = PointReader(cameras).read(frame, box_round(kMiddle, 0.2));
-  EXPECT_EQ(points.size(), 0);
-  EXPECT_EQ(points.normal.cols(), 0);
-}
-
-TEST(HandPoints, NameWhatIsWrong) {
-  const std::vector<DepthCamera> cameras = cameras_round(kMiddle, 0.25, 0.25, 1);
-  const Box box = box_round(kMiddle, 0.2);
-  DepthFrame frame;
-  EXPECT_THAT(message_of<InputError>([&] { PointReader(cameras).read(frame, box); }), HasSubstr("0 depth images of 1"));
-  frame.images.push_back({320, 180, std::vector<float>(320 * 180, 0.3F)});
-  EXPECT_THAT(message_of<InputError>([&] { PointReader(cameras).read(frame, box); }), HasSubstr("must be 640 x 360"));
-  EXPECT_THAT(message_of<InputError>([&] { PointReader(cameras, {.most = 0}); }), HasSubstr("most 0"));
 }
 
 }  // namespace touchfield::hand_points_test

@@ -89,23 +89,21 @@ TEST_F(JointTable, RowsWithoutAHandAreLost) {
 }
 
 TEST_F(JointTable, NamesWhatIsWrong) {
-  std::string names = header("");
-  names.replace(names.find("index_tip_x"), 11, "index_tipp_x");
-  EXPECT_THAT(fault(names + row(0, 1)),
+  const auto changed = [](std::string text, const std::string& from, const std::string& to) {
+    return text.replace(text.find(from), from.size(), to);
+  };
+  const std::string names = header("");
+  EXPECT_THAT(fault(changed(names, "index_tip_x", "index_tipp_x") + row(0, 1)),
               HasSubstr("hand.csv:1: column 'index_tipp_x' must be one of time_s, or x, y and z of a joint as OpenXR"));
-  names = header("");
-  names.erase(names.find(",little_tip_z"), 13);
-  EXPECT_THAT(fault(names + row(0, 1)), HasSubstr(":1: the header must name little_tip_z"));
-  names = header("");
-  names.replace(names.find("index_tip_x"), 11, "index_tip_x_mm");
-  EXPECT_THAT(fault(names + row(0, 1)), HasSubstr("without a unit and index_tip_x with one: name that of both"));
-  EXPECT_THAT(fault(header("") + row(1, 1) + row(1, 1)), HasSubstr("hand.csv:3: time_s = 1 must be after 1"));
-  EXPECT_THAT(fault(header("") + "0,1,2\n"), HasSubstr("hand.csv:2: 3 values, must be 79 as in the header"));
-  std::string word = row(0, 1);
-  word.replace(word.find(",1,"), 3, ",here,");
-  EXPECT_THAT(fault(header("") + word), HasSubstr("hand.csv:2: wrist_x = here must be a number"));
-  EXPECT_THAT(fault(header("")), HasSubstr("no frames in it, must hold at least one"));
-  EXPECT_THAT(fault(row(0, 1)), HasSubstr("hand.csv:1: column '0' must be one of time_s, or x, y"));
+  EXPECT_THAT(fault(changed(names, ",little_tip_z", "") + row(0, 1)),
+              HasSubstr(":1: the header must name little_tip_z"));
+  EXPECT_THAT(fault(changed(names, "index_tip_x", "index_tip_x_mm") + row(0, 1)),
+              HasSubstr("without a unit and index_tip_x with one: name that of both"));
+  EXPECT_THAT(fault(names + row(1, 1) + row(1, 1)), HasSubstr("hand.csv:3: time_s = 1 must be after 1"));
+  EXPECT_THAT(fault(names + "0,1,2\n"), HasSubstr("hand.csv:2: 3 values, must be 79 as in the header"));
+  EXPECT_THAT(fault(names + changed(row(0, 1), ",1,", ",here,")),
+              HasSubstr("hand.csv:2: wrist_x = here must be a number"));
+  EXPECT_THAT(fault(names), HasSubstr("no frames in it, must hold at least one"));
 }
 
 TEST(JointRow, IsThatOfATableWithoutHeader) {

@@ -1,10 +1,8 @@
 #include "sim/cameras/joints_sensor.h"
 
 #include <chrono>
-#include <memory>
 #include <netdb.h>
 #include <netinet/in.h>
-#include <sstream>
 #include <sys/socket.h>
 #include <thread>
 #include <unistd.h>
@@ -102,29 +100,6 @@ TEST_F(Tracked, TheSkinIsTheTrueOne) {
   EXPECT_EQ(seen_by->places(3).size(), 3U);
 }
 
-// 0.2 mm of skin; the two play the same frames otherwise, and their errors some 60 %.
-TEST_F(Tracked, APlayHasTheErrorOfAnExactSensor) {
-  const Scene evaluated = scene_from(
-      kFinger + kMoving, {"evaluation={edge_mm: {near_target: 3, far: 10, within_mm: 8}}", "motion.score_hz=6"});
-  const auto error = [&](std::unique_ptr<MotionSensor> by) {
-    const SensedMotion sensed{evaluated, std::make_unique<const MovingModel>(evaluated, kept_.get()), std::move(by)};
-    const Motion motion = play_motion(sensed, {}, silent_);
-    double sum = 0;
-    int count = 0;
-    for (const MotionScore& score : motion.methods.front().scores) {
-      if (score.frame >= 0) {
-        sum += score.metrics.relative_error;
-        ++count;
-      }
-    }
-    EXPECT_EQ(count, 1);
-    return sum / count;
-  };
-  const double exact = error(std::make_unique<ExactSensor>(*truth_));
-  const double tracked = error(sensor(frames()));
-  EXPECT_NEAR(tracked, exact, 0.01 * exact);
-}
-
 TEST_F(Tracked, FramesAreLostAndSaidWhy) {
   Frames joints = frames();
   joints[2].reset();
@@ -133,9 +108,7 @@ TEST_F(Tracked, FramesAreLostAndSaidWhy) {
     joints[k]->col(7) -= Vector3(0, 0, 0.03);
   }
   const auto seen_by = sensor(joints, {"motion.sensor.hz=50"});
-  for (int k = 0; k < 11; ++k) {
-    EXPECT_EQ(seen_by->sample(k, kPeriod * k).lost, k == 2 || k >= 7) << k;
-  }
+  for (int k = 0; k < 11; ++k) EXPECT_EQ(seen_by->sample(k, kPeriod * k).lost, k == 2 || k >= 7) << k;
   EXPECT_THAT(seen_by->notes(), Contains(HasSubstr("lost: of 11 frames 1 have no hand; 4 are more than 6 mm rms off")));
   EXPECT_THAT(message_of<InputError>([&] { sensor(Frames(11)); }), HasSubstr("hand.csv: no frame has a hand"));
 }
@@ -150,9 +123,7 @@ TEST_F(Tracked, TheOtherHandAndAnotherUnitAreRefused) {
                     HasSubstr("If it is a left hand, the hand that is fitted must have side: left")));
   EXPECT_FALSE(sensor(frames(HandSide::kLeft), {"motion.sensor.hand={pose: index_up, side: left}"})->sample(0, 0).lost);
   Frames large = frames();
-  for (auto& joints : large) {
-    *joints *= 10;
-  }
+  for (auto& joints : large) *joints *= 10;
   EXPECT_THAT(fault(large),
               HasSubstr("mm long from the wrist to the middle fingertip, must be 90 to 270: lengths are in m; "
                         "another unit ends the names of a file's columns, as index_tip_x_mm"));
@@ -194,9 +165,7 @@ TEST_F(Tracked, PlacesThatMakeNoSenseAreSaid) {
 
 TEST_F(Tracked, FramesInPlacesThatMakeNoSenseAreLost) {
   Frames joints = frames();
-  for (std::size_t k = 6; k < joints.size(); ++k) {
-    joints[k]->row(2).array() += 0.9;
-  }
+  for (std::size_t k = 6; k < joints.size(); ++k) joints[k]->row(2).array() += 0.9;
   const auto seen_by = sensor(joints, {"motion.sensor.hz=50"});
   for (int k = 0; k < 11; ++k) {
     const Seen seen = seen_by->sample(k, kPeriod * k);
@@ -205,9 +174,7 @@ TEST_F(Tracked, FramesInPlacesThatMakeNoSenseAreLost) {
   }
   EXPECT_THAT(seen_by->warnings(), ElementsAre(HasSubstr("misplaced: 5 of 11 samples count as lost, and nothing "
                                                          "sounds: at 0.12 s the tracked hand is 1.")));
-  for (std::size_t k = 0; k < 6; ++k) {
-    joints[k]->row(2).array() += 0.9;
-  }
+  for (std::size_t k = 0; k < 6; ++k) joints[k]->row(2).array() += 0.9;
   EXPECT_THAT(message_of<InputError>([&] { sensor(joints); }), HasSubstr("hand.csv: at 0.00 s the tracked hand is 1."));
 }
 
@@ -388,9 +355,7 @@ TEST_F(Tracked, FingersThatTheTemplateHoldsTogetherAreLostWhereTheyOpen) {
   Frames joints;
   const auto& hand = std::get<HandShape>(scene_->bodies.front().shape);
   const JointPoints own = joints_of(posed_skeleton(hand_pose("flat"), hand.length, hand.breadth), -1);
-  for (int k = 0; k < 11; ++k) {
-    joints.emplace_back(own.colwise() + Vector3(0, 0, 0.2));
-  }
+  for (int k = 0; k < 11; ++k) joints.emplace_back(own.colwise() + Vector3(0, 0, 0.2));
   const auto folded = sensor(joints);
   EXPECT_TRUE(folded->sample(0, 0).lost);
   EXPECT_THAT(folded->notes(), Contains(HasSubstr("7 move fingers that touch in the pose index_up")));
@@ -412,27 +377,6 @@ TEST_F(Tracked, TheTrackersFrameIsPlacedInTheWorld) {
                                 "translation_mm: [0, 0, 0]}"});
               }),
               HasSubstr("a reflection, must be a rotation: the columns are the tracker's x, y and z in the world"));
-}
-
-// What the tests of the command line move.
-TEST(TrackedJointsOfTheCommandLine, AreTheHands) {
-  const JointPoints own = joints_of(posed_skeleton(hand_pose("index_up"), 0.180, 0.084), -1);
-  std::istringstream rows(text_of(source_folder() / "tests/data/index_up_joints.csv"));
-  Eigen::Index count = 0;
-  for (std::string line; std::getline(rows, line);) {
-    if (line.starts_with("#") || line.starts_with("joint,") || line.starts_with("thumb_metacarpal,")) {
-      continue;
-    }
-    std::string name;
-    Vector3 at;
-    char comma = 0;
-    std::istringstream cells(line);
-    std::getline(cells, name, ',');
-    cells >> at.x() >> comma >> at.y() >> comma >> at.z();
-    ASSERT_LT(count, kTrackedJoints);
-    EXPECT_LT((at * kMillimetre - own.col(count++)).norm(), 1e-6) << name;
-  }
-  EXPECT_EQ(count, kTrackedJoints);
 }
 
 }  // namespace touchfield::joints_sensor_test

@@ -18,56 +18,41 @@
 
 namespace touchfield::ownership_test {
 
+/// Takes what it keeps a reference to, and no temporary in its place. It is held to what it does take too, so that
+/// another parameter does not make the rest true.
+template <class T, class Kept, class... Rest>
+constexpr bool kKeeps = std::is_constructible_v<T, Kept&, Rest...> && !std::is_constructible_v<T, Kept, Rest...>;
+
 using Mesh = TriangleMesh;
 using Splits = std::optional<int>;
-
-// Each is held to what it does take too, so that another parameter does not make the rest true.
-static_assert(std::is_constructible_v<EvaluationComparison, Mesh&, Mesh&, Splits>);
-static_assert(!std::is_constructible_v<EvaluationComparison, Mesh, Mesh&, Splits>);
+static_assert(kKeeps<EvaluationComparison, Mesh, Mesh&, Splits>);
 static_assert(!std::is_constructible_v<EvaluationComparison, Mesh&, Mesh, Splits>);
-static_assert(!std::is_constructible_v<EvaluationComparison, Mesh, Mesh, Splits>);
-
-static_assert(std::is_constructible_v<SkinJacobian, SkinProblem&>);
-static_assert(!std::is_constructible_v<SkinJacobian, SkinProblem>);
-static_assert(std::is_constructible_v<DualFactor, LowRankRelaxation&>);
-static_assert(!std::is_constructible_v<DualFactor, LowRankRelaxation>);
-
+static_assert(kKeeps<SkinJacobian, SkinProblem>);
+static_assert(kKeeps<DualFactor, LowRankRelaxation>);
 static_assert(std::is_constructible_v<SkinLook, SkinView, Mesh&, std::optional<Target>>);
 static_assert(!std::is_constructible_v<SkinLook, SkinView, Mesh, std::optional<Target>>);
-
-static_assert(std::is_constructible_v<TextCursor, std::string&, const char*>);
-static_assert(!std::is_constructible_v<TextCursor, std::string, const char*>);
+static_assert(kKeeps<TextCursor, std::string, const char*>);
 static_assert(!std::is_constructible_v<TextCursor, const char*, const char*>);
-
-using Around = EditMesh::Around;
-static_assert(std::is_constructible_v<Around, EditMesh&, int>);
-static_assert(!std::is_constructible_v<Around, EditMesh, int>);
+static_assert(kKeeps<EditMesh::Around, EditMesh, int>);
 
 using schema::Input;
 using schema::Reading;
-static_assert(std::is_constructible_v<Input, schema::Node&, std::string, Reading&>);
-static_assert(!std::is_constructible_v<Input, schema::Node, std::string, Reading&>);
+static_assert(kKeeps<Input, schema::Node, std::string, Reading&>);
 static_assert(!std::is_constructible_v<Input, schema::Node&, std::string, Reading>);
 
-static_assert(std::is_constructible_v<PoseFit, HandTemplate&>);
-static_assert(!std::is_constructible_v<PoseFit, HandTemplate>);
-static_assert(std::is_constructible_v<ExactSensor, MovingModel&>);
-static_assert(!std::is_constructible_v<ExactSensor, MovingModel>);
-static_assert(std::is_constructible_v<NoisySensor, MovingModel&, SensingNoise&>);
-static_assert(!std::is_constructible_v<NoisySensor, MovingModel, SensingNoise&>);
-static_assert(std::is_constructible_v<SampleStore, ExactSensor&, double>);
-static_assert(!std::is_constructible_v<SampleStore, ExactSensor, double>);
+static_assert(kKeeps<PoseFit, HandTemplate>);
+static_assert(kKeeps<ExactSensor, MovingModel>);
+static_assert(kKeeps<NoisySensor, MovingModel, SensingNoise&>);
+static_assert(kKeeps<SampleStore, ExactSensor, double>);
 
 // What is small is owned instead; what is written to is named by the caller.
-static_assert(std::is_constructible_v<MethodSolver, SkinScattering&, Eigen::Index, Target, SolveSpec>);
-static_assert(!std::is_constructible_v<MethodSolver, SkinScattering, Eigen::Index, Target, SolveSpec>);
+static_assert(kKeeps<MethodSolver, SkinScattering, Eigen::Index, Target, SolveSpec>);
 using Shared = std::shared_ptr<SkinModel>;
 using Records = std::vector<SolveRecord>;
 static_assert(std::is_constructible_v<SkinScattering, Shared, TransducerArray, Records&, Progress&>);
 static_assert(!std::is_constructible_v<SkinScattering, Shared, TransducerArray, Records, Progress&>);
 static_assert(!std::is_constructible_v<SkinScattering, Shared, TransducerArray, Records&, Progress>);
-static_assert(std::is_constructible_v<SignalledPace, StopSignals&, bool>);
-static_assert(!std::is_constructible_v<SignalledPace, StopSignals, bool>);
+static_assert(kKeeps<SignalledPace, StopSignals, bool>);
 static_assert(!std::is_move_constructible_v<SkinModel>);  // its solver refers to its system
 
 // Functions whose results refer to an argument.

@@ -22,9 +22,7 @@ TEST(SightCheck, AHoleCountsUnlessTheSecondEyeDidNotSeeThere) {
   }
   const double columns[] = {1.5, 15.5, 22.5, 30.5, 36.5, 45.5};
   Points vertices(3, 6);
-  for (Eigen::Index v = 0; v < 6; ++v) {
-    vertices.col(v) << 0.35 * (columns[v] - 32) / 500, 0, 0.35;
-  }
+  for (Eigen::Index v = 0; v < 6; ++v) vertices.col(v) << 0.35 * (columns[v] - 32) / 500, 0, 0.35;
   const Points normals = Vector3(0, 0, -1).replicate(1, 6);
   SightCheck check;
   check_sight({camera}, frame, vertices, normals, 4e-3, kBaseline, check);

@@ -1,11 +1,8 @@
 #include "sim/cameras/simulated_camera.h"
 
-#include <cmath>
-
 #include <Eigen/Geometry>
 
 #include "sim/core/units.h"
-#include "sim/hand/shapes.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::simulated_camera_test {
@@ -86,26 +83,6 @@ TEST(SimulatedCameras, AreToldWithTheErrorOfTheirPlaces) {
   EXPECT_EQ(cameras.told()[1].name, "camera_2");
   EXPECT_EQ(SimulatedCameras({spec}, 7).told()[0].view.eye, cameras.told()[0].view.eye);
   EXPECT_NE(SimulatedCameras({spec}, 8).told()[0].view.eye, cameras.told()[0].view.eye);
-}
-
-TEST(SimulatedCameras, SeeTheSameAgainAndAnotherNoiseInAnotherFrame) {
-  const TriangleMesh mesh = transformed(icosphere(0.03, 20), Eigen::Matrix3d::Identity(), {0, 0, 0.3});
-  const CameraSpec spec = camera_at({0.1, 0, 0}, {0, 0, 0.3});
-  const SimulatedCameras cameras({spec, spec}, 7);
-  const DepthFrame frame = cameras.sees(mesh, 0.5, 4);
-  EXPECT_EQ(frame.seconds, 0.5);
-  ASSERT_EQ(frame.images.size(), 2U);
-  EXPECT_NE(frame.images[0].depth, frame.images[1].depth);
-  EXPECT_EQ(SimulatedCameras({spec, spec}, 7).sees(mesh, 0.5, 4).images[1].depth, frame.images[1].depth);
-  EXPECT_NE(cameras.sees(mesh, 0.5, 5).images[0].depth, frame.images[0].depth);
-  const DepthImage exact = exact_image(cameras.real()[0].view, mesh);
-  EXPECT_EQ(cameras.sees(mesh, 0, 0, StereoEffects::none()).images[0].depth, exact.depth);
-}
-
-TEST(SimulatedCameras, KnowTheirModels) {
-  CameraSpec spec = camera_at({0.1, 0, 0}, {0, 0, 0.3});
-  spec.model = "d999";
-  EXPECT_THROW(SimulatedCameras({spec}, 1), InputError);
 }
 
 }  // namespace touchfield::simulated_camera_test

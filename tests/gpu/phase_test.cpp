@@ -1,10 +1,4 @@
-#include <cmath>
-#include <complex>
-#include <limits>
-#include <memory>
 #include <stdexcept>
-#include <tuple>
-#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -54,9 +48,7 @@ class SkinCalls : public Phase, public ::testing::WithParamInterface<std::tuple<
     Phase::SetUp();
     std::tie(faces_, rank_, channels_) = GetParam();
     problem_ = random_problem(faces_, rank_, channels_, 0.3, 10);
-    if (::testing::Test::IsSkipped()) {
-      return;
-    }
+    if (::testing::Test::IsSkipped()) return;
     FakePhaseDevice fake;
     for (PhaseDevice* device : {static_cast<PhaseDevice*>(&fake), static_cast<PhaseDevice*>(&gpu())}) {
       move_to(*device, problem_);
@@ -69,9 +61,7 @@ class SkinCalls : public Phase, public ::testing::WithParamInterface<std::tuple<
     Uniform uniform(11);
     directions_ = random_matrix(faces_, 1, uniform);
     phasors_ = random_start(channels_, 12);
-    for (int n = 0; n < channels_; n += 3) {
-      radial_.push_back(n);
-    }
+    for (int n = 0; n < channels_; n += 3) radial_.push_back(n);
     return {directions_.data(), phasors_.data(), radial_.data(), static_cast<int>(radial_.size()), rank_ - rank_ / 5};
   }
 
@@ -184,24 +174,6 @@ TEST_F(Phase, SurfaceEndsWhereTheProcessorDoes) {
       expect_same(solve_surface(there, start, options), solve_surface(problem, start, options));
     }
   }
-}
-
-TEST_F(Phase, SurfaceWithAFreeLevelEndsThereToo) {
-  const SkinProblem problem = random_problem(20, 10, 60, 0.01, 32);
-  SurfaceOptions options;
-  options.iterations = 8;
-  options.free_level = true;
-  const Eigen::VectorXcd start = 0.1 * random_start(60, 33);
-  expect_same(solve_surface(moved(problem), start, options), solve_surface(problem, start, options));
-}
-
-TEST_F(Phase, SurfaceFollowsTheSameOfSeveralStarts) {
-  const SkinProblem problem = random_problem(30, 10, 24, 0.3, 38);
-  Eigen::MatrixXcd starts(24, 3);
-  starts << random_start(24, 1), random_start(24, 2), random_start(24, 3);
-  SurfaceOptions options;
-  options.iterations = 8;
-  expect_same(solve_surface(moved(problem), starts, options), solve_surface(problem, starts, options));
 }
 
 TEST_F(Phase, TheSearchEndsAsLow) {

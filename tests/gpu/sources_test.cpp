@@ -1,7 +1,5 @@
 #include "sim/gpu/cuda/sources.cuh"
 
-#include <cmath>
-
 #include <gtest/gtest.h>
 
 #include "sim/acoustics/incident_field.h"

@@ -41,22 +41,6 @@ TEST_F(GpuTwoLevel, TheFilterIsTheCpus) {
   }
 }
 
-TEST_F(GpuTwoLevel, TheTransposeIsOne) {
-  const TriangleMesh mesh = index_up();
-  const cuda::Faces faces = gpu_faces(context(), mesh, kGpuDamped);
-  cuda::TwoLevel two_level(faces, cuda::Boundary(faces, cuda::Equation::kBurtonMiller), 1.0);
-  EXPECT_GT(two_level.points(), 1500);
-  EXPECT_LT(two_level.points(), 3500);
-  const Eigen::MatrixXcf x = random_block(mesh.face_count(), 2, 11);
-  const Eigen::MatrixXcd there = applied(two_level, false, x).cast<Complex>();
-  const Eigen::MatrixXcd back = applied(two_level, true, x).cast<Complex>();
-  const Eigen::MatrixXcd wide = x.cast<Complex>();
-  const Complex left = (wide.col(0).transpose() * there.col(1))(0, 0);
-  const Complex right = (wide.col(1).transpose() * back.col(0))(0, 0);
-  EXPECT_LT(std::abs(left - right), 1e-4 * wide.col(0).norm() * there.col(1).norm());
-  EXPECT_EQ(applied(two_level, false, x), applied(two_level, false, x));
-}
-
 TEST_F(GpuTwoLevel, FewStepsToTheSameSolution) {
   const TriangleMesh mesh = index_up();
   const int count = static_cast<int>(mesh.face_count());

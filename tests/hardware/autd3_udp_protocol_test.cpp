@@ -1,8 +1,6 @@
 #include "hardware/links/autd3_udp_protocol.h"
 
 #include <fstream>
-#include <map>
-#include <sstream>
 
 #include <fmt/format.h>
 

@@ -9,9 +9,7 @@ namespace touchfield::autd3_units_test {
 TEST(Autd3Units, AreFoundInALayoutAsTheyWerePlaced) {
   std::mt19937 random(1);
   std::vector<UnitPlacement> units(6);
-  for (UnitPlacement& unit : units) {
-    unit = {point_in_cube(random), some_rotation(random)};
-  }
+  for (UnitPlacement& unit : units) unit = {point_in_cube(random), some_rotation(random)};
   const std::vector<UnitPlacement> found = autd3_placements(autd3_layout(units));
   ASSERT_EQ(found.size(), units.size());
   for (std::size_t u = 0; u < units.size(); ++u) {

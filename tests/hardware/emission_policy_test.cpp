@@ -1,7 +1,3 @@
-#include <cmath>
-#include <limits>
-#include <string>
-
 #include "hardware/emission/emission.h"
 #include "sim/acoustics/transducer_array.h"
 #include "tests/support/testing.h"

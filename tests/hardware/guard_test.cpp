@@ -1,5 +1,4 @@
 // A guarded link to a SonicSurface behind a pseudo-terminal, with this program as its guard.
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -7,7 +6,6 @@
 #include <fstream>
 #include <poll.h>
 #include <pty.h>
-#include <string>
 #include <sys/ioctl.h>
 #include <thread>
 #include <unistd.h>

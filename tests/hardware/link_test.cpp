@@ -1,5 +1,4 @@
 #include <numbers>
-#include <set>
 
 #include "hardware/guard/guard_message.h"
 #include "hardware/link_address.h"
@@ -100,12 +99,6 @@ TEST(Sonicsurface, FrameBytes) {
   EXPECT_EQ(std::count(tactile.begin(), tactile.end(), 30), 255);
 }
 
-// 258 bytes of ten bits at 230,400 bits a second.
-TEST(Sonicsurface, RateOfTheLine) {
-  EXPECT_LE(sonicsurface::kFramesPerSecond, 230400.0 / 2580);
-  EXPECT_GE(sonicsurface::kFramesPerSecond, 230400.0 / 2580 - 1);
-}
-
 TEST(Sonicsurface, ModulationOfTheTactileFirmware) {
   EXPECT_THAT(sonicsurface::modulation_frequencies(SonicsurfaceFirmware::kPrimary), IsEmpty());
   const auto frequencies = sonicsurface::modulation_frequencies(SonicsurfaceFirmware::kTactile);
@@ -113,14 +106,6 @@ TEST(Sonicsurface, ModulationOfTheTactileFirmware) {
   EXPECT_DOUBLE_EQ(frequencies[5], 0.64e6 / 512 / 6);
   EXPECT_EQ(sonicsurface::modulation_byte(0), 0xA0);
   EXPECT_EQ(sonicsurface::modulation_byte(31), 0xBF);
-}
-
-TEST(DryRun, TakesWhatFits) {
-  DryRunLink link(grid_layout(2, 1, 0.01), 32, {});
-  EXPECT_NO_THROW(link.send({{3, 31}, {255, 0}}));
-  EXPECT_THROW(link.send({{3}, {255}}), InputError);
-  EXPECT_THROW(link.send({{32, 0}, {255, 0}}), InputError);
-  EXPECT_NO_THROW(link.set_modulation(SineModulation{200, 1}));
 }
 
 TEST(DryRun, NamesItsFiles) {

@@ -1,8 +1,6 @@
 #include "hardware/player.h"
 
 #include <numeric>
-#include <utility>
-#include <vector>
 
 #include "tests/support/testing.h"
 
@@ -79,10 +77,10 @@ class StoringLink final : public NotingLink {
 
 DriveFrame numbered(std::size_t n) { return {{static_cast<std::uint8_t>(n)}, {255}}; }
 
-PlayReport played(std::size_t count, const FrameSource& source, ArrayLink& link, const PlayOptions& options, Pace& pace,
-                  const FrameObserver& observer = {}) {
+PlayReport played(std::size_t count, const FrameSource& source, ArrayLink& link, const PlayOptions& options,
+                  Pace& pace) {
   PlayReport report;
-  play(count, source, link, options, pace, report, observer);
+  play(count, source, link, options, pace, report);
   return report;
 }
 
@@ -101,9 +99,7 @@ class Player : public testing::Test {
 TEST_F(Player, SendsEachFrameInItsTime) {
   const PlayReport report = played(4, numbered, link_, {10, 0.4, false}, pace_);
   EXPECT_THAT(link_.numbers, ElementsAre(0, 1, 2, 3));
-  for (std::size_t n = 0; n < 4; ++n) {
-    EXPECT_NEAR(link_.times[n], 0.1 * static_cast<double>(n), 1e-6);
-  }
+  for (std::size_t n = 0; n < 4; ++n) EXPECT_NEAR(link_.times[n], 0.1 * static_cast<double>(n), 1e-6);
   EXPECT_EQ(report.sent, 4U);
   EXPECT_EQ(report.dropped, 0U);
   EXPECT_EQ(report.late, 0U);
@@ -165,25 +161,11 @@ TEST_F(Player, Repeats) {
   EXPECT_THAT(link_.numbers, ElementsAre(0, 1, 2, 0, 1, 2, 0, 1));
 }
 
-TEST_F(Player, EndsInTheMiddleOfASequence) {
-  played(100, numbered, link_, {10, 0.25, false}, pace_);
-  EXPECT_THAT(link_.numbers, ElementsAre(0, 1, 2));
-}
-
 TEST_F(Player, IsStopped) {
   pace_.stop_at(100.25);
   const PlayReport report = played(100, numbered, link_, {10, 5, false}, pace_);
   EXPECT_TRUE(report.stopped);
   EXPECT_THAT(link_.numbers, ElementsAre(0, 1, 2));
-}
-
-TEST_F(Player, TellsOfEachFrame) {
-  std::vector<std::size_t> told;
-  played(3, numbered, link_, {10, 0.3, false}, pace_, [&](std::size_t n, const DriveFrame& frame) {
-    EXPECT_EQ(frame, numbered(n));
-    told.push_back(n);
-  });
-  EXPECT_THAT(told, ElementsAre(0, 1, 2));
 }
 
 // No frame is counted twice by rounding, at a rate that no binary number hits.

@@ -1,9 +1,6 @@
-#include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "hardware/drive_frame.h"
-#include "tests/support/random_support.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::quantise_test {

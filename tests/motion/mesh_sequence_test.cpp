@@ -45,25 +45,14 @@ TEST(MeshSequence, RefusesOtherTriangles) {
   EXPECT_EQ(refused(tetrahedron(10, "f 3 4 2\n")),
             second + "triangle 3 joins vertices 2, 3, 1, must be 1, 2, 3" + first);
   EXPECT_EQ(refused("v 5 5 5\n" + tetrahedron(10)), second + "5 vertices, must be 4" + first);
-  EXPECT_THAT(refused("v 0 0 nan\n"), HasSubstr("mesh1.obj"));
-}
-
-TEST(MeshSequence, RefusesAFaultyMesh) {
-  const TemporaryDirectory folder;
-  const auto refused = [&](const std::string& second) {
-    return message_of<InputError>([&] { MeshSequence(series(folder, {{0, tetrahedron(10)}, {0.04, second}})); });
-  };
-  EXPECT_THAT(refused(tetrahedron(-10)),
-              AllOf(HasSubstr("mesh1.obj (time_s = 0.04): "), HasSubstr("1 piece inside out")));
-  EXPECT_THAT(refused(tetrahedron(0)), AllOf(HasSubstr("mesh1.obj"), HasSubstr("without volume")));
+  EXPECT_THAT(refused(tetrahedron(-10)), AllOf(HasSubstr(second), HasSubstr("1 piece inside out")));
+  EXPECT_THAT(refused(tetrahedron(0)), HasSubstr("without volume"));
 }
 
 /// A tetrahedron in a file of many points.
 std::string with_points(int count) {
   std::string text = tetrahedron(10);
-  for (int i = 0; i < count; ++i) {
-    text += "v " + std::to_string(i) + " 2 3\n";
-  }
+  for (int i = 0; i < count; ++i) text += "v " + std::to_string(i) + " 2 3\n";
   return text;
 }
 

@@ -2,9 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/moving_support.h"
-#include "tests/support/scene_support.h"
-
 namespace touchfield::motion_prediction_test {
 
 using Prediction = MotionSpec::Prediction;
@@ -25,9 +22,7 @@ Seen seen_at(double seconds) {
 TEST(MotionPrediction, MeetsASteadyMotion) {
   for (const Prediction kind : {Prediction::kLinear, Prediction::kKalman}) {
     MotionPrediction prediction(kind, kAThirtieth);
-    for (int k = 0; k < 40; ++k) {
-      prediction.see(seen_at(k * kAThirtieth));
-    }
+    for (int k = 0; k < 40; ++k) prediction.see(seen_at(k * kAThirtieth));
     ASSERT_TRUE(prediction.predicts());
     const MotionState expected = prediction.at(1.4);
     const MotionState truth = seen_at(1.4).state;
@@ -40,9 +35,7 @@ TEST(MotionPrediction, MeetsASteadyMotion) {
 
 TEST(MotionPrediction, NoneIsWhatWasSeenLast) {
   MotionPrediction prediction;
-  for (int k = 0; k < 5; ++k) {
-    prediction.see(seen_at(k * kAThirtieth));
-  }
+  for (int k = 0; k < 5; ++k) prediction.see(seen_at(k * kAThirtieth));
   EXPECT_FALSE(prediction.predicts());
   EXPECT_EQ(*prediction.at(1).skin, moved(4 * kAThirtieth));
 }
@@ -63,9 +56,7 @@ TEST(MotionPrediction, ExpectsNothingAcrossALoss) {
     EXPECT_EQ(*prediction.at(0.4).skin, moved(0.3));
     MotionPrediction fresh(kind, kAThirtieth);
     fresh.see(seen_at(0.3));
-    for (MotionPrediction* one : {&prediction, &fresh}) {
-      one->see(seen_at(0.33));
-    }
+    for (MotionPrediction* one : {&prediction, &fresh}) one->see(seen_at(0.33));
     EXPECT_TRUE(prediction.predicts());
     EXPECT_EQ(*prediction.at(0.4).skin, *fresh.at(0.4).skin);
     EXPECT_EQ(prediction.at(0.4).numbers, fresh.at(0.4).numbers);
@@ -84,13 +75,6 @@ TEST(MotionPrediction, WhatIsSeenTwiceHasNoVelocityOfItsOwn) {
     }
     EXPECT_EQ(*once.at(0.4).skin, *twice.at(0.4).skin);
   }
-}
-
-TEST(MotionPrediction, WhatIsOutOfItsRangeIsMovedToIt) {
-  const MovingModel moving(
-      scene_from(kMovingCapsule, {"motion.change=[{path: target.pressure_pa, keys: [[0, 300], [0.3, 0]]}]"}));
-  MotionState state{Eigen::VectorXd::Constant(1, -20.0)};
-  EXPECT_EQ(moving.in_range(state).numbers(0), 0.0);
 }
 
 }  // namespace touchfield::motion_prediction_test

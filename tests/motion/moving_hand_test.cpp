@@ -1,10 +1,8 @@
-#include <algorithm>
-#include <string>
-
 #include "sim/core/units.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/motion/moving_model.h"
+#include "tests/support/moving_support.h"
 #include "tests/support/scene_support.h"
 #include "tests/support/testing.h"
 
@@ -27,8 +25,13 @@ const std::string kBendingFinger =
     "  solve_ms: 20\n"
     "  change: [{path: body.hand.joints.index.dip_deg, keys: [[0, 0], [0.5, 30]]}]\n";
 
+const MovingModel& bending() {
+  static const MovingModel kMoving(scene_from(kBendingFinger));
+  return kMoving;
+}
+
 TEST(MovingHand, ThePadStaysInItsPlaceWhileTheFingerBends) {
-  const MovingModel moving(scene_from(kBendingFinger));
+  const MovingModel& moving = bending();
   EXPECT_FALSE(moving.is_rigid());
   const Model straight = moving.at(moving.state(0.0));
   const Model bent = moving.at(moving.state(0.5));
@@ -72,16 +75,14 @@ TEST(MovingHand, SkinBeyondMovesWithTheHand) {
   const FaceTree skin(*moving.evaluation_mesh(end, state));
   const Points centres = end.beyond.centres();
   double farthest = 0;
-  for (const auto& x : centres.colwise()) {
-    farthest = std::max(farthest, skin.nearest(x).distance);
-  }
+  for (const auto& x : centres.colwise()) farthest = std::max(farthest, skin.nearest(x).distance);
   EXPECT_LT(farthest, 1.2 * kMillimetre);
   EXPECT_GT((centres - begin.beyond.centres()).colwise().norm().maxCoeff(), 12 * kMillimetre);
   EXPECT_GT((centres - begin.beyond.centres()).colwise().norm().minCoeff(), 3 * kMillimetre);
 }
 
 TEST(MovingHand, FramesFollowABendingFinger) {
-  const MovingModel moving(scene_from(kBendingFinger));
+  const MovingModel& moving = bending();
   const MethodSpec& method = moving.first().fixed->scene.solve.methods.front();
   FrameSolver solver(moving, method, drives_for(ExactSensor(moving), method));
   double warm = 0;
@@ -120,7 +121,7 @@ TEST(FrameBudget, ASettingIsPutIntoTheScene) {
 
 TEST(FrameBudget, TakesTheQuickestForNoTimeAndTheNearestForMuch) {
   const auto choice = [](double milliseconds) {
-    return choose_frame(scene_from(kBendingFinger, {"motion.frame={budget_ms: " + std::to_string(milliseconds) + "}"}));
+    return choose_frame(scene_from(kMovingCapsule, {"motion.frame={budget_ms: " + std::to_string(milliseconds) + "}"}));
   };
   const FrameChoice quickest = choice(0.01);
   EXPECT_EQ(quickest.setting.steps, 1);
@@ -130,6 +131,42 @@ TEST(FrameBudget, TakesTheQuickestForNoTimeAndTheNearestForMuch) {
   EXPECT_EQ(nearest.setting.scheme, Scheme::kBurtonMillerPolished);
   EXPECT_EQ(nearest.setting.near_target, 1.7e-3);
   EXPECT_LT(nearest.milliseconds, 60'000);
+}
+
+TEST(WholeSkin, IsTheHandThatTheSolverSeesAPartOf) {
+  const MovingModel moving(
+      scene_from(kBendingFinger, {"evaluation=same",
+                                  "motion.change=[{path: 'body.place.at_mm[0]', rate: 40}, "
+                                  "{path: body.hand.joints.index.dip_deg, keys: [[0, 0], [0.5, 30]]}]"}));
+  const WholeSkin whole(moving.first());
+  const auto size = [](const TriangleMesh& mesh) {
+    return (mesh.vertices().rowwise().maxCoeff() - mesh.vertices().rowwise().minCoeff()).norm();
+  };
+  for (const double seconds : {0.0, 0.5}) {
+    const MotionState state = moving.state(seconds);
+    const Model model = moving.at(state);
+    const TriangleMesh skin = whole.at(model, state);
+    EXPECT_GT(size(skin), 0.15);
+    EXPECT_LT(size(model.body.mesh), 0.1);
+    EXPECT_GT(skin.signed_volume(), 5 * model.body.mesh.signed_volume());
+    double farthest = 0;
+    for (Eigen::Index f = 0; f < model.body.mesh.face_count(); f += 7) {
+      if (model.fixed->skin[static_cast<std::size_t>(f)] != 0) {
+        const Vector3 corner = model.body.mesh.corner(f, 0);
+        farthest = std::max(farthest, (position(skin, nearest_landmark(skin, "", corner)) - corner).norm());
+      }
+    }
+    EXPECT_LT(farthest, 0.5 * kMillimetre);
+  }
+}
+
+TEST(WholeSkin, IsOfBodiesWithoutJointsToo) {
+  const MovingModel moving(scene_from(kMovingCapsule));
+  const MotionState state = moving.state(0.2);
+  const Model model = moving.at(state);
+  const TriangleMesh skin = WholeSkin(moving.first()).at(model, state);
+  EXPECT_NEAR(skin.signed_volume(), model.body.mesh.signed_volume(), 0.02 * skin.signed_volume());
+  EXPECT_NEAR(skin.centroids().row(0).mean(), 0.01, 1e-4);
 }
 
 }  // namespace touchfield::moving_hand_test

@@ -1,4 +1,3 @@
-#include <cmath>
 #include <numbers>
 #include <random>
 
@@ -73,11 +72,6 @@ TEST(MotionCurve, HasASteadySlopeAtItsKeys) {
     const double h = 1e-6;
     EXPECT_NEAR((curve(key) - curve(key - h)) / h, (curve(key + h) - curve(key)) / h, 1e-4);
   }
-}
-
-TEST(MotionCurve, IsStraightThroughKeysOnALine) {
-  const MotionCurve curve = through({{0, 1}, {0.2, 1.4}, {1.7, 4.4}, {2, 5}});
-  for (double t = 0; t <= 2; t += 0.013) EXPECT_NEAR(curve(t), 1 + 2 * t, 1e-14);
 }
 
 // Third order: the harmonic mean's slopes are right to second order.
@@ -214,13 +208,6 @@ TEST(Trajectory, LawsAreChangedByTheirPaths) {
   EXPECT_NEAR(state(0), 7.1e-3, 1e-15);
   EXPECT_EQ(state(1), 4);
   EXPECT_EQ(scene.motion->seconds, 1);
-}
-
-TEST(Trajectory, NothingVariesInAStill) {
-  Scene scene = moving({});
-  EXPECT_EQ(Trajectory(scene).size(), 0);
-  scene.motion.reset();
-  EXPECT_EQ(Trajectory(scene).state(0.3).size(), 0);
 }
 
 TEST(Trajectory, RefusesWhatCannotVary) {

@@ -63,53 +63,8 @@ TEST(Canvas, CountsPixelsFromTheLowerLeftCorner) {
   expect_colour(picture.at(48, 25), kWhite);
   // A line of a pixel's width fills one row and no other.
   int rows = 0;
-  for (int y = 30; y < 40; ++y) {
-    rows += picture.at(30, y) == kWhite ? 0 : 1;
-  }
+  for (int y = 30; y < 40; ++y) rows += picture.at(30, y) == kWhite ? 0 : 1;
   EXPECT_EQ(rows, 1);
-}
-
-/// Left, lower, right and upper end of what is not white.
-Eigen::Vector4i extent(const Picture& picture) {
-  Eigen::Vector4i box(picture.width(), picture.height(), -1, -1);
-  for (int y = 0; y < picture.height(); ++y) {
-    for (int x = 0; x < picture.width(); ++x) {
-      if (picture.at(x, y) != kWhite) {
-        box << std::min(box[0], x), std::min(box[1], y), std::max(box[2], x), std::max(box[3], y);
-      }
-    }
-  }
-  return box;
-}
-
-TEST(Canvas, TextStandsWhereItsStyleSays) {
-  const auto drawn = [](const TextStyle& style) {
-    Canvas canvas(400, 400);
-    canvas.text(200, 200, "HHHH", style);
-    return extent(Drawn(canvas.file()).picture());
-  };
-  Canvas ruler(10, 10);
-  const double width = ruler.text_width("HHHH", {.size = 30});
-  EXPECT_GT(width, 40.0);
-  EXPECT_NEAR(ruler.text_width("HHHH", {.size = 15}), 0.5 * width, 0.02 * width);
-  // 5: a letter's own room beside its strokes.
-  EXPECT_NEAR(drawn({.size = 30})[0], 200, 5);
-  EXPECT_NEAR(drawn({.size = 30})[2], 200 + width, 5);
-  EXPECT_NEAR(drawn({.size = 30, .align = Align::kRight})[2], 200, 5);
-  const Eigen::Vector4i centred = drawn({.size = 30, .align = Align::kCentre});
-  EXPECT_NEAR(0.5 * (centred[0] + centred[2]), 200, 2);
-  EXPECT_NEAR(0.5 * (centred[1] + centred[3]), 200, 2);
-  const Eigen::Vector4i upright = drawn({.size = 30, .align = Align::kCentre, .angle = 90.0});
-  EXPECT_NEAR(upright[3] - upright[1], width, 10);
-  EXPECT_NEAR(0.5 * (upright[0] + upright[2]), 200, 2);
-}
-
-TEST(PictureParts, LongTextsAreMadeToFit) {
-  Canvas canvas(400, 50);
-  draw_fitted(canvas, 10, 25, std::string(80, 'm'), {.size = 30}, 300);
-  const Eigen::Vector4i box = extent(Drawn(canvas.file()).picture());
-  EXPECT_NEAR(box[0], 10, 2);
-  EXPECT_NEAR(box[2], 310, 3);
 }
 
 TEST(Canvas, HasAFontOrSaysThatThereIsNone) {

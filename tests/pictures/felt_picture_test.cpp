@@ -42,27 +42,4 @@ TEST(FeltPicture, HasARowAMethodAndOneScaleAColumn) {
   }
 }
 
-TEST(FeltPicture, OfOneMethodHasSpectra) {
-  const TemporaryDirectory directory;
-  Felt felt = made_up_felt({{"one", 10.0}});
-  write_text_file(directory.file("felt.png"), felt_picture(felt));
-  const Picture picture(directory.file("felt.png"));
-  EXPECT_EQ(picture.height(), 150 + 180 + 140 + 520);
-  for (const int bottom : {150, 300, 450}) {  // panels; at their left the line of 200 Hz, the first colour to the top
-    int marked = 0;
-    for (int y = bottom; y < bottom + 136; ++y) {
-      marked += has_colour(picture.at(116, y), line_colour(0)) ? 1 : 0;
-    }
-    EXPECT_GT(marked, 60) << bottom;
-  }
-}
-
-TEST(FeltPicture, NamesMethodsWithoutARow) {
-  const TemporaryDirectory directory;
-  Felt felt = made_up_felt({{"one", 10.0}});
-  felt.methods.resize(8, felt.methods.front());
-  write_text_file(directory.file("felt.png"), felt_picture(felt));
-  EXPECT_EQ(Picture(directory.file("felt.png")).height(), 150 + 6 * 180 + 140);
-}
-
 }  // namespace touchfield::felt_picture_test

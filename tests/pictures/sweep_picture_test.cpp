@@ -1,5 +1,3 @@
-#include <cmath>
-
 #include "sim/pictures/plots.h"
 #include "tests/support/files.h"
 #include "tests/support/picture_support.h"
@@ -32,9 +30,7 @@ SweepSummary summary_of(const std::vector<std::string>& parameters, const std::v
 int pixels_of(const Picture& picture, const Colour& colour) {
   int count = 0;
   for (int y = 0; y < picture.height(); ++y) {
-    for (int x = 0; x < picture.width(); ++x) {
-      count += has_colour(picture.at(x, y), colour) ? 1 : 0;
-    }
+    for (int x = 0; x < picture.width(); ++x) count += has_colour(picture.at(x, y), colour) ? 1 : 0;
   }
   return count;
 }
@@ -88,24 +84,6 @@ TEST(Plot, PointsAreWhereTheyAreMeant) {
   EXPECT_FALSE(has_colour(at(6, 9), line_colour(0)));  // not joined
 }
 
-TEST(Plot, OfManyPointsSomeAreMarkedAndNoNumberBreaksTheLine) {
-  const TemporaryDirectory directory;
-  PlotLine line{.label = "much", .points = {}};
-  for (int i = 0; i <= 1000; ++i) {
-    const double value = i > 400 && i < 600 ? NAN : 1.0;
-    line.points.push_back({1.0 * i, value, value, value});
-  }
-  draw_plot(directory.file("plot.png"), {.texts = {.title = "long"}, .panels = {{"one", {line}}}});
-  const Picture picture(directory.file("plot.png"));
-  int drawn = 0;
-  for (int y = 140; y < 790; ++y) {
-    drawn += has_colour(picture.at(120 + 190, y), line_colour(0)) ? 1 : 0;
-    EXPECT_FALSE(has_colour(picture.at(500, y), line_colour(0)));
-  }
-  EXPECT_GT(drawn, 0);
-  EXPECT_LT(pixels_of(picture, line_colour(0)), 6000);
-}
-
 TEST(SweepPicture, ValuesThatDifferByRoundingAreDrawn) {
   const TemporaryDirectory directory;
   for (const double least : {0x1.73fad0088b45dp-1, 0.5, 0.7}) {
@@ -157,54 +135,17 @@ TEST(SweepPicture, SeedsAreAveragedAndTheirSpreadIsShown) {
   EXPECT_EQ(draw_sweep(one, crossed("array.tolerances.seed", {{"1", 0.1}, {"2", 0.1}}), "relative_error"), "");
 }
 
-TEST(SweepPicture, SeedsAloneAreAnAxis) {
-  const TemporaryDirectory directory;
-  const SweepSummary seeds =
-      summary_of({"sensing.seed"}, {record(1, {{"sensing.seed", "1"}}, 0.3), record(2, {{"sensing.seed", "2"}}, 0.4)});
-  EXPECT_EQ(draw_sweep(directory.file("sweep.png"), seeds, "relative_error"), "");
-}
-
-TEST(SweepPicture, DrawsAndZipsHaveOneAxis) {
-  const TemporaryDirectory directory;
-  std::vector<SweepRecord> draws;
-  for (const auto& [x, y] : {std::pair{"0.3", "7"}, {"0.1", "8"}, {"0.9", "2"}, {"0.4", "5"}}) {
-    draws.push_back(record(static_cast<int>(draws.size()) + 1, {{"x", x}, {"y", y}}, 0.1));
-    draws.back().methods.pop_back();
-  }
-  const std::string path = directory.file("sweep.png");
-  ASSERT_EQ(draw_sweep(path, summary_of({"x", "y"}, draws), "relative_error"), "");
-  EXPECT_GT(pixels_of(Picture(path), line_colour(0)), 400);  // markers, no map
-}
-
 TEST(SweepPicture, WhatCannotBeToldApartIsNotDrawn) {
   const TemporaryDirectory directory;
   const auto why = [&](int count) {
     std::vector<std::pair<std::string, double>> names;
-    for (int i = 0; i < count; ++i) {
-      names.emplace_back("name_" + std::to_string(i), 0.01 * i);
-    }
+    for (int i = 0; i < count; ++i) names.emplace_back("name_" + std::to_string(i), 0.01 * i);
     return draw_sweep(directory.file("sweep.png"), crossed("name", names), "relative_error");
   };
   EXPECT_EQ(why(12), "");
   EXPECT_EQ(why(13), "13 combinations of name are more than the 12 that a plot can show; sweep.csv has them");
   EXPECT_EQ(draw_sweep(directory.file("none.png"), summary_of({}, {record(1, {}, 0.1)}), "relative_error"),
             "no input is a number in every case, and differs");
-}
-
-TEST(SweepPicture, ANumberThatSomeCasesLeaveAloneIsNotAveragedAway) {
-  const TemporaryDirectory directory;
-  std::vector<SweepRecord> records;
-  for (const int level : {1, 2}) {
-    records.push_back(record(2 * level - 1, {{"array.level", std::to_string(level)}}, 0.1 * level));
-    records.push_back(record(2 * level, {{"array.level", std::to_string(level)}, {"array.phase_levels", "16"}}, 0.3));
-    records[records.size() - 2].methods.pop_back();
-    records.back().methods.pop_back();
-  }
-  const std::string path = directory.file("sweep.png");
-  ASSERT_EQ(draw_sweep(path, summary_of({"array.level", "array.phase_levels"}, records), "relative_error"), "");
-  for (const std::size_t line : {0U, 1U}) {
-    EXPECT_GT(pixels_of(Picture(path), line_colour(line)), 250) << line;
-  }
 }
 
 TEST(SweepPicture, WithoutAParameterOrAMetricThereIsNone) {

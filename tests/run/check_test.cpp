@@ -1,9 +1,5 @@
 #include "sim/run/check.h"
 
-#include <cmath>
-#include <string>
-#include <vector>
-
 #include <nlohmann/json.hpp>
 
 #include "sim/field/evaluate.h"
@@ -27,16 +23,6 @@ TEST(Check, ForetellsTheFacesOfTheEvaluation) {
       EXPECT_NEAR(static_cast<double>(check_model(model).evaluation_faces) / faces, 1.0, 0.2);
     }
   }
-}
-
-// The near pairs and the Krylov space are the same.
-TEST(Check, CountsTheMemoryOfAGrid) {
-  const Model direct = small_model({"solve.solver=matrix_free"});
-  const Model by_grid = small_model({"solve.solver=fft"});
-  const double grid =
-      body_cost(grid_body(direct.body.mesh), direct.fixed->wave, by_grid.fixed->scene.solve.solver).grid.memory;
-  EXPECT_GT(grid, 1e5);
-  EXPECT_NEAR(check_model(by_grid).memory_mib - check_model(direct).memory_mib, grid / std::pow(2.0, 20), 0.01);
 }
 
 TEST(Check, CountsFieldsAndTheirGrid) {

@@ -1,13 +1,7 @@
 #include "sim/run/run_compare.h"
 
-#include <cmath>
-#include <functional>
-#include <limits>
 #include <numbers>
 
-#include <nlohmann/json.hpp>
-
-#include "sim/core/json.h"
 #include "tests/support/output_support.h"
 #include "tests/support/testing.h"
 
@@ -26,10 +20,6 @@ RunDifference changed(const std::function<void(RunData&)>& change) {
   return compared(full_run(), run);
 }
 
-const Difference& model(const RunDifference& difference, const std::string& name) {
-  return std::ranges::find(difference.models, name, [](const auto& entry) { return entry.first; })->second;
-}
-
 TEST(RelativeChange, IsRelativeToTheLarger) {
   EXPECT_EQ(relative_change(0.0, -0.0), 0.0);
   EXPECT_EQ(relative_change(4.0, 5.0), 0.2);
@@ -37,7 +27,6 @@ TEST(RelativeChange, IsRelativeToTheLarger) {
   EXPECT_EQ(relative_change(1.0, -1.0), 2.0);
   EXPECT_EQ(relative_change(kNan, -kNan), 0.0);
   EXPECT_EQ(relative_change(kNan, 1.0), kInfinity);
-  EXPECT_EQ(relative_change(kInfinity, -kInfinity), kInfinity);
 }
 
 TEST(NumbersDifference, IsTheLargestOverTheLargest) {
@@ -126,24 +115,6 @@ TEST(CompareRuns, ARunIsIdenticalToItself) {
   }
 }
 
-TEST(CompareRuns, TimesAndWhatIsRecordedAreShownAndDoNotCount) {
-  const RunDifference difference = changed([](RunData& run) {
-    run.provenance.start = "2027-01-01T00:00:00Z";
-    run.provenance.threads = 16;
-    run.provenance.machine = "another";
-    run.methods[0].metrics.seconds_total = 99.0;
-    run.solves[0].seconds = 99.0;
-  });
-  EXPECT_EQ(difference.verdict(), "identical");
-  const Json value = difference_value(difference);
-  EXPECT_EQ(value["provenance"]["a"]["threads"], 2);
-  EXPECT_EQ(value["provenance"]["b"]["machine"], "another");
-  EXPECT_EQ(value["provenance"]["b"]["version"], "0.1.0");
-  EXPECT_EQ(value["methods"][0]["seconds"]["seconds_total"]["b"], 99.0);
-  EXPECT_THAT(describe_difference(difference),
-              AllOf(ContainsRegex("threads +A: 2\n +B: 16\n"), ContainsRegex("version +0.1.0\n"), HasSubstr("  99\n")));
-}
-
 /// A change to a run, and what the comparison must name as the largest deviation.
 struct Change {
   std::function<void(RunData&)> make;
@@ -170,6 +141,11 @@ TEST(CompareRuns, EveryPartIsLookedAt) {
       {[](RunData& run) { run.array.positions(0, 0) += 1e-3; }, "the array", false},
       {[](RunData& run) { run.array.device(1) = 1; }, "the array", false},
       {[](RunData& run) { run.array.directivity = Directivity::omni(); }, "the array", false},
+      {[](RunData& run) { run.array.response = made_up_response(6, 0.9); }, "the array", false},
+      {[](RunData& run) {
+         run.array_truth = {made_up_response(6, 0.9), 0};
+       },
+       "the array", false},
       {[](RunData& run) { run.target->amplitudes(1) = 1500.0; }, "the target", false},
       {[](RunData& run) { run.target->faces[0] = 2; }, "the target", false},
       {[](RunData& run) { run.evaluation_model->scheme = "chief"; }, "the evaluation", false},
@@ -188,24 +164,6 @@ TEST(CompareRuns, EveryPartIsLookedAt) {
     EXPECT_LT(relative_change(compared(run, full_run()).largest.relative, difference.largest.relative),
               kRoundingOfSums);
   }
-}
-
-TEST(CompareRuns, SizesThatDifferAreReported) {
-  RunData other = bare_run(sheet(2, 2, 0.01));
-  other.array = make_array(grid_layout(2, 2, 0.01), Directivity::t4010a1(), 0.5, 4.0);
-  other.methods.push_back(made_up_method("surface", other, 0.25));
-  const RunDifference difference = compared(full_run(), other);
-  EXPECT_EQ(difference.methods.at(0).pressure.fault, "48 and 8 values");
-  EXPECT_EQ(difference.methods.at(0).phases.fault, "6 and 4 values");
-  EXPECT_EQ(difference.methods.at(0).evaluation_pressure->fault, "80 and 0 values");
-  EXPECT_EQ(model(difference, "evaluation").fault, "edge by burton_miller_polished and none");
-  EXPECT_THAT(describe_difference(difference),
-              AllOf(ContainsRegex("mesh +48 and 8 faces\n"), ContainsRegex("array +6 and 4 channels\n"),
-                    ContainsRegex("methods +in A alone: paper-2\n"), ContainsRegex("fields +in A alone: side, cube\n"),
-                    HasSubstr("6 and 4 values")));
-  const std::string json = json_text(difference_value(difference));
-  EXPECT_THAT(json, HasSubstr(R"("methods_in_one_alone":{"a":["paper-2"],"b":[]})"));
-  EXPECT_THAT(json, HasSubstr(R"("largest":{"relative":null,"what":"the mesh"})"));  // JSON has no infinity
 }
 
 TEST(CompareRuns, RoundingIsTold) {
@@ -235,24 +193,6 @@ TEST(CompareRuns, TheEvaluationsPressureMayBeTheMethodsOwn) {
   EXPECT_EQ(compared(b, c).verdict(), "identical");
   EXPECT_FALSE(compared(a, c).methods[0].evaluation_pressure);
   EXPECT_FALSE(compared(a, c).methods[1].evaluation_pressure->identical);
-}
-
-TEST(DescribeDifference, MetricsHaveTheSignOfTheirChange) {
-  RunData a = full_run();
-  a.methods[0].metrics.relative_error = 0.461;
-  RunData b = a;
-  b.methods[0].metrics.relative_error = 0.473;
-  b.methods[0].metrics.width_mm = 5.0;
-  const RunDifference difference = compare_runs(a, b, {{"array.at_mm[2]", "0", "5"}, {"solve.old", "1", {}}});
-  const std::string text = describe_difference(difference);
-  EXPECT_THAT(text, ContainsRegex("surface +relative_error +46.1 % +47.3 % +[+]1.2 points\n"));
-  EXPECT_THAT(text, ContainsRegex("surface +width_mm +5.25 mm +5 mm +-0.25 mm\n"));
-  EXPECT_THAT(text, ContainsRegex("array.at_mm.2. +0 +5\n +solve.old +1 +-\n"));
-  EXPECT_THAT(text, AllOf(HasSubstr("verdict   different: up to 0.048 relative, width_mm of surface\n"),
-                          Not(HasSubstr("nan"))));
-  const Json value = difference_value(difference);
-  EXPECT_NEAR(value["methods"][0]["metrics"]["relative_error"]["difference"].get<double>(), 0.012, 1e-15);
-  EXPECT_EQ(value["scene"]["solve.old"]["b"], nullptr);
 }
 
 }  // namespace touchfield::run_compare_test

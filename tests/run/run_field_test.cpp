@@ -1,6 +1,3 @@
-#include <algorithm>
-#include <functional>
-
 #include "sim/run/evaluate_methods.h"
 #include "sim/run/solve_model.h"
 #include "tests/support/far_field.h"

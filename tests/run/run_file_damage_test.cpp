@@ -1,8 +1,5 @@
 // What run.h5 must not be read from: no runs, newer ones, cut and changed files, contents that make no sense.
 
-#include <functional>
-#include <string>
-
 #include "sim/run/archive_file.h"
 #include "sim/run/hdf5_file.h"
 #include "sim/run/run_file.h"
@@ -12,25 +9,35 @@
 
 namespace touchfield::run_file_damage_test {
 
-class DamagedRunFile : public ResultFile {};
+class DamagedRunFile : public ResultFile {
+ protected:
+  /// A file of these contents with the checksum that fits.
+  void forge(const std::function<void(const hdf5::Group&)>& fill) const {
+    const hdf5::MemoryFile file(path_);
+    fill(file.root());
+    write_archive(path_, file);
+  }
+
+  /// A run of one face and one channel, filled in further by hand.
+  RunData read_forged(const std::function<void(const hdf5::Group&)>& fill) const {
+    forge([&](const hdf5::Group& root) {
+      forge_beginning(root, "touchfield-run", kRunFormatVersion);
+      root.set_attribute("radiation_per_square", 1e-6);
+      fill(root);
+    });
+    return read_run_file(path_);
+  }
+};
 
 TEST_F(DamagedRunFile, FilesThatAreNoRunsAreInputErrors) {
   const auto read = [&] { read_run_file(path_); };
   EXPECT_THAT(message_of<InputError>(read), AllOf(HasSubstr(path_), HasSubstr("No such file")));
   EXPECT_THAT(message_of<InputError>([&] { read_run_file(directory_.path()); }), HasSubstr("is not a file"));
-  write_bytes(path_, "");
-  EXPECT_THAT(message_of<InputError>(read), HasSubstr("not an HDF5 file"));
   write_bytes(path_, std::string(5000, 'x'));
   EXPECT_THAT(message_of<InputError>(read), HasSubstr("not an HDF5 file"));
-  const auto write_other = [&](auto&& fill) {
-    const hdf5::MemoryFile file(path_);
-    fill(file.root());
-    const std::string bytes = file.bytes();
-    write_bytes(path_, bytes + checksum_line(bytes));
-  };
-  write_other([](const hdf5::Group& root) { root.set_attribute("title", "something else"); });
+  forge([](const hdf5::Group& root) { root.set_attribute("title", "something else"); });
   EXPECT_THAT(message_of<InputError>(read), HasSubstr("not a touchfield run"));
-  write_other([](const hdf5::Group& root) {
+  forge([](const hdf5::Group& root) {
     root.set_attribute("format", "touchfield-run");
     root.set_attribute("format_version", kRunFormatVersion + 1);
   });
@@ -68,62 +75,42 @@ TEST(Checksum, IsTheCrc32OfEverythingBeforeTheLine) {
 
 // Sizes and indices that only a forged file has: the checksum fits, the parts do not.
 TEST_F(DamagedRunFile, SizesThatContradictEachOtherAreErrors) {
-  const auto forge = [&](auto&& fill) {
-    const hdf5::MemoryFile file(path_);
-    {
-      const hdf5::Group root = file.root();
+  const auto message = [&](const std::function<void(const hdf5::Group&)>& fill) {
+    forge([&](const hdf5::Group& root) {
       root.set_attribute("format", "touchfield-run");
       root.set_attribute("format_version", kRunFormatVersion);
       root.set_attribute("name", "forged");
       root.set_attribute("complete", 1);
       root.write_text("scene", "");
       fill(root);
-    }
-    const std::string bytes = file.bytes();
-    write_bytes(path_, bytes + checksum_line(bytes));
+    });
     return message_of<InputError>([&] { read_run_file(path_); });
   };
   const std::array<double, 9> corners = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-  EXPECT_THAT(forge([](const hdf5::Group&) {}), HasSubstr("no group mesh"));
-  EXPECT_THAT(forge([&](const hdf5::Group& root) {
-                const hdf5::Group mesh = root.create("mesh");
-                mesh.write("vertices", corners.data(), {9}, "m");
-                root.create("array");
-              }),
-              AllOf(HasSubstr("/mesh"), HasSubstr("vertices must be [n, 3]")));
   const std::array<int, 3> wrong_index = {0, 1, 7};
-  EXPECT_THAT(forge([&](const hdf5::Group& root) {
-                const hdf5::Group mesh = root.create("mesh");
+  const auto with_mesh = [&](const std::function<void(const hdf5::Group&)>& fill) {
+    return message([&](const hdf5::Group& root) {
+      fill(root.create("mesh"));
+      root.create("array");
+    });
+  };
+  EXPECT_THAT(message([](const hdf5::Group&) {}), HasSubstr("no group mesh"));
+  EXPECT_THAT(with_mesh([&](const hdf5::Group& mesh) { mesh.write("vertices", corners.data(), {9}, "m"); }),
+              HasSubstr("/mesh: vertices must be [n, 3]"));
+  EXPECT_THAT(with_mesh([&](const hdf5::Group& mesh) {
                 mesh.write("vertices", corners.data(), {3, 3}, "m");
                 mesh.write("triangles", wrong_index.data(), {1, 3}, "1");
-                root.create("array");
               }),
               HasSubstr("/mesh"));
-  EXPECT_THAT(forge([&](const hdf5::Group& root) {
-                const hdf5::Group mesh = root.create("mesh");
+  EXPECT_THAT(with_mesh([&](const hdf5::Group& mesh) {
                 mesh.write("vertices", wrong_index.data(), {1, 3}, "m");
-                root.create("array");
               }),
               HasSubstr("does not hold floats"));
 }
 
-/// A run of one face and one channel, filled in further by hand.
-RunData read_forged(const std::string& path, const std::function<void(const hdf5::Group&)>& fill) {
-  const hdf5::MemoryFile file(path);
-  {
-    const hdf5::Group root = file.root();
-    forge_beginning(root, "touchfield-run", kRunFormatVersion);
-    root.set_attribute("radiation_per_square", 1e-6);
-    fill(root);
-  }
-  const std::string bytes = file.bytes();
-  write_bytes(path, bytes + checksum_line(bytes));
-  return read_run_file(path);
-}
-
 TEST_F(DamagedRunFile, EvaluationsAndSolvesThatMakeNoSenseAreErrors) {
   const auto message = [&](const std::function<void(const hdf5::Group&)>& fill) {
-    return message_of<InputError>([&] { read_forged(path_, fill); });
+    return message_of<InputError>([&] { read_forged(fill); });
   };
   EXPECT_THAT(message([](const hdf5::Group& root) { root.create("evaluation").set_attribute("evaluation", "nobody"); }),
               HasSubstr("unknown evaluation 'nobody'"));
@@ -138,9 +125,7 @@ TEST_F(DamagedRunFile, EvaluationsAndSolvesThatMakeNoSenseAreErrors) {
       const hdf5::Group group = root.create("solves");
       const double number = 1.0;
       group.write_texts("stage", std::vector<std::string>(stages, "pressure"));
-      for (const char* name : {"scheme", "solver", "precision"}) {
-        group.write_texts(name, {"any"});
-      }
+      for (const char* name : {"scheme", "solver", "precision"}) group.write_texts(name, {"any"});
       const std::int64_t one = 1;
       for (const char* name : {"unknowns", "right_hand_sides", "refinements"}) {
         group.write(name, &one, {1}, "1");
@@ -151,7 +136,7 @@ TEST_F(DamagedRunFile, EvaluationsAndSolvesThatMakeNoSenseAreErrors) {
       group.write("seconds", &number, {1}, "s");
     };
   };
-  EXPECT_EQ(read_forged(path_, solves(7, 1, 1)).solves[0].steps, 7);
+  EXPECT_EQ(read_forged(solves(7, 1, 1)).solves[0].steps, 7);
   EXPECT_THAT(message(solves(1LL << 40, 1, 1)), HasSubstr("steps[0] = 1099511627776 is out of range"));
   EXPECT_THAT(message(solves(7, 2, 1)), HasSubstr("converged[0] = 2 is out of range"));
   EXPECT_THAT(message(solves(7, 1, 2)), HasSubstr("stage has 2 texts, must have 1"));
@@ -163,7 +148,7 @@ TEST_F(DamagedRunFile, ATransferMatrixThatMakesNoSenseIsAnError) {
   const std::array<std::int64_t, 1> face = {0};
   const auto forge = [&](bool with_target, const hdf5::Shape& shape) {
     return message_of<InputError>([&] {
-      read_forged(path_, [&](const hdf5::Group& root) {
+      read_forged([&](const hdf5::Group& root) {
         if (with_target) {
           const hdf5::Group target = root.create("target");
           target.write("face", face.data(), {1}, "1");

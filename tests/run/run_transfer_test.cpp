@@ -1,4 +1,3 @@
-
 #include "sim/core/progress.h"
 #include "sim/run/run_file.h"
 #include "sim/run/solve_model.h"
@@ -86,15 +85,6 @@ TEST(RunTransfer, AMethodOfOnesOwnNearsThatOfTheProgram) {
     before = cost;
   }
   EXPECT_LT(before, 1.1 * run.methods.front().solution.cost_history.back());
-}
-
-TEST(RunTransfer, WritingItChangesNoMethod) {
-  const std::vector<std::string> plain = {"solve.methods=[gs]", "solve.solver=lu"};
-  std::vector<std::string> asked = plain;
-  asked.emplace_back("write=[transfer]");
-  const RunData run = reread(asked);
-  EXPECT_GT(run.transfers.front().problem.outside.rows(), 0);
-  EXPECT_EQ(run.methods.front().solution.phases, reread(plain).methods.front().solution.phases);
 }
 
 TEST(RunTransfer, IsOfTheScenesSchemeAndOfThoseOfMethodsOnTheSkin) {

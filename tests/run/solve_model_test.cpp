@@ -57,39 +57,11 @@ TEST(SolveModel, PhasesThatAreGivenToTheModelMustFitTheChannels) {
   EXPECT_THROW(solved(model), InputError);
 }
 
-TEST(SolveModel, WithoutATargetThereAreFixedPhasesAndNoErrorOfThem) {
-  const touchfield::Run run = solved(small_model({"target=null", "solve.methods=[{fixed: {phases_rad: 0}}]"}));
-  EXPECT_FALSE(run.target.has_value());
-  EXPECT_TRUE(std::isnan(run.methods.front().metrics.relative_error));
-  EXPECT_GT(run.methods.front().pressure.norm(), 0.0);
-}
-
-TEST(SolveModel, PressureIsLinearInTheDrive) {
-  const std::vector<std::string> fixed = {"target=null", "solve.methods=[{fixed: {phases_rad: 0}}]"};
-  std::vector<std::string> half = fixed;
-  half.emplace_back("array.level=0.5");
-  const Eigen::VectorXcd full = solved(small_model(fixed)).methods.front().pressure;
-  const Eigen::VectorXcd halved = solved(small_model(half)).methods.front().pressure;
-  EXPECT_LT((full - 2.0 * halved).norm(), 1e-5 * full.norm());  // the solver's tolerance
-}
-
 TEST(SolveModel, BestPressureIsFoundForTheFirstMethod) {
   const touchfield::Run given = solved(small_model({"target.pressure_pa=5000"}));
   const touchfield::Run best = solved(small_model({"target.pressure_pa=best"}));
   EXPECT_LE(best.methods.front().metrics.relative_error, given.methods.front().metrics.relative_error + 1e-3);
   EXPECT_NE(best.target->amplitudes.maxCoeff(), 1.0);
-}
-
-TEST(SolveModel, AnotherMeshOfTheBodyEvaluates) {
-  const touchfield::Run run = solved(small_model({"evaluation={edge_mm: 1.8}"}));
-  EXPECT_EQ(run.evaluation, "edge");
-  ASSERT_TRUE(run.evaluation_model.has_value());
-  EXPECT_GT(run.evaluation_model->mesh.face_count(), run.mesh.face_count());
-  for (const MethodResult& method : run.methods) {
-    EXPECT_EQ(method.evaluation_pressure.size(), run.evaluation_model->mesh.face_count());
-    EXPECT_GT(method.metrics.evaluation_difference, 0.0);
-    EXPECT_LT(method.metrics.evaluation_difference, 0.5);
-  }
 }
 
 TEST(SolveModel, TheBoundIsBelowWhatAnyMethodReaches) {

@@ -102,12 +102,11 @@ TEST(SolverChoice, SmallFactorisationsAreInDouble) {
 }
 
 TEST(SolverChoice, TheSceneIsObeyed) {
-  SolverSpec spec;
-  spec.solver = SolverChoice::kGmres;
-  spec.precision = PrecisionChoice::kSingle;
-  spec.refine = false;
-  spec.tolerance = 1e-3;
-  spec.max_steps = 17;
+  const SolverSpec spec{.solver = SolverChoice::kGmres,
+                        .precision = PrecisionChoice::kSingle,
+                        .tolerance = 1e-3,
+                        .refine = false,
+                        .max_steps = 17};
   const SolverDecision decision = choose_solver(spec, Scheme::kChief, 100, 0.0, 1000);
   EXPECT_EQ(decision.options.kind, SolverKind::kGmres);
   EXPECT_EQ(precision_name(decision.options), "single");
@@ -133,8 +132,7 @@ TEST(DeviceChoice, TheProcessorDoesWhatOnlyItKnows) {
 }
 
 TEST(DeviceChoice, ACardThatIsAskedForIsThereOrAnError) {
-  SolverSpec spec;
-  spec.device = *compute_device("cuda:" + std::to_string(gpu_library().cards));
+  SolverSpec spec{.device = *compute_device("cuda:" + std::to_string(gpu_library().cards))};
   EXPECT_THROW(choose_device(spec, Scheme::kPaper, 100, 1), NotBuiltError);
   if (gpu_library().cards > 0) {
     spec.device = *compute_device("cuda");

@@ -1,6 +1,5 @@
 #include "sim/run/text_table.h"
 
-#include <cmath>
 #include <numbers>
 
 #include <nlohmann/json.hpp>

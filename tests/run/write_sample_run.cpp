@@ -8,9 +8,7 @@
 /// Writes the files that tests in Python read: runs with an evaluation of its own and without, and a motion.
 /// write_sample_run RUN SELF_EVALUATED MOTION
 int main(int argc, char** argv) {
-  if (argc != 4) {
-    return 2;
-  }
+  if (argc != 4) return 2;
   try {
     touchfield::write_run_file(argv[1], touchfield::support::full_run());
     touchfield::write_run_file(argv[2], touchfield::support::self_evaluated_run());

@@ -71,6 +71,11 @@ inline Eigen::MatrixXcd made_up_matrix(Eigen::Index rows, Eigen::Index columns, 
   return made_up_pressure(rows * columns, seed).reshaped(rows, columns);
 }
 
+/// From `first` to 1, phases from -1 to 1.
+inline ChannelResponse made_up_response(Eigen::Index channels, double first) {
+  return {Eigen::VectorXd::LinSpaced(channels, first, 1.0), Eigen::VectorXd::LinSpaced(channels, -1.0, 1.0)};
+}
+
 /// A mesh and an array and nothing else: what every run has.
 inline Run bare_run(const TriangleMesh& mesh) {
   return {.name = "bare",

@@ -54,6 +54,12 @@ inline void expect_same(const TransducerArray& a, const TransducerArray& b) {
   EXPECT_EQ(a.kind, b.kind);
   EXPECT_EQ(a.directivity.kind(), b.directivity.kind());
   expect_same_values(a, b, &A::positions, &A::axes, &A::amplitudes, &A::device, &A::channel);
+  expect_same_values(a.response, b.response, &ChannelResponse::gain, &ChannelResponse::phase);
+}
+
+inline void expect_same(const ArrayTruth& a, const ArrayTruth& b) {
+  EXPECT_EQ(a.phase_levels, b.phase_levels);
+  expect_same_values(a.response, b.response, &ChannelResponse::gain, &ChannelResponse::phase);
 }
 
 inline void expect_same(const Provenance& a, const Provenance& b) {
@@ -186,6 +192,7 @@ inline void expect_same(const Run& a, const Run& b) {
   expect_same(a.provenance, b.provenance);
   expect_same(a.mesh, b.mesh);
   expect_same(a.array, b.array);
+  expect_same(a.array_truth, b.array_truth);
   expect_same(a.target, b.target);
   expect_same(a.evaluation_model, b.evaluation_model);
   expect_same_bits(a.resonance_check, b.resonance_check);

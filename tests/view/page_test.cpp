@@ -45,13 +45,6 @@ Eigen::VectorXd unpacked(const Json& json) {
   return values;
 }
 
-TEST(Page, Base64IsThatOfRfc4648) {
-  for (const auto& [bytes, text] : std::map<std::string, std::string>{
-           {"", ""}, {"f", "Zg=="}, {"fo", "Zm8="}, {"foo", "Zm9v"}, {"foob", "Zm9vYg=="}, {"\xff\xfe\xfd", "//79"}}) {
-    EXPECT_EQ(base64(bytes), text);
-  }
-}
-
 TEST(Page, PackedValuesAreWithinHalfAStep) {
   const Eigen::VectorXd values = Eigen::VectorXd::LinSpaced(1001, -3.0, 17.0).array().cube();
   const Json json = packed(values);

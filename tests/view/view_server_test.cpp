@@ -1,7 +1,6 @@
 // The server of live pages, asked over its own port.
 #include "sim/view/view_server.h"
 
-#include <algorithm>
 #include <atomic>
 #include <netinet/in.h>
 #include <sys/socket.h>

@@ -1,10 +1,6 @@
 // The live loop with its threads on a clock that waits for them, a solver of choice, and a link that notes.
 #include "sim/motion/live.h"
 
-#include <algorithm>
-#include <cmath>
-#include <set>
-
 #include "apps/commands/live_stream.h"
 #include "hardware/player.h"
 #include "sim/jobs/play_scene.h"
@@ -284,23 +280,6 @@ TEST_F(Live, SendsFramesInOrderAsSoonAsTheyAreThere) {
   EXPECT_EQ(played.silences, 0U);
   EXPECT_EQ(report.dropped, 0);
   EXPECT_FALSE(played.stopped);
-}
-
-TEST_F(Live, KeepsTheNewestSkinAndKnowsWhatSounds) {
-  const MovingModel moving(scene_from(kMovingCapsule));
-  std::vector<bool> sounded;
-  solving_ = [&](std::size_t k, LiveSolution& solution) {
-    sounded.push_back(loop_->sounds());
-    pass(0.02);
-    solution.frame.silent = k >= 3;
-    if (k < 2) solution.skin = std::make_shared<const SolvedSkin>(moving.first(), Eigen::VectorXcd());
-  };
-  play_it();
-  ASSERT_TRUE(ended(*loop_, time_));
-  EXPECT_EQ(loop_->newest_skin()->number, 1U);
-  EXPECT_GT(loop_->newest()->number, 4U);
-  sounded.resize(6);
-  EXPECT_THAT(sounded, ElementsAre(false, true, true, true, false, false));
 }
 
 // A link that is slower than the solver: the newest wins.

@@ -3,14 +3,11 @@
 #include <stdexcept>
 
 #include <gtest/gtest.h>
-#include <omp.h>
+
+#include "tests/support/linear_support.h"
+#include "tests/support/threads_support.h"
 
 namespace touchfield::blas_product_test {
-
-Eigen::MatrixXcd random_matrix(Eigen::Index rows, Eigen::Index columns, unsigned seed) {
-  std::srand(seed);
-  return Eigen::MatrixXcd::Random(rows, columns);
-}
 
 // Sums of 300 products of numbers below 1.5: rounding stays below 300 eps.
 constexpr double kRounding = 1e-13;
@@ -38,14 +35,10 @@ TEST(HermitianProduct, AdjointProductEqualsTheDefinition) {
 
 TEST(HermitianProduct, DoesNotDependOnTheThreadCountToTheLastBit) {
   const Eigen::MatrixXcd a = random_matrix(500, 400, 6);
-  const int threads = omp_get_max_threads();
-  omp_set_num_threads(1);
-  const Eigen::MatrixXcd one = hermitian_product(a);
-  const Eigen::MatrixXcd one_mixed = adjoint_product(a, a.leftCols(150));
-  omp_set_num_threads(4);
-  EXPECT_EQ(hermitian_product(a), one);
-  EXPECT_EQ(adjoint_product(a, a.leftCols(150)), one_mixed);
-  omp_set_num_threads(threads);
+  const auto squared = [&] { return hermitian_product(a); };
+  const auto mixed = [&] { return adjoint_product(a, a.leftCols(150)); };
+  EXPECT_EQ(with_threads(4, squared), with_threads(1, squared));
+  EXPECT_EQ(with_threads(4, mixed), with_threads(1, mixed));
 }
 
 }  // namespace touchfield::blas_product_test

@@ -1,8 +1,3 @@
-#include <cmath>
-#include <complex>
-#include <cstdlib>
-#include <limits>
-
 #include <Eigen/Core>
 #include <gtest/gtest.h>
 

@@ -1,18 +1,11 @@
-#include <complex>
-#include <cstdlib>
-#include <limits>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
 
 #include "solvers/linear/linear_operator.h"
+#include "tests/support/linear_support.h"
 
 namespace touchfield::dense_operator_test {
-
-Eigen::MatrixXcd random_matrix(Eigen::Index rows, Eigen::Index columns, unsigned seed) {
-  std::srand(seed);  // Eigen's Random draws from rand()
-  return Eigen::MatrixXcd::Random(rows, columns);
-}
 
 template <typename Real>
 class DenseOperatorTest : public testing::Test {
@@ -39,25 +32,6 @@ TYPED_TEST(DenseOperatorTest, MultipliesBlocks) {
     EXPECT_LT((this->operator_.apply(x) - this->exact_ * x).norm(), allowed) << columns;
     EXPECT_LT((this->operator_.apply_transpose(x) - this->exact_.transpose() * x).norm(), allowed) << columns;
   }
-}
-
-TYPED_TEST(DenseOperatorTest, TransposeIsNotTheAdjoint) {
-  const Eigen::MatrixXcd x = random_matrix(this->kSize, 1, 3);
-  EXPECT_GT((this->operator_.apply_transpose(x) - this->exact_.adjoint() * x).norm(), 0.1 * x.norm());
-}
-
-TYPED_TEST(DenseOperatorTest, IsReciprocal) {
-  const Eigen::MatrixXcd x = random_matrix(this->kSize, 4, 4);
-  const Eigen::MatrixXcd y = random_matrix(this->kSize, 4, 5);
-  const Eigen::MatrixXcd forward = y.transpose() * this->operator_.apply(x);
-  const Eigen::MatrixXcd backward = this->operator_.apply_transpose(y).transpose() * x;
-  EXPECT_LT((forward - backward).norm(), this->kRounding * this->exact_.norm() * x.norm() * y.norm());
-}
-
-TYPED_TEST(DenseOperatorTest, IsLinearOperator) {
-  const LinearOperator& base = this->operator_;
-  EXPECT_EQ(base.size(), this->kSize);
-  EXPECT_EQ(this->operator_.matrix(), this->matrix_);
 }
 
 TYPED_TEST(DenseOperatorTest, HandlesEmptyBlocksAndOneUnknown) {

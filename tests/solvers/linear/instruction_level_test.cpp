@@ -1,6 +1,5 @@
 #include "solvers/linear/instruction_level.h"
 
-#include <cstdlib>
 #include <stdexcept>
 
 #include <gtest/gtest.h>

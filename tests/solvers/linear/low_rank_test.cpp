@@ -1,8 +1,5 @@
 #include "solvers/linear/low_rank.h"
 
-#include <cmath>
-#include <complex>
-#include <limits>
 #include <stdexcept>
 
 #include <Eigen/QR>
@@ -27,9 +24,7 @@ MatrixXcd with_singular_values(Index rows, Index columns, const Eigen::VectorXd&
 
 Eigen::VectorXd geometric(Index count, double ratio) {
   Eigen::VectorXd values(count);
-  for (Index i = 0; i < count; ++i) {
-    values(i) = std::pow(ratio, static_cast<double>(i));
-  }
+  for (Index i = 0; i < count; ++i) values(i) = std::pow(ratio, static_cast<double>(i));
   return values;
 }
 

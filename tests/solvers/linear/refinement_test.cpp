@@ -1,30 +1,15 @@
-#include <algorithm>
-#include <cmath>
-#include <complex>
-#include <cstdlib>
-#include <limits>
 #include <stdexcept>
-#include <vector>
 
 #include <Eigen/QR>
 
 #include "solvers/linear/factorisations.h"
-#include "solvers/linear/gmres.h"
+#include "tests/support/linear_support.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::refinement_test {
 
-Eigen::MatrixXcd random_matrix(Eigen::Index rows, Eigen::Index columns, unsigned seed) {
-  std::srand(seed);  // Eigen's Random draws from rand()
-  return Eigen::MatrixXcd::Random(rows, columns);
-}
-
 Eigen::MatrixXcd random_unitary(Eigen::Index n, unsigned seed) {
   return Eigen::HouseholderQR<Eigen::MatrixXcd>(random_matrix(n, n, seed)).householderQ();
-}
-
-Product product_with(const Eigen::MatrixXcd& a) {
-  return [&a](const Eigen::MatrixXcd& x) -> Eigen::MatrixXcd { return a * x; };
 }
 
 Product solve_with(const DenseLuSingle& lu) {

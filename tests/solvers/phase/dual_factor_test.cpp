@@ -1,6 +1,3 @@
-#include <algorithm>
-#include <cmath>
-#include <complex>
 #include <random>
 
 #include <Eigen/Cholesky>
@@ -19,9 +16,7 @@ MatrixXcd random_matrix(Index rows, Index cols, unsigned seed) {
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal;
   MatrixXcd matrix(rows, cols);
-  for (std::complex<double>& value : matrix.reshaped()) {
-    value = {normal(generator), normal(generator)};
-  }
+  for (std::complex<double>& value : matrix.reshaped()) value = {normal(generator), normal(generator)};
   return matrix;
 }
 
@@ -153,23 +148,6 @@ TEST(DualFactor, RefusesADiagonalThatIsNotPositive) {
   factor.weigh(e.g);
   EXPECT_FALSE(factor.factorise(e.d, e.d.maxCoeff()));
   EXPECT_FALSE(factor.factorise(e.d, std::nan("")));
-}
-
-TEST(DualFactor, WithoutAnyLevelOrDimensionOnlyTheDiagonalRemains) {
-  const VectorXd d = random_between(10, -3.0, 0.5, 8);
-  for (const Index levels : {0, 1}) {
-    const LowRankRelaxation relaxation = relaxed(MatrixXcd::Zero(10, 1), VectorXd::Ones(levels), 0.0);
-    DualFactor factor(relaxation);
-    factor.weigh(VectorXd::Ones(levels));
-    ASSERT_TRUE(factor.factorise(d, 1.0));
-    factor.prepare();
-    const MatrixXcd x = MatrixXcd::Ones(2, 10);
-    MatrixXcd u;
-    MatrixXcd z;
-    factor.reach(x, u);
-    factor.solve(x, u, MatrixXcd::Zero(u.rows(), u.cols()), z);
-    EXPECT_LT((z.row(1).transpose().real() - (1.0 - d.array()).inverse().matrix()).norm(), 1e-13);
-  }
 }
 
 }  // namespace touchfield::dual_factor_test

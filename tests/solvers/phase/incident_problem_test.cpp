@@ -1,7 +1,5 @@
 #include "solvers/phase/incident_problem.h"
 
-#include <cmath>
-#include <limits>
 #include <numbers>
 #include <stdexcept>
 
@@ -100,8 +98,7 @@ std::vector<double> reference_costs(const Eigen::MatrixXcd& c, Eigen::VectorXd x
 
 TEST(IncidentProblem, IteratesAsTheRowByRowFormDoes) {
   const SmallCase small = small_case(80, 10, 20, 3);
-  LevenbergMarquardtOptions options;
-  options.iterations = 12;
+  const LevenbergMarquardtOptions options{.iterations = 12};
   const PhaseSolution solution = solve_incident(small.problem, Eigen::VectorXd::Zero(30), options);
   const std::vector<double> expected = reference_costs(small.c, Eigen::VectorXd::Zero(30), 12);
   ASSERT_EQ(solution.cost_history.size(), 13U);
@@ -116,9 +113,7 @@ TEST(IncidentProblem, IteratesAsTheRowByRowFormDoes) {
 TEST(IncidentProblem, StepsOfAlmostSingularMatricesAreAsTheRowByRowFormsToo) {
   const SmallCase small = small_case(12, 20, 40, 5);
   for (const double tau : {1e-5, 1e-7, 1e-9}) {
-    LevenbergMarquardtOptions options;
-    options.iterations = 4;
-    options.initial_damping = tau;
+    const LevenbergMarquardtOptions options{.iterations = 4, .initial_damping = tau};
     const PhaseSolution solution = solve_incident(small.problem, small.x, options);
     const std::vector<double> expected = reference_costs(small.c, small.x, 4, tau);
     for (std::size_t i = 0; i < expected.size(); ++i) {
@@ -131,8 +126,7 @@ TEST(IncidentProblem, StepsOfAlmostSingularMatricesAreAsTheRowByRowFormsToo) {
 // A Gram matrix far beyond what single precision can hold, either way.
 TEST(IncidentProblem, TheUnitOfPressureChangesNoPhase) {
   const SmallCase small = small_case(50, 5, 9, 80);
-  LevenbergMarquardtOptions options;
-  options.iterations = 10;
+  const LevenbergMarquardtOptions options{.iterations = 10};
   const PhaseSolution plain = solve_incident(small.problem, small.x, options);
   for (const double unit : {1e-45, 1e42}) {
     const PhaseSolution scaled = solve_incident({unit * small.problem.gram, 5}, small.x, options);
@@ -145,9 +139,8 @@ TEST(IncidentProblem, TheUnitOfPressureChangesNoPhase) {
 TEST(IncidentProblem, TheCostNeverRisesAndTheEndIsStationary) {
   for (unsigned seed = 10; seed < 20; ++seed) {
     const SmallCase small = small_case(40, 6, 12, seed);
-    LevenbergMarquardtOptions options;
-    options.iterations = 5000;  // a large residual makes Gauss-Newton steps converge linearly, on some seeds slowly
-    options.gradient_tolerance = 1e-8;
+    // A large residual makes Gauss-Newton steps converge linearly, on some seeds slowly.
+    const LevenbergMarquardtOptions options{.iterations = 5000, .gradient_tolerance = 1e-8};
     const PhaseSolution solution = solve_incident(small.problem, small.x, options);
     for (std::size_t i = 1; i < solution.cost_history.size(); ++i) {
       EXPECT_LE(solution.cost_history[i], solution.cost_history[i - 1]);
@@ -157,63 +150,10 @@ TEST(IncidentProblem, TheCostNeverRisesAndTheEndIsStationary) {
   }
 }
 
-TEST(IncidentProblem, FindsPhasesThatMakeTheCostZero) {
-  // One target, one channel, b = g: any common phase solves it.
-  SmallCase small = small_case(5, 1, 1, 30);
-  small.c.col(1) = -small.c.col(0);
-  small.problem.gram = small.c.adjoint() * small.c;
-  LevenbergMarquardtOptions options;
-  options.iterations = 100;
-  const PhaseSolution solution = solve_incident(small.problem, Eigen::Vector2d(0.4, 2.0), options);
-  EXPECT_LT(solution.cost_history.back(), 1e-12 * solution.cost_history.front());
-}
-
-TEST(IncidentProblem, AGlobalPhaseChangesNothing) {
-  const SmallCase small = small_case(50, 5, 9, 40);
-  const Eigen::VectorXd turned = small.x.array() + 1.234;
-  EXPECT_NEAR(incident_cost(small.problem, turned), incident_cost(small.problem, small.x),
-              kRounding * incident_cost(small.problem, small.x));
-  LevenbergMarquardtOptions options;
-  options.iterations = 15;
-  const auto a = solve_incident(small.problem, small.x, options);
-  const auto b = solve_incident(small.problem, turned, options);
-  EXPECT_NEAR(a.cost_history.back(), b.cost_history.back(), 1e-9 * a.cost_history.back());
-}
-
-TEST(IncidentProblem, PermutedChannelsGiveThePermutedAnswer) {
-  const SmallCase small = small_case(50, 5, 9, 50);
-  IncidentProblem permuted = small.problem;
-  std::vector<Eigen::Index> order = {0, 1, 2, 3, 4, 13, 12, 11, 10, 9, 8, 7, 6, 5};
-  permuted.gram = small.problem.gram(order, order);
-  LevenbergMarquardtOptions options;
-  options.iterations = 10;
-  const auto a = solve_incident(small.problem, Eigen::VectorXd::Zero(14), options);
-  const auto b = solve_incident(permuted, Eigen::VectorXd::Zero(14), options);
-  for (Eigen::Index n = 0; n < 9; ++n) {
-    // Ten iterations of a well-conditioned problem: rounding grows by some thousands.
-    EXPECT_NEAR(std::remainder(a.phases(n) - b.phases(8 - n), 2.0 * std::numbers::pi), 0.0, 1e-9);
-  }
-}
-
-TEST(IncidentProblem, ReportsHistoryAndCallsBackOncePerIteration) {
-  const SmallCase small = small_case(50, 5, 9, 60);
-  LevenbergMarquardtOptions options;
-  options.iterations = 4;
-  std::vector<int> heard;
-  const auto solution =
-      solve_incident(small.problem, small.x, options, [&](int iteration, double) { heard.push_back(iteration); });
-  EXPECT_EQ(heard, (std::vector<int>{1, 2, 3, 4}));
-  EXPECT_EQ(solution.iterations, 4);
-  EXPECT_EQ(solution.status, PhaseStatus::kIterationLimit);
-  EXPECT_EQ(solution.cost_history.size(), 5U);
-  EXPECT_TRUE((solution.phases.array() >= 0).all() && (solution.phases.array() < 2.0 * std::numbers::pi).all());
-}
-
 TEST(IncidentProblem, RefusesWhatIsNoProblem) {
   SmallCase small = small_case(20, 3, 4, 70);
   EXPECT_THROW(solve_incident(small.problem, Eigen::VectorXd::Zero(6), {}), std::invalid_argument);
-  LevenbergMarquardtOptions options;
-  options.iterations = 0;
+  const LevenbergMarquardtOptions options{.iterations = 0};
   EXPECT_THROW(solve_incident(small.problem, small.x, options), std::invalid_argument);
   small.problem.gram(2, 2) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(solve_incident(small.problem, small.x, {}), std::invalid_argument);

@@ -1,5 +1,3 @@
-#include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
@@ -45,17 +43,6 @@ TEST(AnnealedStart, UnitsAndTheNumberOfThreadsChangeNothing) {
   }
 }
 
-TEST(AnnealedStart, ChannelsThatReachNothingAndSilentProblemsAreNoHarm) {
-  SkinProblem problem = trapped(4);
-  problem.target.col(7).setZero();
-  problem.outside.col(7).setZero();
-  EXPECT_TRUE(annealed_start(problem).allFinite());
-  problem.target.setZero();
-  problem.outside.setZero();
-  EXPECT_TRUE(annealed_starts(problem, true).drives.allFinite());
-  EXPECT_DOUBLE_EQ(annealed_starts(problem, true).level, 1.0);
-}
-
 TEST(AnnealedStart, TheLevelIsBelowOneOnlyWhereTheArrayIsFarTooStrong) {
   SkinProblem problem = trapped(5);
   EXPECT_DOUBLE_EQ(annealed_starts(problem, true).level, 1.0);
@@ -94,13 +81,10 @@ TEST(SurfaceSearch, EndsBelowWhatSingleStartsReachOnAverage) {
 TEST(SurfaceSearch, KeepsAStartThatIsBetterThanItsOwn) {
   const SkinProblem problem = trapped(7);
   PhaseSolution best;
-  for (unsigned start = 1; start <= 40; ++start) {
-    SurfaceOptions options;
-    options.iterations = 200;
+  for (unsigned start = 1; start <= 10; ++start) {
+    const SurfaceOptions options{.iterations = 200};
     PhaseSolution solution = solve_surface(problem, random_start(48, start), options);
-    if (best.cost_history.empty() || reached(solution) < reached(best)) {
-      best = std::move(solution);
-    }
+    if (best.cost_history.empty() || reached(solution) < reached(best)) best = std::move(solution);
   }
   const PhaseSolution found = search_surface(problem, drive(best), {});
   EXPECT_LE(reached(found), reached(best) * (1.0 + 1e-12));
@@ -111,8 +95,7 @@ TEST(SurfaceSearch, TurnsAnArrayDownThatIsFarTooStrong) {
   problem.amplitudes *= 0.02;
   const Eigen::MatrixXcd none(48, 0);
   const PhaseSolution full = search_surface(problem, none, {});
-  SurfaceOptions options;
-  options.free_level = true;
+  const SurfaceOptions options{.free_level = true};
   const PhaseSolution reduced = search_surface(problem, none, options);
   EXPECT_TRUE((full.amplitudes.array() == 1.0).all());
   EXPECT_EQ(reduced.amplitudes.minCoeff(), reduced.amplitudes.maxCoeff());
@@ -120,31 +103,6 @@ TEST(SurfaceSearch, TurnsAnArrayDownThatIsFarTooStrong) {
   EXPECT_LT(reached(reduced), 0.5 * reached(full));
   EXPECT_NEAR(reached(reduced), skin_cost(problem, drive(reduced)), 1e-12 * reached(reduced));
   EXPECT_NEAR(best_level(problem, drive(reduced)), 1.0, 1e-9);
-}
-
-TEST(SurfaceSearch, AFreeLevelIsNeverWorseFromAnyStart) {
-  for (const double wanted : {0.02, 0.3, 2.0}) {
-    SkinProblem problem = trapped(9);
-    problem.amplitudes *= wanted;
-    SurfaceOptions options;
-    const double full = reached(solve_surface(problem, random_start(48, 1), options));
-    options.free_level = true;
-    const PhaseSolution free = solve_surface(problem, random_start(48, 1), options);
-    EXPECT_LE(reached(free), full * (1.0 + 1e-12));
-    EXPECT_LE(free.amplitudes.maxCoeff(), 1.0);
-  }
-}
-
-TEST(SurfaceSearch, StopsAtAStandstillAndNeverRises) {
-  const SkinProblem problem = random_problem(3, 0, 40, 0.2, 11);  // can be met nearly exactly
-  const PhaseSolution solution = search_surface(problem, Eigen::MatrixXcd(40, 0), {});
-  EXPECT_TRUE(std::ranges::is_sorted(solution.cost_history, std::greater<>()));
-  const SkinProblem hard = trapped(12);
-  SurfaceOptions options;
-  options.iterations = 1000;
-  const PhaseSolution long_way = search_surface(hard, Eigen::MatrixXcd(48, 0), options);
-  EXPECT_LT(long_way.iterations, 300);
-  EXPECT_EQ(long_way.status, PhaseStatus::kConverged);
 }
 
 TEST(SurfaceSearch, TheNumberOfThreadsChangesNothingBeyondRounding) {
@@ -158,8 +116,7 @@ TEST(SurfaceSearch, TheNumberOfThreadsChangesNothingBeyondRounding) {
 TEST(SurfaceSearch, FreeAmplitudesMakeAWeakPatternExactly) {
   SkinProblem problem = random_problem(5, 6, 30, 0.3, 860);
   problem.amplitudes *= 1e-3;
-  SurfaceOptions options;
-  options.free_amplitudes = true;
+  const SurfaceOptions options{.free_amplitudes = true};
   const PhaseSolution found = search_surface(problem, Eigen::MatrixXcd(30, 0), options);
   EXPECT_LT(found.cost_history.back(), 1e-6 * skin_cost(problem, Eigen::VectorXcd::Zero(30)));
 }

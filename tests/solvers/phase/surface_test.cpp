@@ -1,25 +1,20 @@
 #include "solvers/phase/surface.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
 #include <numbers>
 #include <numeric>
 #include <stdexcept>
-#include <string>
-#include <vector>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <gtest/gtest.h>
-#include <omp.h>
 
 #include "solvers/linear/factorisations.h"
 #include "solvers/phase/skin_jacobian.h"
 #include "solvers/phase/skin_problem.h"
 #include "tests/support/skin_support.h"
+#include "tests/support/threads_support.h"
 
 namespace touchfield::surface_test {
 
@@ -27,9 +22,7 @@ using Complex = std::complex<double>;
 constexpr double kPi = std::numbers::pi;
 
 SurfaceOptions options_of(int iterations, bool free_amplitudes = false) {
-  SurfaceOptions options;
-  options.iterations = iterations;
-  options.free_amplitudes = free_amplitudes;
+  const SurfaceOptions options{.iterations = iterations, .free_amplitudes = free_amplitudes};
   return options;
 }
 
@@ -148,9 +141,7 @@ TEST(SkinJacobian, SecondDerivativeEqualsDifferencesAlongTheTurns) {
   const Linearised at(random_problem(5, 4, 8, 0.02, 105), {}, 105);  // no face near silence, where it is another one
   Uniform uniform(106);
   Eigen::VectorXd turns(8);
-  for (double& turn : turns) {
-    turn = uniform(-1.0, 1.0);
-  }
+  for (double& turn : turns) turn = uniform(-1.0, 1.0);
   Eigen::VectorXd y;
   at.jacobian.second_derivative(at.q.cwiseAbs(), turns, y);
   constexpr double kStep = 1e-3;  // truncation 1e-6 of it, rounding 1e-10
@@ -304,38 +295,10 @@ TEST(DampedStep, RowsLeftOutStayInTheGradient) {
   }
 }
 
-TEST(DampedStep, TurnsToDoubleWhereSingleDoesNotSuffice) {
-  // Two equal target rows make J J^T singular but for the damping, which single precision cannot see.
-  Linearised at(2, 0, 6, {}, 130);
-  at.problem.target.row(1) = at.problem.target.row(0);
-  at.problem.weights(1) = at.problem.weights(0);
-  SkinField field;
-  send(at.problem, at.q, field);
-  SkinJacobian jacobian(at.problem);
-  jacobian.set(field, at.phasors);
-  const double mu = 1e-10 * jacobian.largest_row();
-  DampedStep solver;
-  Eigen::VectorXd h;
-  ASSERT_TRUE(solver.solve(jacobian, Eigen::VectorXd::Constant(6, mu), h));
-  EXPECT_EQ(solver.double_count(), 1);
-  // On the one row there is the step is that of the mean residual.
-  Eigen::VectorXd row;
-  jacobian.apply_transpose(Eigen::Vector2d(1.0, 0.0), row);
-  const Eigen::VectorXd expected =
-      -row * (jacobian.residual()(0) + jacobian.residual()(1)) / (2.0 * row.squaredNorm() + mu);
-  EXPECT_LT((h - expected).norm(), 1e-4 * expected.norm());  // eps / 1e-10 of the matrix' own rounding
-}
-
 // ---- What the minimiser promises
 
-void expect_falling(const PhaseSolution& solution) {
-  for (std::size_t i = 1; i < solution.cost_history.size(); ++i) {
-    ASSERT_LE(solution.cost_history[i], solution.cost_history[i - 1]) << "iteration " << i;
-  }
-}
-
 void expect_sound(const SkinProblem& problem, const PhaseSolution& solution) {
-  expect_falling(solution);
+  EXPECT_TRUE(std::ranges::is_sorted(solution.cost_history, std::greater<>()));
   ASSERT_EQ(solution.phases.size(), problem.channel_count());
   EXPECT_TRUE((solution.phases.array() >= 0.0).all() && (solution.phases.array() < 2.0 * kPi).all());
   EXPECT_TRUE((solution.amplitudes.array() >= 0.0).all() && (solution.amplitudes.array() <= 1.0).all());
@@ -344,7 +307,7 @@ void expect_sound(const SkinProblem& problem, const PhaseSolution& solution) {
 }
 
 TEST(Surface, TheCostNeverRisesAndIsThatOfTheDrives) {
-  for (unsigned seed = 200; seed < 260; ++seed) {
+  for (unsigned seed = 200; seed < 230; ++seed) {
     const Eigen::Index faces = 1 + seed % 9;
     const Eigen::Index rank = seed % 4;
     const Eigen::Index channels = 2 + seed % 13;
@@ -429,93 +392,15 @@ TEST(Surface, EndsWhereNoAllowedMoveLowersTheCost) {
   EXPECT_GT(inside, 5);  // the case of free amplitudes did occur
 }
 
-TEST(Surface, FreeAmplitudesAreNeverWorseFromTheSameStart) {
-  int better = 0;
-  for (unsigned seed = 400; seed < 440; ++seed) {
-    const SkinProblem problem = random_problem(5, 6, 10, 0.02 + 0.02 * (seed % 20), seed);
-    const Eigen::VectorXcd start = random_start(10, seed);
-    const double phases = solve_surface(problem, start, options_of(2000)).cost_history.back();
-    const double both = solve_surface(problem, start, options_of(4000, true)).cost_history.back();
-    EXPECT_LE(both, phases * (1.0 + 1e-6)) << "seed " << seed;
-    better += both < 0.99 * phases ? 1 : 0;
-  }
-  EXPECT_GT(better, 10);
-}
-
-TEST(Surface, SmallProblemsReachTheBestOfAnExhaustiveSearch) {
-  for (unsigned seed = 500; seed < 512; ++seed) {
-    const Eigen::Index channels = 2 + seed % 3;
-    const SkinProblem problem = random_problem(3, seed % 2, channels, 0.6, seed);
-    // The first phase is free to choose, so the grid spans the others.
-    const int steps = channels == 4 ? 60 : 240;
-    Eigen::VectorXcd q = Eigen::VectorXcd::Ones(channels);
-    const auto count = static_cast<int>(std::lround(std::pow(steps, channels - 1)));
-    double grid = std::numeric_limits<double>::infinity();
-    for (int i = 0; i < count; ++i) {
-      for (Eigen::Index n = 1, rest = i; n < channels; ++n, rest /= steps) {
-        q(n) = std::polar(1.0, 2.0 * kPi * static_cast<double>(rest % steps) / steps);
-      }
-      grid = std::min(grid, skin_cost(problem, q));
-    }
-    double best = std::numeric_limits<double>::infinity();
-    for (unsigned restart = 0; restart < 30; ++restart) {
-      const PhaseSolution solution = solve_surface(problem, random_start(channels, restart), options_of(300));
-      best = std::min(best, solution.cost_history.back());
-    }
-    EXPECT_LE(best, grid * (1.0 + 1e-9)) << "seed " << seed;
-    // A minimum lies within half a step of a grid point in every phase; the cost's curvature along any line of phases
-    // is at most 2 (|J|^2 + |f| |f''|) <= 4 (sum_j w_j reach_j (2 reach_j + p'_j) + 2 sum_i reach_i^2).
-    const Eigen::ArrayXd reach = problem.target.cwiseAbs().rowwise().sum();
-    const double curvature =
-        4.0 * ((problem.weights.array() * reach * (2.0 * reach + problem.amplitudes.array())).sum() +
-               2.0 * problem.outside.cwiseAbs().rowwise().sum().squaredNorm());
-    EXPECT_GE(best, grid - 0.5 * curvature * std::pow(kPi / steps, 2)) << "seed " << seed;
-  }
-}
-
 TEST(Surface, FewIterationsReachTheEndOnAFinger) {
-  for (const double size : {5e-3, 11e-3}) {
-    const SkinProblem problem = finger_problem(size);
-    const Eigen::VectorXcd zero = Eigen::VectorXcd::Ones(problem.channel_count());
-    const PhaseSolution long_run = solve_surface(problem, zero, options_of(100));
-    expect_falling(long_run);
-    EXPECT_LT(long_run.cost_history[10], 1.015 * long_run.cost_history.back()) << size;  // 0.5 and 1.2 % above
-    EXPECT_LT(long_run.cost_history.back(), 0.65 * silent_cost(problem)) << size;
-  }
+  const SkinProblem problem = finger_problem(5e-3);
+  const Eigen::VectorXcd zero = Eigen::VectorXcd::Ones(problem.channel_count());
+  const PhaseSolution long_run = solve_surface(problem, zero, options_of(100));
+  EXPECT_LT(long_run.cost_history[10], 1.015 * long_run.cost_history.back());  // 0.5 % above
+  EXPECT_LT(long_run.cost_history.back(), 0.65 * silent_cost(problem));
 }
 
 // ---- Symmetries
-
-TEST(Surface, PermutedChannelsGiveThePermutedAnswer) {
-  const SkinProblem problem = random_problem(5, 3, 40, 0.3, 600);
-  const Eigen::VectorXcd start = random_start(40, 1);
-  Eigen::VectorXi order(40);
-  for (int n = 0; n < 40; ++n) {
-    order(n) = (7 * n + 3) % 40;
-  }
-  SkinProblem permuted = problem;
-  permuted.target = problem.target(Eigen::all, order);
-  permuted.outside = problem.outside(Eigen::all, order);
-  for (const bool free_amplitudes : {false, true}) {
-    const PhaseSolution a = solve_surface(problem, start, options_of(8, free_amplitudes));
-    const PhaseSolution b = solve_surface(permuted, start(order), options_of(8, free_amplitudes));
-    // The steps are accurate to 1e-8; eight iterations far from the minimum let that grow.
-    EXPECT_NEAR(a.cost_history.back(), b.cost_history.back(), 1e-6 * a.cost_history.front());
-    EXPECT_LT((drive(a)(order) - drive(b)).norm(), 1e-4 * drive(b).norm());
-  }
-}
-
-TEST(Surface, AGlobalPhaseOfTheStartTurnsTheAnswer) {
-  const SkinProblem problem = random_problem(5, 3, 40, 0.3, 610);
-  const Eigen::VectorXcd start = random_start(40, 2);
-  const Complex turn = std::polar(1.0, 2.1);
-  for (const bool free_amplitudes : {false, true}) {
-    const PhaseSolution a = solve_surface(problem, start, options_of(8, free_amplitudes));
-    const PhaseSolution b = solve_surface(problem, turn * start, options_of(8, free_amplitudes));
-    EXPECT_NEAR(a.cost_history.back(), b.cost_history.back(), 1e-6 * a.cost_history.front());
-    EXPECT_LT((turn * drive(a) - drive(b)).norm(), 1e-4 * drive(b).norm());
-  }
-}
 
 TEST(Surface, UnitsChangeNothing) {
   const SkinProblem problem = random_problem(5, 3, 40, 0.3, 620);
@@ -537,16 +422,9 @@ TEST(Surface, UnitsChangeNothing) {
 TEST(Surface, TheNumberOfThreadsChangesNothing) {
   const SkinProblem problem = random_problem(30, 20, 150, 0.2, 630);
   const Eigen::VectorXcd start = random_start(150, 4);
-  const int threads = omp_get_max_threads();
-  omp_set_num_threads(1);
-  const PhaseSolution expected = solve_surface(problem, start, options_of(8));
-  for (const int count : {2, 3}) {
-    omp_set_num_threads(count);
-    const PhaseSolution solution = solve_surface(problem, start, options_of(8));
-    EXPECT_NEAR(solution.cost_history.back(), expected.cost_history.back(), 1e-6 * expected.cost_history.front());
-    EXPECT_LT((drive(solution) - drive(expected)).norm(), 1e-4 * drive(expected).norm());
-  }
-  omp_set_num_threads(threads);
+  const auto solve = [&] { return solve_surface(problem, start, options_of(8)); };
+  const Eigen::VectorXcd expected = drive(with_threads(1, solve));
+  EXPECT_LT((drive(with_threads(3, solve)) - expected).norm(), 1e-4 * expected.norm());
 }
 
 // ---- Edges
@@ -570,37 +448,6 @@ TEST(Surface, LeavesSilence) {
   EXPECT_LT(solution.cost_history.back(), 1e-8);
 }
 
-TEST(Surface, AStationaryStartIsReturnedAsConverged) {
-  // Three in line, one of them against the other two: every phase is stationary, and it is no minimum.
-  SkinProblem problem;
-  problem.target = Eigen::MatrixXcd::Ones(1, 3);
-  problem.amplitudes = Eigen::VectorXd::Constant(1, 3.0);
-  problem.weights = Eigen::VectorXd::Ones(1);
-  problem.outside.resize(0, 3);
-  const Eigen::Vector3cd start(1.0, 1.0, -1.0);
-  const PhaseSolution solution = solve_surface(problem, start, options_of(50));
-  EXPECT_EQ(solution.status, PhaseStatus::kConverged);
-  EXPECT_EQ(solution.iterations, 0);
-  EXPECT_DOUBLE_EQ(solution.cost_history.back(), 4.0);
-  EXPECT_NEAR(solution.phases(2), kPi, 1e-15);
-  // With free amplitudes the third one can shrink, and does.
-  const PhaseSolution freed = solve_surface(problem, start, options_of(50, true));
-  EXPECT_LT(freed.cost_history.back(), 1.001);
-}
-
-TEST(Surface, OneFaceAndOneChannel) {
-  SkinProblem problem;
-  problem.target = Eigen::MatrixXcd::Constant(1, 1, Complex(0.0, 2.0));
-  problem.amplitudes = Eigen::VectorXd::Constant(1, 1.0);
-  problem.weights = Eigen::VectorXd::Constant(1, 3.0);
-  problem.outside.resize(0, 1);
-  const PhaseSolution fixed = solve_surface(problem, Eigen::VectorXcd::Ones(1), options_of(20));
-  EXPECT_DOUBLE_EQ(fixed.cost_history.back(), 3.0);  // no phase changes |u|
-  EXPECT_EQ(fixed.status, PhaseStatus::kConverged);
-  const PhaseSolution freed = solve_surface(problem, Eigen::VectorXcd::Ones(1), options_of(50, true));
-  EXPECT_NEAR(freed.amplitudes(0), 0.5, 1e-6);
-}
-
 TEST(Surface, ExtremeProblemsAreSolvedOrReported) {
   auto cases = extreme_problems(3000);
   cases.emplace_back("nothing wanted", random_problem(6, 4, 20, 0.3, 706)).second.amplitudes.setZero();
@@ -615,25 +462,6 @@ TEST(Surface, ExtremeProblemsAreSolvedOrReported) {
       }
     }
   }
-}
-
-TEST(Surface, NothingToDoIsConverged) {
-  SkinProblem problem = random_problem(3, 2, 5, 0.0, 720);
-  problem.target.setZero();
-  problem.outside.setZero();
-  const PhaseSolution solution = solve_surface(problem, Eigen::VectorXcd::Ones(5), options_of(10, true));
-  EXPECT_EQ(solution.status, PhaseStatus::kConverged);
-  EXPECT_EQ(solution.iterations, 0);
-}
-
-TEST(Surface, CoincidentTransducersThatStartAlikeStayAlike) {
-  SkinProblem problem = random_problem(6, 4, 20, 0.3, 730);
-  problem.target.col(13) = problem.target.col(4);
-  problem.outside.col(13) = problem.outside.col(4);
-  Eigen::VectorXcd start = random_start(20, 6);
-  start(13) = start(4);
-  const PhaseSolution solution = solve_surface(problem, start, options_of(10));
-  EXPECT_NEAR(std::remainder(solution.phases(13) - solution.phases(4), 2.0 * kPi), 0.0, 1e-6);
 }
 
 TEST(Surface, StopsByItsTolerances) {
@@ -714,15 +542,6 @@ TEST(SurfaceStarts, AdjointSendsTheWantedFieldBack) {
   }
 }
 
-TEST(SurfaceStarts, SpectralFocusesOnASingleFace) {
-  const SkinProblem problem = random_problem(1, 0, 9, 0.3, 810);
-  const Eigen::VectorXcd start = spectral_start(problem);
-  const Complex turn = start(0) / std::polar(1.0, -std::arg(problem.target(0, 0)));
-  for (Eigen::Index n = 0; n < 9; ++n) {
-    EXPECT_LT(std::abs(start(n) - turn * std::polar(1.0, -std::arg(problem.target(0, n)))), 1e-12);
-  }
-}
-
 /// The relaxed problem in the space of the drives, where the code works in that of the rows.
 struct Relaxed {
   double drive_energy = 0.0;
@@ -779,17 +598,6 @@ TEST(SurfaceStarts, SpectralLeavesOutFacesThatWantSilence) {
   problem.amplitudes.setZero();
   EXPECT_EQ(spectral_start(problem), Eigen::VectorXcd::Ones(12));
   EXPECT_EQ(adjoint_start(problem), Eigen::VectorXcd::Ones(12));
-}
-
-TEST(SurfaceStarts, AllAreUnitDrivesAndBeatChance) {
-  const SkinProblem problem = random_problem(4, 6, 60, 0.3, 840);
-  const Eigen::VectorXcd random = random_start(60, 9);
-  for (const Eigen::VectorXcd& start : {adjoint_start(problem), spectral_start(problem), random}) {
-    EXPECT_LT((start.cwiseAbs().array() - 1.0).abs().maxCoeff(), 1e-15);
-  }
-  const auto cost = [&](const Eigen::VectorXcd& q) { return skin_cost(problem, best_level(problem, q) * q); };
-  EXPECT_LT(cost(adjoint_start(problem)), cost(random));
-  EXPECT_LT(cost(spectral_start(problem)), cost(random));
 }
 
 TEST(SurfaceStarts, FittedSolvesTheLinearProblemOfItsOwnPhases) {

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdlib>
+
+#include "solvers/linear/gmres.h"
+
+namespace touchfield {
+inline namespace support {
+
+inline Eigen::MatrixXcd random_matrix(Eigen::Index rows, Eigen::Index columns, unsigned seed) {
+  std::srand(seed);  // Eigen's Random draws from rand()
+  return Eigen::MatrixXcd::Random(rows, columns);
+}
+
+/// Refers to the matrix.
+inline Product product_with(const Eigen::MatrixXcd& a) {
+  return [&a](const Eigen::MatrixXcd& x) -> Eigen::MatrixXcd { return a * x; };
+}
+
+}  // namespace support
+}  // namespace touchfield
