@@ -129,12 +129,12 @@ HandShape nearest_hand(const CameraFolder& folder, const FolderFit& how, std::op
 }
 
 /// Whether the other hand is in the images.
-bool finds_other_hand(const CameraFolder& folder, const FolderFit& how, Progress& progress) {
-  HandShape other = how.hand;
-  other.side = other_side(other.side);
-  HandTracker tracker(HandTemplate(other, HandTemplate::kUsualEdge), folder.cameras(),
-                      Box{how.workspace[0], how.workspace[1]});
-  return learn(folder, std::max(how.learning, 1.0), tracker, progress);
+bool finds_other_hand(const CameraFolder& folder, const FolderFit& how) {
+  std::deque<Candidate> other(1);
+  other.front().hand = how.hand;
+  other.front().hand.side = other_side(how.hand.side);
+  compare(folder, Box{how.workspace[0], how.workspace[1]}, other);
+  return other.front().worth > 0;
 }
 
 std::string frames_csv(const std::vector<FittedFrame>& frames) {
@@ -354,7 +354,7 @@ class FolderFitter {
     write_tables();
     if (steps_.empty()) {
       throw InputError(
-          !how_.any_side && finds_other_hand(folder_, how_, progress)
+          !how_.any_side && finds_other_hand(folder_, how_)
               ? fmt::format("the hand was not found in any of {0} frames; the images show a {1} hand: give --side {1}",
                             folder_.size(), side_name(other_side(how_.hand.side)))
               : nothing_found(folder_.cameras(), uses_, fitted_.frames, how_));

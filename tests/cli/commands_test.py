@@ -87,7 +87,7 @@ class Commands(CommandTest):
         own = pathlib.Path(__file__).read_text()
         for page in PAGES:
             if commands(page):
-                self.assertRegex(own, rf'follow\("{page.name}", [0-9]+\)')
+                self.assertRegex(own, rf'follow\("[./a-z]*{page.name}", [0-9]+\)')
 
     def test_bodies(self):
         self.run_ok("hand", "-o", "scan.obj", "--edge-mm", "5", "--unit", "m", "--quiet")
@@ -122,6 +122,9 @@ class Commands(CommandTest):
         self.write("sweep.yaml", "base: scenes/capsule.yaml\nset: {solve.methods: [focus], write: [h5]}\ngrid: {array.level: [0.5, 1]}\n")
         self.run_ok("sweep", "sweep.yaml", "-o", "OUT", "--quiet")
         self.follow("sweeps.md", 1)
+
+    def test_scenes(self):
+        self.follow("../scenes/README.md", 3)
 
     def test_view(self):
         self.follow("view.md", 3)
