@@ -7,8 +7,8 @@ velocity, sideways and towards the array. Each image is known and solved at once
 import itertools
 import math
 
+import cameras
 import course
-import h5py
 import numpy
 import sights
 from runs import table
@@ -100,14 +100,6 @@ def sweep_text(cases, played):
     return "".join(lines)
 
 
-def folders(sweep):
-    found = {}
-    for case in sorted(sweep.glob("cases/[0-9]*")):
-        with h5py.File(case / "motion.h5") as motion:
-            found[motion.attrs["name"]] = case
-    return found
-
-
 def errors_of(folder, parts):
     """{(course, axis, speed): errors} of the scores whose sample, and the one before, and whose time are within a part."""
     rows = [row for row in table(folder / "motion.csv") if int(row["frame"]) >= 0 and row["relative_error"] not in ("", "nan")]
@@ -143,4 +135,4 @@ def gain(work, seeds=5):
     sweep = work.runs / "prediction.yaml"
     sweep.write_text(sweep_text(cases, played), encoding="utf-8")
     work.call("sweep", sweep, "-o", work.runs / "plays", "--jobs", work.jobs)
-    return gains_of(cases, folders(work.runs / "plays"), played.parts)
+    return gains_of(cases, cameras.folders(work.runs / "plays"), played.parts)

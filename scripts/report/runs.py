@@ -7,7 +7,6 @@ import hashlib
 import json
 import pathlib
 import re
-import subprocess
 
 import h5py
 import numpy
@@ -159,14 +158,6 @@ def revision_of(said):
     """The revision in the output of `touchfield --version`."""
     found = re.search(r"\(([^)]+)\)", said)
     return found[1] if found else said.strip() or "unknown"
-
-
-def made_by(command, program, scenes=()):
-    """Provenance for a script that calls `program` with these scene files."""
-    said = subprocess.run([program, "--version"], check=True, capture_output=True, text=True).stdout
-    return Made(command, [revision_of(said)],
-                {f"{path.parent.name}/{path.name}": hashlib.sha256(path.read_bytes()).hexdigest()[:12]
-                 for path in map(pathlib.Path, scenes)})
 
 
 def write_table(path, rows, origin):
