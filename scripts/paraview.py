@@ -253,7 +253,7 @@ def draw(results, picture, asked, around_mm):
     simple.SaveScreenshot(picture, layout, ImageResolution=size, SeparatorWidth=0)
 
 
-def play(results, film, asked, around_mm, rate):
+def play(results, film, asked, around_mm):
     """Writes the figure over the time of a motion, as numbered pictures or a film."""
     path = os.path.join(results, "evaluation.pvd")
     series = series_of(path)
@@ -271,7 +271,7 @@ def play(results, film, asked, around_mm, rate):
     animation = simple.GetAnimationScene()
     animation.UpdateAnimationUsingDataTimeSteps()
     animation.PlayMode = "Snap To TimeSteps"
-    options = {} if film.endswith(".png") else {"FrameRate": rate or frames_a_second(series)}
+    options = {} if film.endswith(".png") else {"FrameRate": frames_a_second(series)}
     simple.SaveAnimation(film, layout, ImageResolution=size, SeparatorWidth=0, FrameWindow=[0, len(series) - 1], **options)
 
 
@@ -305,15 +305,11 @@ def parse_arguments(words):
     parser.add_argument("--method", action="append", default=[], help="method to show (default: all); may be repeated")
     parser.add_argument("--around-mm", type=above_zero,
                         help="show only the target and this much of the skin around it")
-    parser.add_argument("--fps", type=above_zero,
-                        help="frames per second of the film (default: the speed of the motion)")
     arguments = parser.parse_args(words)
     if not os.path.isdir(arguments.results):
         parser.error(f"{arguments.results} is not a directory")
     if bool(arguments.output) == bool(arguments.motion):
         parser.error("use one of -o and --motion per call")
-    if arguments.fps and not (arguments.motion and not arguments.motion.endswith(".png")):
-        parser.error("--fps requires --motion with .avi or .ogv")
     return arguments
 
 
@@ -323,7 +319,7 @@ def main():
         if arguments.output:
             draw(arguments.results, arguments.output, arguments.method, arguments.around_mm)
         else:
-            play(arguments.results, arguments.motion, arguments.method, arguments.around_mm, arguments.fps)
+            play(arguments.results, arguments.motion, arguments.method, arguments.around_mm)
     except RunError as error:
         sys.exit(f"paraview.py: {error}")
 
