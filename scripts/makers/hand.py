@@ -1,26 +1,11 @@
-"""The built-in hand: its poses, and tables of the bench about large bodies and the skin beyond."""
+"""The built-in hand: tables of the bench about large bodies and the skin beyond."""
 
 import csv
-import json
-import re
 import statistics
 
 from work import ROOT, listed, sets
 
-POSES = {"flat": "published means: about 425 and 340", "index_up": "the thumb lies over the curled fingers",
-         "grasp": "a box of 55 mm between the pads of thumb and fingers",
-         "point_down": "`index_up` with the index finger bent a little", "fist": ""}
-
-
-def poses(work):
-    path = work.runs / "hand.ply"
-    for pose, note in POSES.items():
-        hand = json.loads(work.call("hand", "-o", path, "--pose", pose, "--edge-mm", "1.5", "--force", "--json"))
-        vertices, faces = map(int, re.findall(rb"element (?:vertex|face) (\d+)", path.read_bytes()))
-        yield {"pose": f"`{pose}`", "area [cm2]": f"{hand['area_cm2']:.0f}", "volume [cm3]": f"{hand['volume_cm3']:.0f}",
-               "holes through it": 1 - (vertices - faces // 2) // 2, "": note}  # Euler: V - F / 2 = 2 - 2 holes
-
-
+POSES = ["flat", "index_up", "grasp", "point_down", "fist"]
 # Pose, edge near the index fingertip [mm], edge elsewhere or 0, forearm.
 BODIES = [(pose, edge, 0, 0) for pose in POSES for edge in (4.5, 2.2, 1.36, 0.97, 0.72)] + [("index_up", 1.2, 6.5, 0), ("index_up", 0.6, 3, 0)]
 BODIES += [("index_up", 1.2, 6.5, 250), ("index_up", 3.2, 0, 250), ("index_up", 1.6, 0, 250), ("grasp", 1.6, 0, 250)]

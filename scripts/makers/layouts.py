@@ -52,13 +52,8 @@ def surround(radius, most_degrees, count):
 
 def arc(radius, most_degrees, columns, rows, axis):
     """Part of a cylinder about the target: `columns` along the arc, `rows` along its axis (x or y)."""
-    points, axes = [], []
-    for angle in np.radians(np.linspace(-most_degrees, most_degrees, columns)):
-        out = np.array([math.sin(angle), 0, -math.cos(angle)]) if axis == "y" else np.array([0, math.sin(angle), -math.cos(angle)])
-        for step in (np.arange(rows) - (rows - 1) / 2) * PITCH:
-            points.append(CENTRE + radius * out + (np.array([0, step, 0]) if axis == "y" else np.array([step, 0, 0])))
-            axes.append(-out)
-    return np.array(points), np.array(axes)
+    return together(*(plate(rows, 1, radius, "x", angle) if axis == "x" else plate(1, rows, radius, "y", -angle)
+                      for angle in np.linspace(-most_degrees, most_degrees, columns)))
 
 
 def spacing(points):

@@ -6,8 +6,8 @@ import statistics
 
 import h5py
 import numpy
-from runs import table
-from work import ROOT, listed, results
+from runs import results, table
+from work import ROOT, listed
 
 ERRORS = {"gain_percent": "gain {} %", "phase_deg": "phase {} deg", "dead_percent": "{} % dead"}
 CHANGES = [("absorption", "medium.absorption", ["true"]), ("frequency", "frequency_khz", [39.5, 39.8, 40.2, 40.5]),

@@ -6,8 +6,8 @@ import random
 import re
 import statistics
 
-from runs import table
-from work import listed, results
+from runs import results, table
+from work import listed
 
 RANDOM = "{random: 1}"
 METHODS = {  # label: (method, options)

@@ -7,8 +7,8 @@ velocity, sideways and towards the array. Each image is known and solved at once
 import itertools
 import math
 
+import cameras
 import course
-import h5py
 import numpy
 import sights
 from runs import table
@@ -29,60 +29,45 @@ class Course:
     """What one play does, and which of its time is of which motion."""
 
     def __init__(self, speeds):
-        self.keys = {axis: [(0.0, course.CENTRE[axis])] for axis in (0, 2)}
+        self.place = {axis: course.CENTRE[axis] for axis in (0, 2)}
+        self.keys = {axis: [(0.0, place)] for axis, place in self.place.items()}
         self.parts = []  # (course, axis, speed, begin, end): samples and scores within count
         self.now = 0.0
-        self.rest(1.5)
+        self.reach(1.5)
+        self.parts.append(("rest", "", 0, SETTLED, self.now))
         for axis, speed in itertools.product(AXES, speeds):
             self.sway(axis, speed, 2.5)
             self.go(axis, speed, 3)
 
-    def stay(self, seconds):
+    def reach(self, seconds, own=0, place=None):
+        """The hand is there after these seconds, along a straight line, or rests if no place is given."""
         self.now += seconds
-        for points in self.keys.values():
-            points.append((self.now, points[-1][1]))
-
-    def rest(self, seconds):
-        self.stay(seconds)
-        self.parts.append(("rest", "", 0, SETTLED, self.now))
+        if place is not None:
+            self.place[own] = place
+        for axis, points in self.keys.items():
+            points.append((self.now, self.place[axis]))
 
     def sway(self, axis, speed, seconds):
         own, sign = course.AXES[axis]
         begin = self.now
         for i in range(1, round(64 * seconds) + 1):
-            self.keys[own].append((begin + i / 64, course.CENTRE[own] + sign * speed / (2 * math.pi) * math.sin(2 * math.pi * i / 64)))
-        self.now = begin + seconds
-        self.stay_put(own)
+            self.reach(1 / 64, own, course.CENTRE[own] + sign * speed / (2 * math.pi) * math.sin(2 * math.pi * i / 64))
         self.parts.append(("sine", axis, speed, begin + SETTLED, self.now))
 
     def go(self, axis, speed, legs):
         own, sign = course.AXES[axis]
         steady = min(0.5, 70 / speed)  # [s]
-        way = sign * speed * (steady + 2 * RAMP)
-        place = course.CENTRE[own] - way / 2
-        self.move(own, place)
+        velocity = sign * speed
+        self.reach(0.4, own, course.CENTRE[own] - velocity * (steady / 2 + RAMP))
+        self.reach(PAUSE)
         for _ in range(legs):
-            self.keys[own] += [(self.now + offset, place + way * offset / (steady + 2 * RAMP)) for offset in (RAMP, RAMP + steady)]
-            self.parts.append(("steady", axis, speed, self.now + RAMP, self.now + RAMP + steady))
-            self.now += steady + 2 * RAMP
-            place, way = place + way, -way
-            self.keys[own].append((self.now, place))
-            self.stay_put(own)
-            self.stay(PAUSE)
-        self.move(own, course.CENTRE[own])
-
-    def move(self, own, place):
-        """There in 0.4 s, and rests."""
-        self.now += 0.4
-        self.keys[own].append((self.now, place))
-        self.stay_put(own)
-        self.stay(PAUSE)
-
-    def stay_put(self, but):
-        """The other coordinate is where it was until now."""
-        for axis, points in self.keys.items():
-            if axis != but:
-                points.append((self.now, points[-1][1]))
+            for seconds in (RAMP, steady, RAMP):
+                self.reach(seconds, own, self.place[own] + velocity * seconds)
+            self.parts.append(("steady", axis, speed, self.now - RAMP - steady, self.now - RAMP))
+            self.reach(PAUSE)
+            velocity = -velocity
+        self.reach(0.4, own, course.CENTRE[own])
+        self.reach(PAUSE)
 
 
 def cases_of(seeds):
@@ -98,14 +83,6 @@ def sweep_text(cases, played):
         sensor = sights.cameras(hz=SENSOR_HZ, seed=seed, disparity_noise_px=NOISE_PX)["motion.sensor"]
         lines.append(f"  - {{name: {kind}_{seed}, motion.predict: {kind}, motion.sensor: {sensor}}}\n")
     return "".join(lines)
-
-
-def folders(sweep):
-    found = {}
-    for case in sorted(sweep.glob("cases/[0-9]*")):
-        with h5py.File(case / "motion.h5") as motion:
-            found[motion.attrs["name"]] = case
-    return found
 
 
 def errors_of(folder, parts):
@@ -143,4 +120,4 @@ def gain(work, seeds=5):
     sweep = work.runs / "prediction.yaml"
     sweep.write_text(sweep_text(cases, played), encoding="utf-8")
     work.call("sweep", sweep, "-o", work.runs / "plays", "--jobs", work.jobs)
-    return gains_of(cases, folders(work.runs / "plays"), played.parts)
+    return gains_of(cases, cameras.folders(work.runs / "plays"), played.parts)

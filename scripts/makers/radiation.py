@@ -3,7 +3,8 @@
 import math
 import statistics
 
-from work import listed, results
+from runs import LABELS, results
+from work import listed
 
 WIDTHS = ["width_5mm", "width_8mm", "width_11mm"]
 SCENES = [*WIDTHS, "penetration", "grasp"]
@@ -28,7 +29,6 @@ COLUMNS = {"error": "relative_error_radiation", "error_abs_p": "relative_error",
 def weight(work):
     """One step of each method runs first and computes what all share, so that the seconds are those of the phases alone."""
     import panels
-    from runs import LABELS
 
     once = ["{surface: {as: once_surface, iterations: 1, start: zero}}", "{radiation: {as: once_radiation, iterations: 1}}",
             "{paper: {as: once_paper, iterations: 1, faces: area}}"]

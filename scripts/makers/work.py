@@ -12,10 +12,11 @@ import sys
 import tempfile
 import time
 
-import h5py
-
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "scripts/report"), str(ROOT / "tests/cli")]  # series and meshes of the tests
+
+from runs import results  # noqa: E402
+
 EVALUATED = "evaluation={scheme: burton_miller_polished, edge_mm: {near_target: 1.6, far: 5, within_mm: 12}}"
 
 
@@ -32,22 +33,6 @@ def flat(value, name=""):
     if not isinstance(value, dict):
         return {name: value}
     return {path: leaf for key, part in value.items() for path, leaf in flat(part, f"{name}_{key}" if name else key).items()}
-
-
-def results(folder):
-    """{method: its attributes, with sizes, seconds and the course of its cost} of a run, in the order of the scene."""
-    with h5py.File(pathlib.Path(folder) / "run.h5") as run:
-        common = {"faces": len(run["mesh/area"]), "channels": len(run["array/amplitude"])}
-        common["target_faces"] = len(run["target/face"]) if "target" in run else 0
-        common |= {f"stage_{name}": value for name, value in run["seconds"].attrs.items()}
-        found = {}
-        for name, method in run["methods"].items():
-            found[name] = common | dict(method.attrs) | {"method": name}
-            if "cost" in method:
-                found[name]["costs"] = method["cost"][:]
-            if f"evaluation/methods/{name}/radiation" in run:
-                found[name]["peak_radiation_pa"] = run[f"evaluation/methods/{name}/radiation"][:].max()
-        return found
 
 
 @dataclasses.dataclass

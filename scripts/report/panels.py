@@ -9,7 +9,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 from matplotlib.collections import LineCollection, PolyCollection  # noqa: E402
 
-from runs import LABELS, METRICS, SCENES, attributes, skin  # noqa: E402
+from runs import LABELS, METRICS, SCENES, results, skin  # noqa: E402
 
 COLUMNS = ["paper", "unscattered", "surface", "radiation", "focus"]
 MARGIN = 0.006  # m of skin around the target
@@ -83,7 +83,7 @@ def figure(folders, path, quantity=PRESSURE, columns=None):
                                                  "hspace": 0.32, "wspace": 0.1})
     for row, name in zip(grid, names):
         one = skin(folders[name])
-        metrics = attributes(folders[name])
+        metrics = results(folders[name])
         wanted, obtained = getattr(one, quantity.wanted) / quantity.unit, getattr(one, quantity.obtained)
         largest = 1.5 * wanted.max()
         window = window_of(one)
@@ -110,9 +110,8 @@ def metric_rows(work, names, folder):
     """All metrics and the largest P, one row per scene and method."""
     rows = []
     for name in names:
-        radiation = skin(work / folder / name).radiation
-        for method, known in attributes(work / folder / name).items():
+        for method, known in results(work / folder / name).items():
             rows.append({"scene": name, "method": method, "scheme": known["scheme"]}
                         | {metric: f"{float(known[metric]):.9g}" for metric in METRICS}
-                        | {"peak_radiation_pa": f"{radiation[method].max():.9g}", "status": known["status"]})
+                        | {"peak_radiation_pa": f"{known['peak_radiation_pa']:.9g}", "status": known["status"]})
     return rows

@@ -7,7 +7,6 @@ import hashlib
 import json
 import pathlib
 import re
-import subprocess
 
 import h5py
 import numpy
@@ -53,16 +52,20 @@ class Skin:
         return cross / numpy.linalg.norm(cross, axis=1, keepdims=True)
 
 
-def attributes(folder):
-    """{method: {attribute: value}} of a run, in the order of the scene."""
+def results(folder):
+    """{method: its attributes, with sizes, seconds and the course of its cost} of a run, in the order of the scene."""
     with h5py.File(pathlib.Path(folder) / "run.h5") as run:
-        return {name: dict(method.attrs) for name, method in run["methods"].items()}
-
-
-def costs(folder):
-    """{method: cost before the first and after each iteration} of a run."""
-    with h5py.File(pathlib.Path(folder) / "run.h5") as run:
-        return {name: method["cost"][:] for name, method in run["methods"].items() if "cost" in method}
+        common = {"faces": len(run["mesh/area"]), "channels": len(run["array/amplitude"])}
+        common["target_faces"] = len(run["target/face"]) if "target" in run else 0
+        common |= {f"stage_{name}": value for name, value in run["seconds"].attrs.items()}
+        found = {}
+        for name, method in run["methods"].items():
+            found[name] = common | dict(method.attrs) | {"method": name}
+            if "cost" in method:
+                found[name]["costs"] = method["cost"][:]
+            if f"evaluation/methods/{name}/radiation" in run:
+                found[name]["peak_radiation_pa"] = run[f"evaluation/methods/{name}/radiation"][:].max()
+        return found
 
 
 def skin(folder):
@@ -76,12 +79,6 @@ def skin(folder):
         return Skin(evaluation["mesh/vertices"][:][triangles], triangles, evaluation["mesh/area"][:], wanted,
                     {name: numpy.abs(method["pressure"][:]) for name, method in evaluation["methods"].items()},
                     wanted_radiation, {name: method["radiation"][:] for name, method in evaluation["methods"].items()})
-
-
-def size_of(folder):
-    """Faces of the solving mesh, channels, target faces."""
-    with h5py.File(pathlib.Path(folder) / "run.h5") as run:
-        return len(run["mesh/area"]), len(run["array/amplitude"]), len(run["target/face"])
 
 
 def provenance(folder):
@@ -159,14 +156,6 @@ def revision_of(said):
     """The revision in the output of `touchfield --version`."""
     found = re.search(r"\(([^)]+)\)", said)
     return found[1] if found else said.strip() or "unknown"
-
-
-def made_by(command, program, scenes=()):
-    """Provenance for a script that calls `program` with these scene files."""
-    said = subprocess.run([program, "--version"], check=True, capture_output=True, text=True).stdout
-    return Made(command, [revision_of(said)],
-                {f"{path.parent.name}/{path.name}": hashlib.sha256(path.read_bytes()).hexdigest()[:12]
-                 for path in map(pathlib.Path, scenes)})
 
 
 def write_table(path, rows, origin):

@@ -7,7 +7,7 @@ import h5py
 import numpy
 from scipy.spatial import cKDTree
 
-from runs import SCENES, attributes, cases, costs, provenance, size_of, table
+from runs import SCENES, cases, provenance, results, table
 
 METHODS = ["surface", "paper", "unscattered"]
 FINGERS = [name for name in SCENES if name != "grasp"]
@@ -17,7 +17,7 @@ def finger_rows(work):
     """Evaluated errors: phases of a finger on the finger and on the whole hand, and phases of the hand."""
     rows = []
     for name in FINGERS:
-        alone, there, whole = (attributes(work / folder) for folder in (
+        alone, there, whole = (results(work / folder) for folder in (
             f"finger/{name}", f"finger/{name}_on_the_hand", f"panels/{name}"))
         rows += [{"scene": name, "method": method, "finger_alone": f"{alone[method]['relative_error']:.9g}",
                   "its_phases_on_the_hand": f"{there[method]['relative_error']:.9g}",
@@ -44,7 +44,7 @@ def arm_rows(work):
         if not (work / "hand_alone" / name).exists():
             continue
         there = f"hand_alone/{name}_with_the_arm"
-        alone, unknown, known = (attributes(work / folder) for folder in (f"hand_alone/{name}", there, f"panels/{name}"))
+        alone, unknown, known = (results(work / folder) for folder in (f"hand_alone/{name}", there, f"panels/{name}"))
         rows += [{"scene": name, "method": method, "arm_unknown": f"{arm_of(work, name, there, method):.6g}",
                   "arm_known": f"{arm_of(work, name, f'panels/{name}', method):.6g}",
                   "error_alone": f"{alone[method]['relative_error']:.9g}", "error_unknown": f"{unknown[method]['relative_error']:.9g}",
@@ -59,9 +59,9 @@ def convergence_rows(work):
     rows = []
     for start in ("cold", "warm"):
         folder = work / "convergence" / start
-        known, longest = attributes(folder), {}
-        for name, cost in costs(folder).items():
-            longest[name.rsplit("_", 1)[0]] = max(longest.get(name.rsplit("_", 1)[0], []), cost, key=len)
+        known, longest = results(folder), {}
+        for name, of in known.items():
+            longest[name.rsplit("_", 1)[0]] = max(longest.get(name.rsplit("_", 1)[0], []), of["costs"], key=len)
         for name in sorted(known, key=lambda name: (METHODS.index(name.rsplit("_", 1)[0]), name)):
             method, count = name.rsplit("_", 1)
             cost = longest[method]
@@ -80,9 +80,8 @@ def iteration_times(folder):
     """Times of an iteration and of the preparation, from runs of few and of many steps. One row per case."""
     rows = []
     for case in cases(folder):
-        known = attributes(case)
-        faces, channels, targets = size_of(case)
-        row = {"faces": faces, "channels": channels, "target_faces": targets}
+        known = results(case)
+        row = {name: known["once"][name] for name in ("faces", "channels", "target_faces")}
         for method in ("surface", "paper"):
             few, many = known[f"{method}_10"], known[f"{method}_30"]
             steps = float(many["steps"]) - float(few["steps"])

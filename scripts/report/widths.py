@@ -250,22 +250,9 @@ def between(values: np.ndarray, position: np.ndarray) -> np.ndarray:
     return values[row, low] * (1 - part) + values[row, low + 1] * part
 
 
-def interval(values: np.ndarray) -> tuple:
+def interval(values: np.ndarray) -> np.ndarray:
     """The 2.5 and 97.5 percentiles of each column."""
-    low, high = np.percentile(values, [2.5, 97.5], axis=0)
-    return low, high
-
-
-def observed(trials: Trials, observer: str, sigma: float, fitted: bool, seed: int) -> tuple[np.ndarray, dict]:
-    """The noises with which an observer is evaluated, and its counts with them per method. The middle noise is its own."""
-    hands, label = np.unique(trials.hand), classes(trials)
-    sigmas = sigma * FITTED if fitted else np.array([sigma])
-    counts = {}
-    for method in (m for m in METHODS if (trials.method == m).any()):
-        rows = trials.method == method
-        answers = answers_of(trials, observer, method, sigmas, seed)
-        counts[method] = tally(answers, label[rows], np.searchsorted(hands, trials.hand[rows]), len(hands))
-    return sigmas, counts
+    return np.percentile(values, [2.5, 97.5], axis=0)
 
 
 def by_thirds(trials: Trials, observer: str, method: str, right: np.ndarray) -> list[dict]:
@@ -282,10 +269,14 @@ def evaluate_observer(trials: Trials, observer: str, sigma: float, fitted: bool,
     """Scores and comparisons of one observer, and the interval of its noise.
 
     The resamples of the hands are the same for every method and observer. A fitted noise is fitted again to each resample, so the
-    intervals include the uncertainty of the fit. The observer is not trained again.
+    intervals include the uncertainty of the fit. The observer is not trained again. The middle one of the noises is its own.
     """
-    sigmas, counts = observed(trials, observer, sigma, fitted, seed)
-    hands = counts["paper"].shape[1]
+    names, label = np.unique(trials.hand), classes(trials)
+    sigmas, hands, counts = sigma * FITTED if fitted else np.array([sigma]), len(names), {}
+    for method in (m for m in METHODS if (trials.method == m).any()):
+        rows = trials.method == method
+        answers = answers_of(trials, observer, method, sigmas, seed)
+        counts[method] = tally(answers, label[rows], np.searchsorted(names, trials.hand[rows]), hands)
     picks = np.random.default_rng([seed, RESAMPLES]).integers(hands, size=(RESAMPLES, hands))
     weight = (picks[:, :, None] == np.arange(hands)).sum(axis=1).astype(float)
     pooled = {method: np.einsum("bh,shij->bsij", weight, counted) for method, counted in counts.items()}

@@ -9,7 +9,7 @@ import unittest
 from support import FINGER, SOURCE, CommandTest
 
 sys.path.insert(0, str(SOURCE / "scripts"))
-import paraview_figure  # noqa: E402
+import paraview as script  # noqa: E402
 
 SCRIPT = SOURCE / "scripts/paraview.py"
 PVD = ('<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n <Collection>\n{}'
@@ -50,7 +50,7 @@ class Arguments(CommandTest):
 
 class Series(CommandTest):
     def series(self, text):
-        return paraview_figure.series_of(str(self.write("evaluation.pvd", text)))
+        return script.series_of(str(self.write("evaluation.pvd", text)))
 
     def test_faults_are_said(self):
         self.write("a.vtp", "")
@@ -59,12 +59,12 @@ class Series(CommandTest):
                            (PVD.format(STEP.format("soon", "a.vtp")), "not a ParaView series"),
                            (PVD.format(STEP.format(0, "b.vtp")), "b.vtp, which .* lists, is missing"),
                            (PVD.format(STEP.format(1, "a.vtp") + STEP.format(1, "a.vtp")), "must be later than 1")]:
-            with self.subTest(text=text), self.assertRaisesRegex(paraview_figure.RunError, says):
+            with self.subTest(text=text), self.assertRaisesRegex(script.RunError, says):
                 self.series(text)
         self.write("b.vtp", "")
         series = self.series(PVD.format(STEP.format(0, "a.vtp") + STEP.format(0.065574, "b.vtp")))
         self.assertEqual(series, [(0, str(self.folder / "a.vtp")), (0.065574, str(self.folder / "b.vtp"))])
-        self.assertEqual(paraview_figure.frames_a_second(series), 15)
+        self.assertEqual(script.frames_a_second(series), 15)
 
 
 class Pictures(CommandTest):

@@ -1,4 +1,4 @@
-"""Scripts: `scripts/run` where packages for building are missing, calls from a foreign folder, fuzzers side by side, a table of hands."""
+"""Scripts: `scripts/run` where packages for building are missing, calls from a foreign folder, fuzzers side by side, kept tables."""
 
 import os
 import pathlib
@@ -127,17 +127,14 @@ class RunFuzzers(unittest.TestCase):
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
 
-class HandTables(unittest.TestCase):
-    def test_the_poses_have_the_kept_areas(self):
-        with tempfile.TemporaryDirectory(prefix="touchfield-hands-") as folder:
-            done = subprocess.run([SOURCE / "scripts/tables", "hand_poses", "-o", folder, "--work", f"{folder}/runs"], capture_output=True, text=True, check=False)
+class Tables(unittest.TestCase):
+    def test_the_means_over_kept_draws_are_the_kept_ones(self):
+        with tempfile.TemporaryDirectory(prefix="touchfield-tables-") as folder:
+            done = subprocess.run([SOURCE / "scripts/tables", "tolerances", "-o", folder, "--work", f"{folder}/runs"], capture_output=True, text=True, check=False)
             self.assertEqual(done.returncode, 0, done.stderr)
-            made, kept = ([row.split(",")[:4] for row in (root / "hand_poses.csv").read_text().splitlines() if row.startswith("`")]
-                          for root in (pathlib.Path(folder), SOURCE / "results/tables"))
-        self.assertEqual([(row[0], row[3]) for row in made], [(row[0], row[3]) for row in kept])
-        for new, old in zip(made, kept):
-            for column in (1, 2):  # cm2, cm3, rounded
-                self.assertAlmostEqual(float(new[column]), float(old[column]), delta=1, msg=new[0])
+            for name in ("tolerances_errors", "tolerances_weak"):
+                made, kept = ((root / f"{name}.csv").read_text().split("\n", 1)[1] for root in (pathlib.Path(folder), SOURCE / "results/tables"))
+                self.assertEqual(made, kept)
 
 
 if __name__ == "__main__":

@@ -1,2 +1,0 @@
-def late():
-    import one
