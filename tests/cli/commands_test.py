@@ -124,7 +124,7 @@ class Commands(CommandTest):
         self.follow("sweeps.md", 1)
 
     def test_scenes(self):
-        self.follow("../scenes/README.md", 3)
+        self.follow("../scenes/README.md", 4)
 
     def test_view(self):
         self.follow("view.md", 3)
