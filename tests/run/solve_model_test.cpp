@@ -66,7 +66,8 @@ TEST(SolveModel, BestPressureIsFoundForTheFirstMethod) {
 
 TEST(SolveModel, TheBoundIsBelowWhatAnyMethodReaches) {
   const touchfield::Run run =
-      solved(small_model({"solve.optimality_bound=true", "solve.methods=[surface, paper, focus, radiation]"}));
+      solved(small_model({"solve.optimality_bound=true",
+                          "solve.methods=[surface, paper, focus, {radiation: {start: {random: 1, restarts: 24}}}]"}));
   for (const MethodResult& method : run.methods) {
     EXPECT_GT(method.metrics.cost_bound, 0.0);
     EXPECT_LE(method.metrics.error_bound, method.metrics.relative_error_raw * (1 + 1e-9)) << method.name;
@@ -77,7 +78,7 @@ TEST(SolveModel, TheBoundIsBelowWhatAnyMethodReaches) {
   const Metrics& pressed = run.methods.back().metrics;
   EXPECT_NEAR(pressed.cost_radiation, pressed.cost, 1e-4 * pressed.cost);
   EXPECT_GT(pressed.optimality_gap_radiation, 0.0);
-  EXPECT_LT(pressed.optimality_gap_radiation, 0.2);  // by the local minimum, which rounding decides
+  EXPECT_LT(pressed.optimality_gap_radiation, 0.1);
 }
 
 /// The message with which solving ends, and how many methods were shown before.
