@@ -12,7 +12,6 @@ from work import ROOT, listed
 ERRORS = {"gain_percent": "gain {} %", "phase_deg": "phase {} deg", "dead_percent": "{} % dead"}
 CHANGES = [("absorption", "medium.absorption", ["true"]), ("frequency", "frequency_khz", [39.5, 39.8, 40.2, 40.5]),
            ("temperature", "medium.temperature_c", [21, 22, 25])]
-LEVELS = [256, 32, 16]  # AUTD3 units, a SonicSurface, and its tactile firmware
 
 
 def formulas(_):

@@ -74,7 +74,7 @@ struct HandFit {
   PoseVector pose() const;
 };
 
-/// Why a hand is lost and what would help: "probability 0.12 (0.4 required): 88 % of the points near the skin lie on
+/// Why a hand is lost and what would help: "probability 0.12 (0.5 required): 88 % of the points near the skin lie on
 /// it; ...". Empty of one that is not lost.
 std::string lost_text(const HandFit& fit);
 

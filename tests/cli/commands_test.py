@@ -4,6 +4,7 @@ reader's own. What a run computes is coarser, and its `surface` is a focus; boar
 Tutorials run in tutorials_test.py, code in docs_test.py. Scripts, installations and ParaView have tests of their own.
 """
 
+import os
 import pathlib
 import re
 import shlex
@@ -87,7 +88,7 @@ class Commands(CommandTest):
         own = pathlib.Path(__file__).read_text()
         for page in PAGES:
             if commands(page):
-                self.assertRegex(own, rf'follow\("[./a-z]*{page.name}", [0-9]+\)')
+                self.assertRegex(own, rf'follow\("{os.path.relpath(page, SOURCE / "docs")}", [0-9]+\)')
 
     def test_bodies(self):
         self.run_ok("hand", "-o", "scan.obj", "--edge-mm", "5", "--unit", "m", "--quiet")
