@@ -136,7 +136,7 @@ PhaseSolution solve_radiation(const RadiationProblem& problem, const Eigen::Matr
                               const RadiationOptions& options = {}, const IterationCallback& callback = {});
 
 /// Drives to start from, N x 3: the field of sqrt(P') on the faces sent back, and two random ones. From any start the
-/// cost ends within about two percent of the least that is known (docs/radiation.md).
+/// cost ends within about four percent of the least that is known (docs/radiation.md).
 Eigen::MatrixXcd radiation_starts(const RadiationProblem& problem);
 
 }  // namespace touchfield

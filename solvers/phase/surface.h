@@ -83,7 +83,7 @@ Eigen::VectorXcd random_start(Eigen::Index channels, unsigned seed);
 /// solve_surface from the most promising of several starts. These are the two lowest of five annealed ones
 /// (annealed_starts), zero after five steps, and `others`. Each takes three steps, then the lowest path continues. It
 /// ends when `iterations` are done, or when six of them together lower the cost by less than 2e-4 of it. On problems
-/// with traps single starts end up to 30 % above one another. The search takes about twice the time of one of them
+/// with traps a single start can end at four times the cost. The search takes about twice the time of one of them
 /// (docs/phases.md has both figures, over 60 scenes).
 ///
 /// Free amplitudes: fitted_start is followed as well, to its end, and the lower of the two answers is taken. Annealed
