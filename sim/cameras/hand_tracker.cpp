@@ -243,15 +243,13 @@ std::vector<std::size_t> HandTracker::digits_missing() const {
 /// Whether a fit is to be believed. Leaves the skin's matches in fit_ and what the images say of it in check_.
 void HandTracker::evaluate(const DepthFrame& frame, const HandPoints& points, HandFit& fit) {
   const Stopwatch watch(times_.check);
-  fit_.match(shape_, points, fit.state, kNear, kSharp);
+  fit_.place_skin(shape_, fit.state);
   // A wall that the workspace cuts may look like a hand: what goes on beyond it tells.
   const Box round = box_round(fit_.vertices(), kBeside);
   const bool cut = !(workspace_.contains(round));
   const HandPoints beyond = cut ? reader_.read(frame, round) : HandPoints();
   const HandPoints& evaluated = cut ? beyond : points;
-  if (cut) {
-    fit_.match(shape_, evaluated, fit.state, kNear, kSharp);
-  }
+  fit_.match(shape_, evaluated, fit.state, kNear, kSharp);
   const Eigen::Matrix3d back = fit.state.place.rotation.transpose();
   const auto counts = [&](int point) {
     return (back * (evaluated.at.col(point) - fit.state.place.shift)).y() > kBehindWrist;
@@ -279,9 +277,10 @@ void HandTracker::evaluate(const DepthFrame& frame, const HandPoints& points, Ha
     rough_noise += sigma * sigma;
   }
   // What goes on beside the hand is no hand, or another one.
+  skin_grid_.build(fit_.vertices(), fit_.normals(), kBeside);
   for (int point = 0; point < evaluated.size(); ++point) {
     if (!matched[static_cast<std::size_t>(point)] && counts(point)) {
-      const double squared = (fit_.vertices().colwise() - evaluated.at.col(point)).colwise().squaredNorm().minCoeff();
+      const double squared = skin_grid_.squared_distance(evaluated.at.col(point));
       const double beside = workspace_.contains(Vector3(evaluated.at.col(point))) ? kBeside : kBesideBeyond;
       near(evaluated.camera[static_cast<std::size_t>(point)]) += squared < beside * beside ? 1 : 0;
     }

@@ -188,6 +188,7 @@ class HandTracker {
   FitOptions options_;
   ShapedHand shape_;
   PoseFit fit_;
+  VertexGrid skin_grid_;               // of its vertices
   std::vector<JointAngles> postures_;  // in which it is looked for
   std::optional<HandSearch> search_;
   std::size_t next_posture_ = 0;

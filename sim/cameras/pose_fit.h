@@ -5,43 +5,11 @@
 
 #include "sim/cameras/hand_template.h"
 #include "sim/cameras/seen_skin.h"
+#include "sim/cameras/vertex_grid.h"
 #include "sim/core/rigid_motion.h"
 #include "sim/core/types.h"
 
 namespace touchfield {
-
-/// Vertices with normals in the cells of a grid, to find the nearest one to a point of a seen surface. The nearest has
-/// the least |p - x|^2 + 2 s^2 (1 - n_p . n_x), s = 10 mm, so that the far side of a finger is not near. Takes no
-/// memory once it has held as many vertices and cells. 2,400 vertices take 30 us to build and, with a reach of 8 mm,
-/// 0.8 us to ask; a BoxTree of them takes 380 us and 1.2 us.
-class VertexGrid {
- public:
-  /// vertices, normals   3 x V [m], unit
-  /// reach               farther vertices are not found [m]
-  void build(const Points& vertices, const Points& normals, double reach);
-
-  /// The number of the vertex, -1 where there is none within reach.
-  int nearest(const Vector3& at, const Vector3& normal) const;
-
- private:
-  struct Entry {
-    Vector3 at;
-    Vector3 normal;
-    int vertex;
-  };
-  int cell(int axis, double x) const;
-  std::size_t index(const std::array<int, 3>& cell) const {
-    const int place = (cell[2] * counts_[1] + cell[1]) * counts_[0] + cell[0];
-    return static_cast<std::size_t>(place);
-  }
-
-  double reach_ = 0;
-  Vector3 lower_ = Vector3::Zero();
-  std::array<int, 3> counts_{};  // of cells
-  std::vector<int> starts_;      // of cell c: entries_[k], starts_[c] <= k < starts_[c + 1]
-  std::vector<int> next_;
-  std::vector<Entry> entries_;
-};
 
 /// Where a hand is, from its own frame to the world's, and how its joints stand.
 struct HandState {
@@ -124,6 +92,8 @@ class PoseFit {
   PoseFitResult fit(const ShapedHand& shape, const HandPoints& points, const HandState& start, const PosePrior& prior,
                     const PoseFitOptions& options = {});
 
+  /// Places the skin of a state: vertices() and normals() are then its.
+  void place_skin(const ShapedHand& shape, const HandState& state);
   /// Matches points with the skin of a state; vertices(), normals(), matches() and rows() are then its.
   /// returns   the sum of robust squares, points without a match counted with the most that rho can be
   double match(const ShapedHand& shape, const HandPoints& points, const HandState& state, double reach, double scale,
@@ -149,7 +119,6 @@ class PoseFit {
 
   Equations equations(const HandPoints& points, int stride);
   class Descent;
-  void place_skin(const ShapedHand& shape, const HandState& state);
   bool match_point(const HandPoints& points, int i, int vertex, SkinMatch& match) const;
   void twist_bones(const ShapedHand& shape, const HandState& state);
 

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "sim/cameras/vertex_grid.h"
 #include "sim/core/require.h"
 #include "sim/core/units.h"
 
@@ -312,6 +313,8 @@ void check_sight(const std::vector<DepthCamera>& cameras, const DepthFrame& fram
   Eigen::ArrayXXd looked = faces;
   Eigen::ArrayXXd blank = faces;
   Eigen::ArrayXXd covered = faces;
+  VertexGrid grid;
+  grid.build(vertices, normals, kOwn);
   for (Eigen::Index c = 0; c < number; ++c) {
     const DepthCamera& camera = cameras[static_cast<std::size_t>(c)];
     const DepthImage& image = frame.images[static_cast<std::size_t>(c)];
@@ -340,8 +343,7 @@ void check_sight(const std::vector<DepthCamera>& cameras, const DepthFrame& fram
         blank(v, c) = 1;
       } else if (depth > 0) {
         const Vector3 hiding = camera.view.eye + from_eye * (depth / point->depth);
-        const double squared = (vertices.colwise() - hiding).colwise().squaredNorm().minCoeff();
-        covered(v, c) = squared > kOwn * kOwn ? 1 : 0;
+        covered(v, c) = grid.squared_distance(hiding) > kOwn * kOwn ? 1 : 0;
       }
     }
   }
