@@ -1,6 +1,5 @@
 """Tables of what is measured elsewhere: printed by tests and benchmarks, timed on graphics cards and on the wall clock."""
 
-import csv
 import json
 import math
 import os
@@ -126,19 +125,6 @@ def live(work, seconds=60):
     words = sets([f"motion.seconds={seconds}", "motion.frame={budget_ms: 50}"])
     said = work.call("live", ROOT / "scenes/moving.yaml", "--method", "surface", *words, "--max-seconds", seconds, "--json")
     return [{key: f"{value:.6g}" for key, value in flat(json.loads(said)["live"]).items() if isinstance(value, (int, float))}]
-
-
-def chain(work):
-    """bench/chain writes its two tables."""
-    work.call(ROOT / "bench/chain", "--seconds", 30, "-o", work.runs, env={"TOUCHFIELD_PROGRAM": work.program})
-    return {name: table(work.runs / f"{name}.csv") for name in ("chain", "chain_parts")}
-
-
-def numcalc(work):
-    """The runs of docs/validation.md."""
-    changes = ["array.directivity=omni", listed("focus"), "evaluation={split: 1}"]
-    for folder in work.solved({"index_up": ("width_8mm", changes), "grasp": ("grasp", ["body.keep_within_mm=56", *changes])}).values():
-        yield from csv.DictReader(work.call(ROOT / "scripts/numcalc", folder, os.environ["NUMCALC"]).splitlines())
 
 
 def waiting(work, turns=3):
