@@ -1,9 +1,7 @@
 """Compares fast sequences of patterns with one pattern.
 
 Skin that feels the mean square over a sequence of T patterns receives |h_j q|^2 averaged over T. The cost is that of `surface` with
-the root of this mean in place of |h_j q|. A single pattern is the case T = 1. The optimality bound holds for both. It is linear in the
-matrix of the products of the drive vectors. A sequence has a mean of such matrices, also with a diagonal of at most 1
-(docs/theory.md).
+the root of this mean in place of |h_j q|. A single pattern is the case T = 1. The optimality bound holds for both (docs/theory.md).
 """
 
 import dataclasses
