@@ -15,7 +15,6 @@ import xml.etree.ElementTree
 PANEL = (420, 600)  # size of a view [pixels]
 TITLE_HEIGHT = 40
 BAR_WIDTH = 180  # a multiple of four, as PANEL: films require it
-MOST_COLUMNS = 4
 OUTLINE_LIFT = 4e-4  # [m] towards the array, so that adjacent faces do not cover half of the outline
 MARGIN = 0.92  # share of a view that the skin fills
 TOP_SHARE = 0.999  # the colour scale ends here, so that a single face with a high pressure does not darken all others
@@ -52,8 +51,8 @@ def face_values(skin):
 
 
 def top_of(values):
-    finite = numpy.sort(values[numpy.isfinite(values)])
-    return float(finite[math.ceil(TOP_SHARE * (len(finite) - 1))]) if len(finite) else 0.0
+    finite = values[numpy.isfinite(values)]
+    return float(numpy.quantile(finite, TOP_SHARE, method="higher")) if len(finite) else 0.0
 
 
 def show_skin(surface, method, top, view):
@@ -81,14 +80,12 @@ def show_outline(surface, sight, view):
     display.Position = (-OUTLINE_LIFT * sight.axes[2]).tolist()
 
 
-def skin_and_array(run_dir):
-    paths = [os.path.join(run_dir, name) for name in ("surface.vtp", "array.vtp")]
-    for path in paths:
-        if not os.path.isfile(path):
-            moving = os.path.isfile(os.path.join(run_dir, "evaluation.pvd"))
-            raise RunError(f"{path} is missing: " + ("for a moving body, use --motion FILM" if moving
-                                                     else "add vtp to write in the scene"))
-    return paths
+def file_of(results, name):
+    path = os.path.join(results, name)
+    if not os.path.isfile(path):
+        moving = os.path.isfile(os.path.join(results, "evaluation.pvd"))
+        raise RunError(f"{path} is missing: " + ("for a moving body, use --motion FILM" if moving else "add vtp to write in the scene"))
+    return path
 
 
 def series_of(path):
@@ -96,8 +93,6 @@ def series_of(path):
     try:
         steps = xml.etree.ElementTree.parse(path).getroot().findall("Collection/DataSet")
         series = [(float(step.attrib["timestep"]), step.attrib["file"]) for step in steps]
-    except FileNotFoundError:
-        raise RunError(f"{path} is missing: add vtp to write in the scene of the motion") from None
     except (OSError, xml.etree.ElementTree.ParseError, KeyError, ValueError) as error:
         raise RunError(f"{path} is not a ParaView series: {error}") from error
     if not series:
@@ -125,19 +120,11 @@ def round_above(value):
     return next((step * unit for step in (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8) if value <= step * unit * (1 + 1e-9)), 10 * unit)
 
 
-def grid(count):
-    """Columns and rows for this number of views."""
-    rows = math.ceil(count / MOST_COLUMNS)
-    return math.ceil(count / rows), rows
-
-
 def axes_of(array):
     """Axes of the views: to the left, up (+y of the world, or +x), and the direction in which the array faces."""
-    along = numpy.array([0.0, 0.0, 1.0])
-    if array:
-        mean = vtk_to_numpy(servermanager.Fetch(array).GetPointData().GetArray("axis")).astype(float).mean(axis=0)
-        if numpy.linalg.norm(mean) > 1e-3:
-            along = mean / numpy.linalg.norm(mean)
+    along = vtk_to_numpy(servermanager.Fetch(array).GetPointData().GetArray("axis")).astype(float).mean(axis=0)
+    length = numpy.linalg.norm(along)
+    along = along / length if length > 1e-3 else numpy.array([0.0, 0.0, 1.0])
     up = numpy.array([0.0, 1.0, 0.0] if abs(along[1]) < 0.99 else [1.0, 0.0, 0.0])
     up -= along @ up * along
     up /= numpy.linalg.norm(up)
@@ -189,22 +176,6 @@ def white_view(layout, cell, text=None):
     return view
 
 
-def panels_of(layout, cell, columns, rows):
-    """Divides a cell of a layout into columns and rows. Returns the new cells row by row."""
-    panels = []
-    for left in range(rows, 0, -1):
-        row = cell
-        if left > 1:
-            row = layout.SplitVertical(cell, 1 / left)
-            cell = row + 1
-        for column in range(columns, 1, -1):
-            first = layout.SplitHorizontal(row, 1 / column)
-            panels.append(first)
-            row = first + 1
-        panels.append(row)
-    return panels
-
-
 def figure(results, skin, array, skins, asked, around_mm, clock=None):
     """A layout and its size. It has one view per method with the name above it, and one colour bar for all views."""
     known = face_values(servermanager.Fetch(skin))
@@ -216,22 +187,20 @@ def figure(results, skin, array, skins, asked, around_mm, clock=None):
     if not methods:
         raise RunError(f"{results} has no pressures of methods")
     sight = Sight(array, skins, around_mm)
-    columns, rows = grid(len(methods))
-    size = [columns * PANEL[0] + BAR_WIDTH, rows * (PANEL[1] + TITLE_HEIGHT)]
+    size = [len(methods) * PANEL[0] + BAR_WIDTH, PANEL[1] + TITLE_HEIGHT]
     layout = simple.CreateLayout("figure")
     layout.SetSize(*size)
-    layout.SplitHorizontal(0, 1 - BAR_WIDTH / size[0])
-    panels = panels_of(layout, 1, columns, rows)
-    for method, panel in zip(methods, panels):
-        title = layout.SplitVertical(panel, TITLE_HEIGHT / (PANEL[1] + TITLE_HEIGHT))
+    cell = layout.SplitHorizontal(0, 1 - BAR_WIDTH / size[0])
+    for left, method in zip(range(len(methods), 0, -1), methods):
+        panel = layout.SplitHorizontal(cell, 1 / left) if left > 1 else cell
+        cell = panel + 1
+        title = layout.SplitVertical(panel, TITLE_HEIGHT / size[1])
         white_view(layout, title, simple.Text(Text=method))
         view = white_view(layout, title + 1)
         show_skin(skin, method, sight.top, view)
         if "target_pa" in known:
             show_outline(skin, sight, view)
         sight.place(view)
-    for panel in panels[len(methods):]:
-        white_view(layout, panel)
     side = white_view(layout, 2, clock)
     bar = simple.GetScalarBar(simple.GetColorTransferFunction(methods[0] + SUFFIX), side)
     bar.Title, bar.ComponentTitle = "abs(p) [Pa]", ""
@@ -245,7 +214,7 @@ def figure(results, skin, array, skins, asked, around_mm, clock=None):
 
 def draw(results, picture, asked, around_mm):
     """Writes the figure of a run as one picture."""
-    surface, array = skin_and_array(results)
+    surface, array = (file_of(results, name) for name in ("surface.vtp", "array.vtp"))
     need_paraview()
     skin = simple.XMLPolyDataReader(FileName=[surface])
     source = simple.XMLPolyDataReader(FileName=[array])
@@ -255,12 +224,11 @@ def draw(results, picture, asked, around_mm):
 
 def play(results, film, asked, around_mm):
     """Writes the figure over the time of a motion, as numbered pictures or a film."""
-    path = os.path.join(results, "evaluation.pvd")
+    path, array = (file_of(results, name) for name in ("evaluation.pvd", "array.vtp"))
     series = series_of(path)
     need_paraview()
     skin = simple.PVDReader(FileName=path)
-    array = os.path.join(results, "array.vtp")
-    source = simple.XMLPolyDataReader(FileName=[array]) if os.path.isfile(array) else None  # missing before 0.2
+    source = simple.XMLPolyDataReader(FileName=[array])
     skins = []
     for _, file in series:
         step = simple.XMLPolyDataReader(FileName=[file])

@@ -1,17 +1,11 @@
 """What skin does under circling and modulated spots: felt_modulation.csv, felt_speed.csv and two pictures for docs/felt.md.
 
-The patterns, on a finger (scenes/circle.yaml) and on a flat palm, without the forearm, are
+`circle` is a spot of 8 mm that goes round a circle in 40 frames, `rest` the same spot in the middle, with a sound that goes from 0 to 1
+and back. Lines up to 20 times the frequency of a circle count, so that its steps do not.
 
-  circle   a spot of 8 mm goes round a circle in 40 frames: lateral modulation
-  rest     the same spot in the middle of the circle; its sound goes from 0 to 1 and back by a sine in 40 frames: amplitude modulation
-
-Both have the same method and the same drive, the largest that the scene allows: the wanted pressure is beyond reach. Lines up to 20
-times the frequency of a circle count, so that its steps do not; twice that of a spot at rest, which has no others.
-
-All figures are at equal peak: drives are scaled so that the largest radiation pressure P over skin and time is 100 Pa. Displacement is
-linear in P and P in the square of the drive, so that this is exact. At equal drive `drive_db` is to be added to each of the columns _db.
-These are circle minus rest, on the same skin, of the largest value over the skin; p_patch has the sum of squares over the skin instead.
-The columns _range are the range over all skins. rest_p_over_200hz_db compares the spot at rest with itself at 200 Hz.
+All figures are at a largest radiation pressure P of 100 Pa over skin and time: displacement is linear in P. At equal drive `drive_db` is to
+be added to the columns _db. These are circle minus rest, of the largest value over the skin; p_patch has the sum of squares instead. The
+columns _range are over all skins. rest_p_over_200hz_db compares the spot at rest with itself at 200 Hz.
 """
 
 import functools

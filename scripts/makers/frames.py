@@ -1,9 +1,7 @@
 """Time and error of a frame of a moving hand, by faces, steps, scheme and precision: frame_study.csv, gpu_frames.csv.
 
-Each row is `touchfield play` of scenes/moving.yaml, where the finger sways and bends. The pose is known without delay. So the error
-comes from the frame alone: from its mesh, its scheme and its few steps from the frame before. The evaluation mesh is the whole hand,
-the same for all rows. Scattering is solved on the finger; the rest of the hand counts by its incident pressure. `pareto`: no other row
-is both faster and nearer.
+Each row is `touchfield play` of scenes/moving.yaml without delay, so the error comes from mesh, scheme and few steps alone. All rows have one
+evaluation mesh, the whole hand. `pareto`: no other row is both faster and nearer.
 """
 
 import re

@@ -4,6 +4,7 @@ A layout is a table of positions and axes. Each has at most 1,500 transducers of
 target is at least 20 mm away.
 """
 
+import itertools
 import math
 import re
 import shutil
@@ -62,50 +63,37 @@ def spacing(points):
 
 def all_layouts():
     """Family, what is varied, the layout, and the frequency [kHz]."""
-    for family, name, layout in layouts_at_40_khz():
-        yield family, name, layout, 40
+    def mm(metres):
+        return f"{1e3 * metres:.0f} mm"
+
+    for (nx, ny), distance in itertools.product(((44, 34), (34, 44), (60, 25), (25, 60), (24, 24)), (0.06, 0.08, 0.1, 0.15, 0.2, 0.25, 0.3)):
+        yield "flat", f"{nx} x {ny}, {mm(distance)}", plate(nx, ny, distance), 40
+    for pitch, distance in itertools.product((13e-3, 20e-3), (0.1, 0.2, 0.3)):
+        yield "sparse", f"pitch {mm(pitch)}, {mm(distance)}", plate(38, 38, distance, pitch=pitch), 40
+    for radius, degrees, count in itertools.product((0.16, 0.2, 0.25, 0.3), (30, 45, 60, 70, 80, 88), (1500, 1000, 500)):
+        yield "cap", f"radius {mm(radius)}, {degrees} deg, {count}", cap(radius, degrees, count), 40
+    for radius, degrees, count in ((0.17, 100, 1500), (0.17, 120, 1600), (0.17, 140, 1600), (0.2, 120, 1580), (0.25, 120, 1580)):
+        yield "surround", f"radius {mm(radius)}, {degrees} deg", surround(radius, degrees, count), 40
+    for axis in "xy":
+        for family, n, tilts, distances in (("two plates", 27, (30, 50, 70), (0.15, 0.2, 0.25)), ("three plates", 22, (50, 70), (0.18, 0.22))):
+            for tilt, distance in itertools.product(tilts, distances):
+                middle = [plate(n, n, distance)] if family == "three plates" else []
+                yield family, f"turned about {axis} by {tilt} deg, {mm(distance)}", together(
+                    *middle, *(plate(n, n, distance, axis, side) for side in (tilt, -tilt))), 40
+    for tilt, distance in itertools.product((45, 75), (0.15, 0.2)):
+        yield "five plates", f"{tilt} deg, {mm(distance)}", together(
+            plate(17, 17, distance), *(plate(17, 17, distance, axis, sign * tilt) for axis in "xy" for sign in (1, -1))), 40
+    for axis, radius, degrees in itertools.product("xy", (0.12, 0.2), (45, 85)):
+        columns = int(math.radians(2 * degrees) * radius / PITCH)
+        yield "arc", f"along {axis}, radius {mm(radius)}, {degrees} deg", arc(radius, degrees, columns, min(34, MOST // columns), axis), 40
     for frequency in (50, 60, 70, 80):
-        for name, layout in (("44 x 34, 200 mm", plate(44, 34, 0.2)), ("cap, radius 180 mm, 88 deg", cap(0.18, 88)),
-                             ("cap, radius 200 mm, 80 deg", cap(0.2, 80)), ("cap, radius 220 mm, 80 deg", cap(0.22, 80)),
-                             ("surround, radius 170 mm, 140 deg", surround(0.17, 140, 1600))):
-            yield f"{frequency} kHz", name, layout, frequency
+        yield f"{frequency} kHz", "44 x 34, 200 mm", plate(44, 34, 0.2), frequency
+        for radius, degrees in ((0.18, 88), (0.2, 80), (0.22, 80)):
+            yield f"{frequency} kHz", f"cap, radius {mm(radius)}, {degrees} deg", cap(radius, degrees), frequency
+        yield f"{frequency} kHz", "surround, radius 170 mm, 140 deg", surround(0.17, 140, 1600), frequency
     # What the others lead to: as dense as they can be, beyond the horizontal, where three wavelengths span the target.
     for frequency, radius, degrees in ((60, 0.15, 120), (60, 0.165, 105), (60, 0.16, 120), (55, 0.15, 120), (65, 0.15, 120), (70, 0.15, 120)):
-        yield "dense", f"{frequency} kHz, radius {1e3 * radius:.0f} mm, {degrees} deg", surround(radius, degrees, 1600), frequency
-
-
-def layouts_at_40_khz():
-    for nx, ny in ((44, 34), (34, 44), (60, 25), (25, 60), (24, 24)):
-        for distance in (0.06, 0.08, 0.1, 0.15, 0.2, 0.25, 0.3):
-            yield "flat", f"{nx} x {ny}, {1e3 * distance:.0f} mm", plate(nx, ny, distance)
-    for pitch in (13e-3, 20e-3):
-        for distance in (0.1, 0.2, 0.3):
-            yield "sparse", f"pitch {1e3 * pitch:.0f} mm, {1e3 * distance:.0f} mm", plate(38, 38, distance, pitch=pitch)
-    for radius in (0.16, 0.2, 0.25, 0.3):
-        for degrees in (30, 45, 60, 70, 80, 88):
-            for count in (1500, 1000, 500):
-                yield "cap", f"radius {1e3 * radius:.0f} mm, {degrees} deg, {count}", cap(radius, degrees, count)
-    for radius, degrees, count in ((0.17, 100, 1500), (0.17, 120, 1600), (0.17, 140, 1600), (0.2, 120, 1580), (0.25, 120, 1580)):
-        yield "surround", f"radius {1e3 * radius:.0f} mm, {degrees} deg", surround(radius, degrees, count)
-    for axis in ("x", "y"):
-        for tilt in (30, 50, 70):
-            for distance in (0.15, 0.2, 0.25):
-                yield "two plates", f"turned about {axis} by {tilt} deg, {1e3 * distance:.0f} mm", together(
-                    plate(27, 27, distance, axis, tilt), plate(27, 27, distance, axis, -tilt))
-        for tilt in (50, 70):
-            for distance in (0.18, 0.22):
-                yield "three plates", f"turned about {axis} by {tilt} deg, {1e3 * distance:.0f} mm", together(
-                    plate(22, 22, distance), plate(22, 22, distance, axis, tilt), plate(22, 22, distance, axis, -tilt))
-    for tilt in (45, 75):
-        for distance in (0.15, 0.2):
-            yield "five plates", f"{tilt} deg, {1e3 * distance:.0f} mm", together(
-                plate(17, 17, distance), *(plate(17, 17, distance, axis, sign * tilt) for axis in "xy" for sign in (1, -1)))
-    for axis in ("x", "y"):
-        for radius in (0.12, 0.2):
-            for degrees in (45, 85):
-                columns = int(math.radians(2 * degrees) * radius / PITCH)
-                yield "arc", f"along {axis}, radius {1e3 * radius:.0f} mm, {degrees} deg", arc(
-                    radius, degrees, columns, min(34, MOST // columns), axis)
+        yield "dense", f"{frequency} kHz, radius {mm(radius)}, {degrees} deg", surround(radius, degrees, 1600), frequency
 
 
 def is_clear(points, more=0.0):

@@ -1,6 +1,5 @@
 """Tables of what is measured elsewhere: printed by tests and benchmarks, timed on graphics cards and on the wall clock."""
 
-import csv
 import json
 import math
 import os
@@ -9,8 +8,8 @@ import subprocess
 import sys
 import time
 
-import h5py
 from runs import STYLES, table
+from spheres import SCHEMES, solved
 from work import ROOT, flat, listed, sets
 
 # Rows stand in the tables in this order.
@@ -61,16 +60,12 @@ def card_runs(work):
         return {"work": name, "faces": count, "card_s": f"{card:.3g}", "processor_s": f"{processor:.3g}", "ratio": f"{processor / card:.1f}", "off": f"{off:.2g}"}
 
     write_ply(work.runs / "sphere.ply", *icosphere(5, SPHERE_KA / K * 1e3))
-    scene = work.runs / "sphere.yaml"
-    scene.write_text("name: sphere\narray: {plane_wave: {direction: [0, 0, 1]}}\nbody: {mesh: {file: sphere.ply, unit: mm}}\nevaluation: none\nwrite: [h5]\n"
-                     "solve: {methods: [{fixed: {phases_rad: 0, scheme: burton_miller_polished}}], resonance_check: never}\n")
     seconds, cases = {}, {}
     for device, heights in (("cpu", HEIGHTS[:3]), ("cuda", HEIGHTS)):
         how = on_two if device == "cpu" else {}
-        work.call("run", scene, "-o", work.runs / device, "--force", "--device", device, "--quiet", **how)
-        with h5py.File(work.runs / device / "run.h5") as run:
+        with solved(work, "body: {mesh: {file: sphere.ply, unit: mm}}", SCHEMES[4:], options=("--device", device), **how)[1] as run:
             seconds[device] = math.fsum(run["solves/seconds"][:])
-            faces, off = len(run["mesh/area"]), plane_wave_errors(run, SPHERE_KA / K, ["fixed"])["fixed"]
+            faces, off = len(run["mesh/area"]), plane_wave_errors(run, SPHERE_KA / K, SCHEMES[4:])[SCHEMES[4]]
         sweep = work.runs / f"heights_{device}.yaml"
         sweep.write_text(f"base: {ROOT / 'scenes/width_8mm.yaml'}\nname: heights\n"
                          f"set: {{solve.methods: [surface], field: [], write: [h5], solve.device: {device}}}\ngrid: {{'body.place.at_mm[2]': {heights}}}\n")
@@ -126,19 +121,6 @@ def live(work, seconds=60):
     words = sets([f"motion.seconds={seconds}", "motion.frame={budget_ms: 50}"])
     said = work.call("live", ROOT / "scenes/moving.yaml", "--method", "surface", *words, "--max-seconds", seconds, "--json")
     return [{key: f"{value:.6g}" for key, value in flat(json.loads(said)["live"]).items() if isinstance(value, (int, float))}]
-
-
-def chain(work):
-    """bench/chain writes its two tables."""
-    work.call(ROOT / "bench/chain", "--seconds", 30, "-o", work.runs, env={"TOUCHFIELD_PROGRAM": work.program})
-    return {name: table(work.runs / f"{name}.csv") for name in ("chain", "chain_parts")}
-
-
-def numcalc(work):
-    """The runs of docs/validation.md."""
-    changes = ["array.directivity=omni", listed("focus"), "evaluation={split: 1}"]
-    for folder in work.solved({"index_up": ("width_8mm", changes), "grasp": ("grasp", ["body.keep_within_mm=56", *changes])}).values():
-        yield from csv.DictReader(work.call(ROOT / "scripts/numcalc", folder, os.environ["NUMCALC"]).splitlines())
 
 
 def waiting(work, turns=3):

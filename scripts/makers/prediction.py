@@ -1,7 +1,7 @@
 """How much of the delay's error `motion.predict` removes with noisy cameras: prediction_gain.csv.
 
-Plays scenes/cameras.yaml with the finger stretched. In one play it rests, sways once per second, and then moves to and fro at constant
-velocity, sideways and towards the array. Each image is known and solved at once, so the delay is the array's.
+Plays scenes/cameras.yaml with the finger stretched: at rest, swaying, then to and fro at constant velocity, sideways and towards the array.
+The delay is the array's alone.
 """
 
 import itertools

@@ -22,12 +22,12 @@ write: [h5]
 """
 
 
-def solved(work, body, schemes, direction="[0, 0, 1]", evaluation="none"):
+def solved(work, body, schemes, direction="[0, 0, 1]", evaluation="none", options=(), **how):
     """The scene, and the open run, of each scheme's pressures in a plane wave."""
     methods = ", ".join(f"{{fixed: {{as: {scheme}, scheme: {scheme}, phases_rad: 0}}}}" for scheme in schemes)
     scene, out = work.runs / "scene.yaml", work.runs / "out"
     scene.write_text(SCENE.format(direction=direction, body=body, methods=methods, evaluation=evaluation))
-    work.call("run", scene, "-o", out, "--force", "--quiet")
+    work.call("run", scene, "-o", out, "--force", "--quiet", *options, **how)
     return scene, h5py.File(out / "run.h5")
 
 

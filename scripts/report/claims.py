@@ -1,7 +1,7 @@
 """Compares the published statements with the results here, and lists the assumptions of each comparison."""
 
 from delays import AXES
-from runs import SCENES, number, percent
+from runs import SCENES, percent
 from widths import NOISY_P, PEOPLE, PEOPLE_DIFFERENCE
 
 PUBLISHED_MS = 10  # per iteration at 10,000 faces and 1,496 transducers, on a graphics card
@@ -35,7 +35,7 @@ def few_iterations(convergence):
 def iteration_time(by_faces):
     largest = max(by_faces, key=lambda row: int(row["faces"]))
     took = float(largest["paper_ms_an_iteration"])
-    return (f"{number(took)} ms at {int(largest['faces']):,} faces with {largest['threads']} threads of {largest['processor']}",
+    return (f"{took:.3g} ms at {int(largest['faces']):,} faces with {largest['threads']} threads of {largest['processor']}",
             "holds" if took <= PUBLISHED_MS and int(largest["faces"]) >= 10000 else "not compared: different machine")
 
 
@@ -44,7 +44,7 @@ def following(delays):
             == ("surface", "none", 50, 0)]
     worst = max(slow, key=lambda row: float(row["error_mean"]))
     return (f"at 50 mm/s {AXES[worst['axis']]}, `surface` has a mean error of {percent(worst['error_mean'])} with phases "
-            f"{number(worst['age_ms_mean'])} ms old", "depends on the speed")
+            f"{float(worst['age_ms_mean']):.3g} ms old", "depends on the speed")
 
 
 # Table, statement, its result and verdict from that table, assumptions.

@@ -95,8 +95,7 @@ def error_at(displacement, distances, errors):
     if displacement > distances.max():
         return None
     away = numpy.abs(distances - displacement)
-    order = numpy.argsort(away)
-    near = order[:max(4, int((away <= 0.2 + 0.1 * displacement).sum()))]
+    near = numpy.argsort(away)[:max(4, int((away <= 0.2 + 0.1 * displacement).sum()))]
     if numpy.ptp(distances[near]) == 0:
         return float(errors[near].mean())
     return float(numpy.polyval(numpy.polyfit(distances[near] - displacement, errors[near], 1), 0))
@@ -152,20 +151,16 @@ def loop_rows(loops):
 
 def curve(rows, axis, method):
     """Displacements and errors of delays_by_displacement.csv."""
-    own = [(float(row["displacement_mm"]), float(row["relative_error"])) for row in rows
-           if (row["axis"], row["method"]) == (axis, method)]
-    return [displacement for displacement, _ in own], [error for _, error in own]
+    own = [row for row in rows if (row["axis"], row["method"]) == (axis, method)]
+    return [[float(row[column]) for row in own] for column in ("displacement_mm", "relative_error")]
 
 
 def reaches(displacements, errors, level):
     """The smallest displacement, linearly interpolated, at which the error reaches a level; None if there is none."""
-    for i, error in enumerate(errors):
-        if error >= level:
-            if i == 0:
-                return displacements[0]
-            share = (level - errors[i - 1]) / (error - errors[i - 1])
-            return displacements[i - 1] + share * (displacements[i] - displacements[i - 1])
-    return None
+    above = numpy.flatnonzero(numpy.array(errors) >= level)
+    if len(above) == 0 or above[0] == 0:
+        return displacements[0] if len(above) else None
+    return float(numpy.interp(level, *(values[above[0] - 1:above[0] + 1] for values in (errors, displacements))))
 
 
 def answer_rows(by_displacement, speeds=(10, 50, 200)):

@@ -1,6 +1,6 @@
 """The published figure, computed again: the wanted pressure on the skin and the pressure of each method."""
 
-import dataclasses
+import collections
 
 import matplotlib
 import numpy
@@ -15,18 +15,8 @@ COLUMNS = ["paper", "unscattered", "surface", "radiation", "focus"]
 MARGIN = 0.006  # m of skin around the target
 
 
-@dataclasses.dataclass
-class Quantity:
-    """What a figure shows of the skin, and the metrics that stand above its panels."""
-
-    wanted: str  # of runs.Skin
-    obtained: str
-    unit: float  # of the figure, in Pa
-    label: str
-    error: str
-    width: str
-
-
+# What a figure shows of the skin, its unit in Pa, and the metrics that stand above its panels.
+Quantity = collections.namedtuple("Quantity", "wanted obtained unit label error width")
 PRESSURE = Quantity("wanted", "pressure", 1e3, "absolute pressure on the skin [kPa]", "relative_error", "width_mm")
 RADIATION = Quantity("wanted_radiation", "radiation", 1, "radiation pressure on the skin [Pa]", "relative_error_radiation",
                      "width_radiation_mm")

@@ -2,11 +2,11 @@
 
 import csv
 import dataclasses
-import functools
 import hashlib
 import json
 import pathlib
 import re
+import types
 
 import h5py
 import numpy
@@ -31,32 +31,12 @@ METRICS = ["relative_error", "relative_error_raw", "scale", "correlation", "leak
            "evaluation_difference_target"]
 
 
-@dataclasses.dataclass
-class Skin:
-    """Evaluation mesh: corners [M, 3, 3] in m, area [M] in m2; wanted pressure [M] in Pa, and pressures [M] per method.
-
-    Both are given for the absolute pressure and for the radiation pressure P.
-    """
-
-    corners: numpy.ndarray
-    triangles: numpy.ndarray
-    area: numpy.ndarray
-    wanted: numpy.ndarray
-    pressure: dict
-    wanted_radiation: numpy.ndarray
-    radiation: dict
-
-    @functools.cached_property
-    def normals(self):
-        cross = numpy.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0])
-        return cross / numpy.linalg.norm(cross, axis=1, keepdims=True)
-
-
 def results(folder):
     """{method: its attributes, with sizes, seconds and the course of its cost} of a run, in the order of the scene."""
     with h5py.File(pathlib.Path(folder) / "run.h5") as run:
         common = {"faces": len(run["mesh/area"]), "channels": len(run["array/amplitude"])}
         common["target_faces"] = len(run["target/face"]) if "target" in run else 0
+        common["threads"] = run["provenance"].attrs["threads"]
         common |= {f"stage_{name}": value for name, value in run["seconds"].attrs.items()}
         found = {}
         for name, method in run["methods"].items():
@@ -69,21 +49,23 @@ def results(folder):
 
 
 def skin(folder):
+    """The evaluation mesh with wanted pressures and those of each method [Pa], of the absolute and of the radiation pressure P.
+
+    `corners` are in m; `normals` look out.
+    """
     with h5py.File(pathlib.Path(folder) / "run.h5") as run:
         evaluation = run["evaluation"]
         triangles = evaluation["mesh/triangles"][:]
+        corners = evaluation["mesh/vertices"][:][triangles]
+        normals = numpy.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         face, share, amplitude = (evaluation[f"target/{name}"][:] for name in ("face", "share", "amplitude"))
         wanted, wanted_radiation = numpy.zeros((2, len(triangles)))
         wanted[face] = share * amplitude
         wanted_radiation[face] = run.attrs["radiation_per_square"] * share * amplitude**2
-        return Skin(evaluation["mesh/vertices"][:][triangles], triangles, evaluation["mesh/area"][:], wanted,
-                    {name: numpy.abs(method["pressure"][:]) for name, method in evaluation["methods"].items()},
-                    wanted_radiation, {name: method["radiation"][:] for name, method in evaluation["methods"].items()})
-
-
-def provenance(folder):
-    with h5py.File(pathlib.Path(folder) / "run.h5") as run:
-        return dict(run["provenance"].attrs)
+        return types.SimpleNamespace(
+            triangles=triangles, corners=corners, normals=normals / numpy.linalg.norm(normals, axis=1, keepdims=True),
+            wanted=wanted, pressure={name: numpy.abs(method["pressure"][:]) for name, method in evaluation["methods"].items()},
+            wanted_radiation=wanted_radiation, radiation={name: method["radiation"][:] for name, method in evaluation["methods"].items()})
 
 
 def scene_of(run):
@@ -110,11 +92,6 @@ def table(path):
     """Rows of a CSV file as dictionaries; lines that begin with # are comments."""
     with open(path, newline="", encoding="utf-8") as file:
         return list(csv.DictReader(line for line in file if not line.startswith("#")))
-
-
-def cases(folder):
-    """Folders of the complete cases of a sweep, in order."""
-    return [case for case in sorted(pathlib.Path(folder).glob("cases/*")) if (case / "run.h5").exists()]
 
 
 @dataclasses.dataclass
@@ -167,13 +144,5 @@ def write_table(path, rows, origin):
         writer.writerows(rows)
 
 
-def number(value, digits=3):
-    """A number with `digits` significant digits, or a dash for NaN."""
-    value = float(value)
-    return "-" if value != value else f"{value:.{digits}g}" if value == 0 or abs(value) < 1e5 else f"{value:.2e}"
-
-
-def percent(value, digits=1):
-    value = float(value)
-    return "-" if value != value else f"{100 * value:.{digits}f} %"
-
+def percent(value):
+    return f"{100 * float(value):.1f} %"

@@ -43,11 +43,10 @@ def bumpy_hand(program, folder):
     smooth, bumpy = folder / "smooth.off", folder / "bumpy.off"
     made = subprocess.run([program, "hand", "--pose", "index_up", "--length-mm", "186", "--breadth-mm", "84", "--edge-mm", "2.5", "-o",
                            smooth, "--force", "--json"], check=True, capture_output=True, text=True).stdout
-    numbers = smooth.read_text().split()[1:]
-    count, faces = int(numbers[0]), int(numbers[1])
-    vertices = numpy.array(numbers[3:3 + 3 * count], dtype=float).reshape(count, 3)
-    triangles = numpy.array(numbers[3 + 3 * count:], dtype=int).reshape(faces, 4)[:, 1:]
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    head, count = smooth.read_text().split("\n")[:2], int(smooth.read_text().split()[1])
+    vertices = numpy.loadtxt(smooth, skiprows=2, max_rows=count)
+    triangles = numpy.loadtxt(smooth, int, skiprows=2 + count)[:, 1:]
+    a, b, c = vertices[triangles.T]
     normals = numpy.zeros_like(vertices)
     for k in range(3):
         numpy.add.at(normals, triangles[:, k], numpy.cross(b - a, c - a))
@@ -58,8 +57,10 @@ def bumpy_hand(program, folder):
         away = ((vertices - vertices[random.integers(count)]) ** 2).sum(axis=1)
         height += random.normal() * numpy.exp(-away / (2 * 15.0 ** 2))  # [mm]
     vertices += normals * (0.8 * height / numpy.sqrt((height ** 2).mean()))[:, None]
-    lines = [" ".join(f"{x:.6f}" for x in vertex) for vertex in vertices] + [f"3 {i} {j} {k}" for i, j, k in triangles]
-    bumpy.write_text(f"OFF\n{count} {faces} 0\n" + "\n".join(lines) + "\n")
+    with bumpy.open("w") as file:
+        file.write("\n".join([*head, ""]))
+        numpy.savetxt(file, vertices, "%.6f")
+        numpy.savetxt(file, triangles, "3 %d %d %d")
     pad = json.loads(made)["landmarks"]["index_pad"]
     return {"body.hand": "null", "body.mesh": f"{{file: {bumpy}, unit: mm, landmarks: {{index_pad: {pad}}}}}",
             "motion.change": "[{path: 'body.place.at_mm[0]', sine: {amplitude: -8, hz: 1}}]"}

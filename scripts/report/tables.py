@@ -1,13 +1,14 @@
 """Rows of the tables that are read from finished runs."""
 
 import json
+import pathlib
 import re
 
 import h5py
 import numpy
 from scipy.spatial import cKDTree
 
-from runs import SCENES, cases, provenance, results, table
+from runs import SCENES, results, table
 
 METHODS = ["surface", "paper", "unscattered"]
 FINGERS = [name for name in SCENES if name != "grasp"]
@@ -70,26 +71,20 @@ def convergence_rows(work):
     return rows
 
 
-def processor():
-    with open("/proc/cpuinfo", encoding="ascii", errors="replace") as file:
-        found = re.search(r"^model name\s*: (.*)$", file.read(), re.M)
-    return found[1] if found else "unknown processor"
-
-
 def iteration_times(folder):
     """Times of an iteration and of the preparation, from runs of few and of many steps. One row per case."""
+    found = re.search(r"^model name\s*: (.*)$", pathlib.Path("/proc/cpuinfo").read_text(errors="replace"), re.M)
     rows = []
-    for case in cases(folder):
-        known = results(case)
+    for run in sorted(folder.glob("cases/*/run.h5")):
+        known = results(run.parent)
         row = {name: known["once"][name] for name in ("faces", "channels", "target_faces")}
         for method in ("surface", "paper"):
             few, many = known[f"{method}_10"], known[f"{method}_30"]
             steps = float(many["steps"]) - float(few["steps"])
             a_step = (many["seconds_solve"] - few["seconds_solve"]) / steps if steps > 0 else numpy.nan
             row[f"{method}_ms_an_iteration"] = f"{1e3 * a_step:.3g}"
-        row["surface_once_s"] = f"{known['once']['seconds_solve']:.3g}"
-        row["paper_once_s"] = f"{known['paper_once']['seconds_solve']:.3g}"
-        rows.append(row | {"threads": provenance(case)["threads"], "processor": processor()})
+        rows.append(row | {"surface_once_s": f"{known['once']['seconds_solve']:.3g}", "paper_once_s": f"{known['paper_once']['seconds_solve']:.3g}",
+                           "threads": known["once"]["threads"], "processor": found[1] if found else "unknown processor"})
     return rows
 
 

@@ -29,11 +29,12 @@ DRAWS = 20  # of the internal noise per trial
 SIGMAS = np.concatenate([[0], np.geomspace(0.02, 10, 12)])
 FITTED = np.geomspace(0.5, 2, 15)  # times the fitted sigma: the range in which sigma is fitted to resamples
 RESAMPLES = 10000  # resamples of the hands
+ENDS = [2.5, 97.5]  # of intervals, in percent
 
 
 @dataclasses.dataclass
 class Score:
-    """Result of one observer with one method. Shares are from 0 to 1. `low` to `high` is the 95 % interval over resamples."""
+    """Shares correct of one observer with one method. `low` to `high` is the 95 % interval over resamples."""
     observer: str
     method: str
     share: float
@@ -48,8 +49,7 @@ class Score:
 class Comparison:
     """Wilcoxon's two-sided signed-rank test of the shares correct per hand. `difference` is the mean of first - second.
 
-    `low` to `high` is its 95 % interval over resamples. `p_holm` is p corrected for all tests of a `Result`. `p_sigma_low` and
-    `p_sigma_high` are p with the observer's fitted noise at the lower and upper end of its interval.
+    `p_holm` is p corrected for all tests, `p_sigma_low` and `p_sigma_high` are p at the ends of the interval of a fitted noise.
     """
     observer: str
     first: str
@@ -69,14 +69,14 @@ class Comparison:
 
 @dataclasses.dataclass
 class Result:
-    """All results of `analyse`. Sigma is in units of the wanted pressure squared, of width readers in mm."""
+    """Sigma is in units of the wanted pressure squared, of width readers in mm."""
     sigma: dict[str, float]  # of each observer; 0 for those without noise of their own
     sigma_interval: dict[str, tuple[float, float]]  # 95 % over resamples; NaN where nothing was fitted
     calibrated: dict[str, bool]  # at `sigma` it is as good with `paper` as people were
     scores: list[Score]
     comparisons: list[Comparison]
     curves: dict[str, dict[str, list[float]]]  # observer with noise: method: share correct per sigma
-    noise: list[dict]  # rows: observer, method, third, noise_low_mm, noise_high_mm, share, trials
+    noise: list[dict]  # rows of widths_noise.csv
 
     def score(self, observer: str, method: str) -> Score:
         return next(s for s in self.scores if (s.observer, s.method) == (observer, method))
@@ -158,22 +158,25 @@ def answers_of(trials: Trials, observer: str, method: str, sigmas: np.ndarray, s
     return ideal_observer(trials, method, sigmas, seed)
 
 
+def right_of(trials: Trials, observer: str, method: str, sigmas: np.ndarray, seed: int) -> np.ndarray:
+    """Shares of right answers: [sigmas, trials]."""
+    label = classes(trials)[trials.method == method]
+    return answers_of(trials, observer, method, sigmas, seed)[:, np.arange(len(label)), label]
+
+
 def calibrate(trials: Trials, observer: str, sigmas: np.ndarray, shares: np.ndarray, seed: int) -> tuple[float, bool]:
     """The sigma at which the observer is as good with `paper` as people were, and whether it exists.
 
     Otherwise sigma is 0 if the observer is worse than people even without noise, else the largest one.
     """
-    sigmas, shares, level = sigmas[1:], shares[1:], PEOPLE["paper"]
-    crossings = np.flatnonzero((shares[:-1] >= level) & (shares[1:] < level))
-    if len(crossings) == 0:
-        return (0.0 if shares[0] < level else float(sigmas[-1])), False
+    sigmas, level = sigmas[1:], PEOPLE["paper"]
+    place = refitted(shares[None, 1:], level)[0]
+    if place in (0, len(sigmas) - 1):
+        return (0.0 if place == 0 else float(sigmas[-1])), False
     # The grid is coarse for the slope there, so the interval is divided again.
-    finer = np.geomspace(sigmas[crossings[-1]], sigmas[crossings[-1] + 1], 9)
-    label = classes(trials)[trials.method == "paper"]
-    share = answers_of(trials, observer, "paper", finer, seed)[:, np.arange(len(label)), label].mean(axis=1)
-    last = np.flatnonzero((share[:-1] >= level) & (share[1:] < level))[-1]
-    part = (share[last] - level) / (share[last] - share[last + 1])
-    return float(finer[last] * (finer[last + 1] / finer[last]) ** part), True
+    finer = np.geomspace(*sigmas[int(place):int(place) + 2], 9)
+    share = right_of(trials, observer, "paper", finer, seed).mean(axis=1)
+    return float(finer[0] * (finer[1] / finer[0]) ** refitted(share[None], level)[0]), True
 
 
 def signed_ranks(first: np.ndarray, second: np.ndarray) -> tuple[float, float, str]:
@@ -219,10 +222,9 @@ def holm(p: list[float]) -> list[float]:
 
 def tally(answers: np.ndarray, label: np.ndarray, number: np.ndarray, hands: int) -> np.ndarray:
     """Answers [sigmas, trials, 3] counted by hand, width meant and width answered: [sigmas, hands, 3, 3]."""
-    counted = np.zeros((len(answers), hands, len(WIDTHS), len(WIDTHS)))
-    for trial, (k, hand) in enumerate(zip(label, number)):
-        counted[:, hand, k] += answers[:, trial]
-    return counted
+    counted = np.zeros((hands, len(WIDTHS), len(answers), len(WIDTHS)))
+    np.add.at(counted, (number, label), answers.transpose(1, 0, 2))
+    return counted.transpose(2, 0, 1, 3)
 
 
 def share_of(counted: np.ndarray) -> np.ndarray:
@@ -248,11 +250,6 @@ def between(values: np.ndarray, position: np.ndarray) -> np.ndarray:
     part = (position - low).reshape(-1, *[1] * (values.ndim - 2))
     row = np.arange(len(values))
     return values[row, low] * (1 - part) + values[row, low + 1] * part
-
-
-def interval(values: np.ndarray) -> np.ndarray:
-    """The 2.5 and 97.5 percentiles of each column."""
-    return np.percentile(values, [2.5, 97.5], axis=0)
 
 
 def by_thirds(trials: Trials, observer: str, method: str, right: np.ndarray) -> list[dict]:
@@ -281,60 +278,44 @@ def evaluate_observer(trials: Trials, observer: str, sigma: float, fitted: bool,
     weight = (picks[:, :, None] == np.arange(hands)).sum(axis=1).astype(float)
     pooled = {method: np.einsum("bh,shij->bsij", weight, counted) for method, counted in counts.items()}
     position = refitted(share_of(pooled["paper"]), PEOPLE["paper"]) if fitted else np.zeros(RESAMPLES)
-    own = {method: counted[len(sigmas) // 2] for method, counted in counts.items()}
-    drawn = {method: between(each, position) for method, each in pooled.items()}
-    scores, shares = [], {}
-    for method, counted in own.items():
-        total = counted.sum(axis=0)
-        shares[method] = share_of(drawn[method])
-        low, high = interval(shares[method])
-        scores.append(Score(observer, method, float(share_of(total)), float(low), float(high), hands,
-                            int(round(total.sum())), share_of(counted).tolist()))
-    ends = interval(np.exp(np.interp(position, np.arange(len(sigmas)), np.log(sigmas)))) if fitted else (math.nan, math.nan)
+    scores, shares = {}, {}
+    for method, counted in counts.items():
+        own = counted[len(sigmas) // 2]
+        shares[method] = share_of(between(pooled[method], position))
+        scores[method] = Score(observer, method, float(share_of(own.sum(axis=0))), *np.percentile(shares[method], ENDS).tolist(),
+                               hands, int(round(own.sum())), share_of(own).tolist())
+    ends = np.percentile(position, ENDS)  # noise grows with it
     comparisons = []
-    for first, second in ((a, b) for a, b in PAIRS if a in own and b in own):
-        found = compare(observer, *(next(s for s in scores if s.method == method) for method in (first, second)))
-        found.low, found.high = map(float, interval(shares[first] - shares[second]))
+    for first, second in ((a, b) for a, b in PAIRS if a in counts and b in counts):
+        found = compare(observer, scores[first], scores[second])
+        found.low, found.high = np.percentile(shares[first] - shares[second], ENDS).tolist()
         if fitted:
-            found.p_sigma_low, found.p_sigma_high = (
-                signed_ranks(*(share_of(at_sigma(counts[method], sigmas, end)) for method in (first, second)))[1]
-                for end in ends)
+            found.p_sigma_low, found.p_sigma_high = (signed_ranks(*(share_of(between(counts[method][None], end[None])[0])
+                                                                    for method in (first, second)))[1] for end in ends)
         comparisons.append(found)
-    return scores, comparisons, (float(ends[0]), float(ends[1]))
-
-
-def at_sigma(counted: np.ndarray, sigmas: np.ndarray, sigma: float) -> np.ndarray:
-    """Counts [sigmas, hands, 3, 3] at one noise between them: [hands, 3, 3]."""
-    return between(counted[None], np.interp(np.log([sigma]), np.log(sigmas), np.arange(len(sigmas))))[0]
+    return list(scores.values()), comparisons, tuple((sigmas[0] * (sigmas[1] / sigmas[0]) ** ends).tolist()) if fitted else (math.nan, math.nan)
 
 
 def analyse(trials: Trials, seed: int = 1) -> Result:
     """All observers with every method. `seed` is for the internal noise and the resamples of the hands."""
-    hands, methods = np.unique(trials.hand), [m for m in METHODS if (trials.method == m).any()]
-    if len(hands) < 2:
+    methods = [m for m in METHODS if (trials.method == m).any()]
+    if len(np.unique(trials.hand)) < 2:
         raise ValueError("leaving one hand out requires two or more hands")
-    label = classes(trials)
-    views = {observer: evened(trials) if observer == EVEN else trials for observer in OBSERVERS}
-    noisy = [observer for observer in OBSERVERS if observer not in NOISELESS]
-    curves: dict[str, dict[str, list[float]]] = {observer: {} for observer in noisy}
-    sigma, calibrated = dict.fromkeys(NOISELESS, 0.0), dict.fromkeys(NOISELESS, False)
-    for observer in noisy:
-        for method in methods:
-            right = label[trials.method == method]
-            answers = answers_of(views[observer], observer, method, SIGMAS, seed)
-            curves[observer][method] = answers[:, np.arange(len(right)), right].mean(axis=1).tolist()
-        sigma[observer], calibrated[observer] = calibrate(views[observer], observer, SIGMAS, np.array(curves[observer]["paper"]), seed)
-    scores, comparisons, noise, intervals = [], [], [], {}
+    result = Result({}, {}, {}, [], [], {}, [])
     for observer in OBSERVERS:
-        found, compared, intervals[observer] = evaluate_observer(views[observer], observer, sigma[observer], calibrated[observer], seed)
-        scores += found
-        comparisons += compared
+        view, sigma, fitted = evened(trials) if observer == EVEN else trials, 0.0, False
+        if observer not in NOISELESS:
+            curves = result.curves[observer] = {method: right_of(view, observer, method, SIGMAS, seed).mean(axis=1).tolist() for method in methods}
+            sigma, fitted = calibrate(view, observer, SIGMAS, np.array(curves["paper"]), seed)
+        result.sigma[observer], result.calibrated[observer] = sigma, fitted
+        scores, comparisons, result.sigma_interval[observer] = evaluate_observer(view, observer, sigma, fitted, seed)
+        result.scores += scores
+        result.comparisons += comparisons
         for method in methods:
-            answers = answers_of(views[observer], observer, method, np.array([sigma[observer]]), seed)[0]
-            noise += by_thirds(trials, observer, method, answers[np.arange(len(answers)), label[trials.method == method]])
-    for comparison, corrected in zip(comparisons, holm([c.p for c in comparisons])):
+            result.noise += by_thirds(trials, observer, method, right_of(view, observer, method, np.array([sigma]), seed)[0])
+    for comparison, corrected in zip(result.comparisons, holm([c.p for c in result.comparisons])):
         comparison.p_holm = corrected
-    return Result(sigma, intervals, calibrated, scores, comparisons, curves, noise)
+    return result
 
 
 def tables(result: Result) -> dict[str, list[dict]]:
