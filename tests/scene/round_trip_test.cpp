@@ -1,6 +1,7 @@
 // A resolved scene reads back the same, with all digits of its numbers; schema_test.cpp reads every example back.
 
 #include <random>
+#include <regex>
 
 #include "tests/support/scene_support.h"
 #include "tests/support/testing.h"
@@ -29,7 +30,7 @@ const std::vector<Variant> kVariants = {
      {"array={grid: {count: [3, 5], pitch_mm: 10.18}, at_mm: [0.1, 0.2, 0.3], rotate_deg: [12.3, 45.6, -78.9],"
       " directivity: piston, piston_radius_mm: 4.7, level: 0.3, source_pa_m: 3.3}"}},
     {"autd3_units", {"array={autd3: {units: [{at_mm: [0, 0, 0.1]}, {at_mm: [1, 2, 3], rotate_deg: [1, 2, 3]}]}}"}},
-    {"axes", {"array={positions: {points_mm: [[0, 0, 0], [1, 2, 3]], axes: [[1, 2, 3], [-1e-5, 7, 0.3]]}}"}},
+    {"axes", {"array={positions: {points_mm: [[0, 0, 0], [1, 2, 3]], axes: [[1, 2, 3], [-1e-5, 7, 3]]}}"}},
     {"joints",
      {"body={hand: {pose: fist, joints: {thumb: {cmc_flexion_deg: -3.3, ip_deg: 7.7}, little: {abduction_deg: 11.1, "
       "mcp_deg: 22.2, pip_deg: 33.3, dip_deg: -4.4}}}, edge_mm: 3.3}"}},
@@ -80,7 +81,16 @@ const std::vector<Variant> kVariants = {
 
 class RoundTrip : public ::testing::TestWithParam<Variant> {};
 
-TEST_P(RoundTrip, ReadsBackTheSame) { expect_round_trip(scene_from(kSmallScene, GetParam().overrides)); }
+TEST_P(RoundTrip, HoldsEveryNumberAndReadsBackTheSame) {
+  const Scene scene = scene_from(kSmallScene, GetParam().overrides);
+  expect_round_trip(scene);
+  const std::regex number("\\d+\\.\\d+");
+  for (const std::string& change : GetParam().overrides) {
+    for (std::sregex_iterator found(change.begin(), change.end(), number), end; found != end; ++found) {
+      EXPECT_THAT(resolved_yaml(scene), HasSubstr(found->str()));
+    }
+  }
+}
 
 INSTANTIATE_TEST_SUITE_P(ResolvedScene, RoundTrip, ::testing::ValuesIn(kVariants),
                          [](const auto& info) { return info.param.name; });
