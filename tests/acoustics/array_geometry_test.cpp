@@ -1,7 +1,6 @@
 #include "sim/acoustics/array_geometry.h"
 
 #include <limits>
-#include <random>
 #include <utility>
 
 #include "sim/core/rigid_motion.h"
@@ -37,35 +36,6 @@ TEST(ArrayGeometry, IsDescribed) {
     EXPECT_THAT(describe_array(built(layout)), HasSubstr(phrase));
   }
   EXPECT_EQ(describe_array(plane_wave({0, 0, -1}, 1)), "a plane wave along (0.00, 0.00, -1.00)");
-}
-
-TEST(ArrayGeometry, TheNearestTwoAreFoundAmongMany) {
-  std::mt19937 random(5);
-  std::uniform_real_distribution<double> somewhere(0, 0.5);
-  for (const int count : {2, 3, 17, 300}) {
-    ArrayLayout layout{Points(3, count), Vector3::UnitZ().replicate(1, count), Eigen::VectorXi::Zero(count),
-                       Eigen::VectorXi::Zero(count)};
-    for (Eigen::Index i = 0; i < layout.positions.size(); ++i) {
-      layout.positions.data()[i] = somewhere(random);
-    }
-    double least = std::numeric_limits<double>::infinity();
-    double largest = 0;
-    for (int a = 0; a < count; ++a) {
-      double nearest = std::numeric_limits<double>::infinity();
-      for (int b = 0; b < count; ++b) {
-        if (b != a) {
-          nearest = std::min(nearest, (layout.positions.col(a) - layout.positions.col(b)).norm());
-        }
-      }
-      least = std::min(least, nearest);
-      largest = std::max(largest, nearest);
-    }
-    const ArrayGeometry geometry = array_geometry(built(layout));
-    EXPECT_DOUBLE_EQ(geometry.least_pitch, least);
-    EXPECT_DOUBLE_EQ(geometry.largest_pitch, largest);
-    EXPECT_DOUBLE_EQ((layout.positions.col(geometry.nearest[0]) - layout.positions.col(geometry.nearest[1])).norm(),
-                     least);
-  }
 }
 
 TEST(ArrayGeometry, ArraysThatNobodyBuiltAreRefused) {

@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include "sim/acoustics/transducer_array.h"
-#include "sim/core/units.h"
 
 namespace touchfield::incident_field_test {
 
@@ -111,15 +110,6 @@ TEST(ChannelResponse, DerivativesAndPlaneWavesHaveItToo) {
     EXPECT_LT((incident_derivative_matrix(array, wave, x, along) - factor * slope).norm(), 1e-14 * slope.norm());
     EXPECT_LT((incident_derivative(array, wave, x, along, drive) - factor * driven).norm(), 1e-14 * driven.norm());
   }
-}
-
-TEST(ChannelResponse, OneAfterTheOtherMultipliesGainsAndAddsPhases) {
-  const ChannelResponse both = product(known_response(3), known_response(3));
-  EXPECT_NEAR(both.gain(2), kGain * kGain, 1e-15);
-  EXPECT_NEAR(both.phase(1), 2 * kPhase, 1e-15);
-  EXPECT_EQ(product({}, known_response(3)).gain, known_response(3).gain);
-  EXPECT_EQ(product(known_response(3), {}).phase, known_response(3).phase);
-  EXPECT_TRUE(product({}, {}).as_designed());
 }
 
 TEST(RandomResponse, HasTheMeansAndDeviationsAskedFor) {

@@ -30,17 +30,6 @@ TEST(ShockDistanceShare, OfOneTransducerGrowsWithTheLogarithmOfTheDistance) {
   EXPECT_NEAR((coarse - exact) / (fine - exact), 4.0, 0.2);  // of second order
 }
 
-TEST(ShockDistanceShare, OfAPlaneWaveIsLinear) {
-  const TransducerArray wave = plane_wave(Vector3::UnitZ(), 2000.0);
-  const Eigen::VectorXcd full = Eigen::VectorXcd::Ones(1);
-  const Vector3 from(0.01, 0.02, 0.03);
-  for (const double length : {0.1, 0.2}) {
-    const double exact = factor() * 2000.0 * length;
-    EXPECT_NEAR(shock_distance_share(wave, kWave, full, from, from + Vector3(0, length, 0), 7), exact, 1e-12 * exact);
-  }
-  EXPECT_EQ(shock_distance_share(wave, kWave, full, from, from), 0.0);
-}
-
 TEST(ShockDistanceShare, OfAnAbsorbedPlaneWaveEnds) {
   Medium medium = air(kRoomTemperature);
   medium.absorption = 20.0;

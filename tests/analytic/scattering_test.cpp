@@ -2,7 +2,6 @@
 #include <cmath>
 #include <numbers>
 
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include "sim/acoustics/incident_field.h"
@@ -23,9 +22,7 @@ struct Reach {
   double leak;         // largest field inside over the incident one, 2,000 faces
   double skin;         // field at the skin against the surface pressure, 1,280 faces
   double reciprocity;  // 1,280 faces
-  double energy;       // net power over the power through a shell, 1,280 faces
   double motion;       // of the pressure when the scene moves as a whole
-  double order;        // of the pressure when faces and vertices are numbered otherwise
 };
 
 class Scattering : public ::testing::TestWithParam<Reach> {
@@ -47,10 +44,9 @@ class Scattering : public ::testing::TestWithParam<Reach> {
 // chief's points are others when the body turns, so that its pressure moves by its discretisation error; the polishing
 // steps are products in single precision.
 INSTANTIATE_TEST_SUITE_P(Sphere, Scattering,
-                         ::testing::Values(Reach{Scheme::kPaper, 0.028, 0.031, 0.001, 0.0005, 1e-10, 1e-12},
-                                           Reach{Scheme::kChief, 0.003, 0.006, 0.0025, 0.0006, 0.006, 1e-12},
-                                           Reach{Scheme::kBurtonMillerPolished, 0.005, 0.0065, 0.0006, 0.0005, 1e-6,
-                                                 1e-6}),
+                         ::testing::Values(Reach{Scheme::kPaper, 0.028, 0.031, 0.001, 1e-10},
+                                           Reach{Scheme::kChief, 0.003, 0.006, 0.0025, 0.006},
+                                           Reach{Scheme::kBurtonMillerPolished, 0.005, 0.0065, 0.0006, 1e-6}),
                          [](const auto& info) { return to_string(info.param.scheme); });
 
 TEST_P(Scattering, TotalFieldVanishesInsideAndNotOutside) {
@@ -119,36 +115,6 @@ TEST_P(Scattering, MovesWithTheSceneAsAWhole) {
   const Eigen::VectorXcd there = solve(transformed(mesh, turn, shift), omni_at((turn * sources).colwise() + shift), q);
   // Coordinates of 0.4 m keep 1e-16 of a metre; k times that, and a condition number of some tens.
   EXPECT_LT((here - there).norm(), GetParam().motion * here.norm());
-}
-
-TEST_P(Scattering, PermutedFacesAndVerticesGiveThePermutedPressure) {
-  const TriangleMesh mesh = icosphere(kRadius, 4);
-  const TransducerArray array = omni_at(Vector3(0.01, 0.02, 0.15));
-  const Eigen::Index v = mesh.vertex_count();
-  const Points vertices = mesh.vertices().rowwise().reverse();
-  const Triangles triangles = (static_cast<int>(v) - 1 - mesh.triangles().array()).matrix().rowwise().reverse();
-  const Eigen::VectorXcd p = solve(mesh, array);
-  const Eigen::VectorXcd permuted = solve(TriangleMesh(vertices, triangles), array);
-  EXPECT_LT((permuted.reverse() - p).norm(), GetParam().order * p.norm());
-}
-
-TEST_P(Scattering, NetPowerThroughASurfaceAroundTheBodyIsSmall) {
-  // Without absorption a rigid body takes no energy: sum of Re(p conj(v)).n over a sphere around it and no source.
-  const TriangleMesh mesh = icosphere(kRadius, 8);
-  const Wave w = wave();
-  const TransducerArray array = omni_at(Vector3(0, 0, 0.1));
-  const Eigen::VectorXcd p = solve(mesh, array);
-  const TriangleMesh shell = icosphere(15e-3, 10);
-  constexpr double kStep = 1e-5;
-  const auto at = [&](double offset) -> Eigen::VectorXcd {
-    return field(mesh, array, shell.centroids() + offset * shell.normals(), p);
-  };
-  const Eigen::VectorXcd slope = (at(kStep) - at(-kStep)) / (2 * kStep);
-  const Eigen::VectorXcd velocity = slope / Complex(0, w.omega() * w.medium().density);
-  const Eigen::VectorXd intensity = 0.5 * (at(0.0).array() * velocity.conjugate().array()).real();
-  const double net = shell.areas().dot(intensity);
-  const double through = shell.areas().dot(intensity.cwiseAbs());
-  EXPECT_LT(std::abs(net), GetParam().energy * through);
 }
 
 }  // namespace touchfield::scattering_test

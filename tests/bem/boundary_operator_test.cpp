@@ -1,9 +1,7 @@
 #include "sim/bem/boundary_operator.h"
 
-#include <cmath>
 #include <memory>
 #include <numbers>
-#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -11,7 +9,6 @@
 #include "sim/acoustics/medium.h"
 #include "sim/bem/quadrature.h"
 #include "sim/hand/shapes.h"
-#include "tests/support/threads_support.h"
 
 namespace touchfield::boundary_operator_test {
 
@@ -30,21 +27,6 @@ BoundaryParts combined_parts(const TriangleMesh& mesh, const Complex& wavenumber
   }
   return {Layer::kBurtonMiller, gamma, diagonal,
           std::make_shared<NearCorrections>(mesh, wavenumber, gamma, Layer::kBurtonMiller, FaceRule{})};
-}
-
-TEST(BoundaryOperator, AbsorptionDampsEveryEntry) {
-  // B_ij = -A_j (1 - i kappa r) exp(i kappa r) n_j.(x_i - x_j) / (4 pi r^3) with kappa = k + i alpha.
-  const TriangleMesh mesh = icosphere(8e-3, 2);
-  const Complex wavenumber(wave().k(), 20.0);
-  const Eigen::MatrixXcd b = BoundaryOperator<double>(mesh, wavenumber, paper_parts(mesh)).dense();
-  for (const auto& [i, j] : {std::pair{0, 5}, std::pair{79, 3}}) {
-    const Vector3 offset = mesh.centroids().col(i) - mesh.centroids().col(j);
-    const double r = offset.norm();
-    const Complex ikr = Complex(0, r) * wavenumber;
-    const Complex expected = -mesh.areas()(j) * (1.0 - ikr) * std::exp(ikr) * offset.dot(mesh.normals().col(j)) /
-                             (4.0 * std::numbers::pi * r * r * r);
-    EXPECT_LT(std::abs(b(i, j) - expected), 1e-13 * std::abs(expected));
-  }
 }
 
 template <typename Real>
@@ -80,28 +62,6 @@ TYPED_TEST(BoundaryOperators, StoredAndMatrixFreeAgree) {
       EXPECT_EQ(larger.rightCols(2).cwiseAbs().maxCoeff(), TypeParam(7));
     }
   }
-}
-
-TYPED_TEST(BoundaryOperators, SinglePrecisionIsNearDouble) {
-  const TriangleMesh mesh = icosphere(8e-3, 4);
-  const BoundaryParts parts = combined_parts(mesh, wave().wavenumber());
-  const Eigen::MatrixXcd exact = BoundaryOperator<double>(mesh, wave().wavenumber(), parts).dense();
-  const BoundaryOperator<TypeParam> op(mesh, wave().wavenumber(), parts);
-  EXPECT_LT((op.dense().template cast<Complex>() - exact).norm(), TestFixture::kTolerance * exact.norm());
-}
-
-TYPED_TEST(BoundaryOperators, DoesNotDependOnTheThreadCount) {
-  const TriangleMesh mesh = icosphere(8e-3, 5);
-  const BoundaryOperator<TypeParam> op(mesh, wave().wavenumber(), combined_parts(mesh, wave().wavenumber()));
-  std::srand(2);
-  const Eigen::MatrixXcd x = Eigen::MatrixXcd::Random(op.size(), 2);
-  const auto apply = [&] { return op.apply(x); };
-  const auto apply_transpose = [&] { return op.apply_transpose(x); };
-  const Eigen::MatrixXcd one = with_threads(1, apply);
-  // Threads share the pairs of blocks; their parts are added in double.
-  const double rounding = std::is_same_v<TypeParam, double> ? 1e-14 : 1e-6;
-  EXPECT_LT((with_threads(3, apply) - one).norm(), rounding * one.norm());
-  EXPECT_LT((with_threads(3, apply_transpose) - with_threads(1, apply_transpose)).norm(), rounding * one.norm());
 }
 
 TEST(BoundaryOperator, CorrectedDiagonalKeepsAConstantPressureAtRest) {

@@ -68,22 +68,6 @@ TYPED_TEST(LayerSums, ProductsAreThoseOfThePlainFormulas) {
   }
 }
 
-TYPED_TEST(LayerSums, ColumnsAreThoseOfTheMatrix) {
-  const TriangleMesh mesh = icosphere(8e-3, 5);
-  const Complex wavenumber(kWavenumber, 0.152);
-  const LayerSum<TypeParam> sum(mesh, wavenumber, kGamma);
-  Eigen::Matrix<std::complex<TypeParam>, Eigen::Dynamic, 1> column;
-  for (const Layer layer : kTransposable) {
-    const Eigen::MatrixXcd matrix = reference_matrix(layer, mesh, wavenumber);
-    for (const Eigen::Index j : {0, 255, 256, 499}) {
-      sum.column(layer, j, column);
-      EXPECT_EQ(column(j), std::complex<TypeParam>(0));
-      EXPECT_LT((column.template cast<Complex>() - matrix.col(j)).norm(),
-                TestFixture::kTolerance * matrix.col(j).norm());
-    }
-  }
-}
-
 const Complex kDamped(kWavenumber, 0.152);
 
 TriangleMesh mesh() { return icosphere(8e-3, 4); }

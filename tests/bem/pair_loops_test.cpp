@@ -147,30 +147,6 @@ TYPED_TEST(PairLoops, CoincidingPointsAddNothing) {
   }
 }
 
-TEST(PairLoops, HypersingularKernelIsTheSlopeOfTheDoubleLayer) {
-  // W = (Burton-Miller - double) / (i gamma) against (D(x + h m) - D(x - h m)) / 2h, whose error is
-  // h^2 D'''/6 ~ h^2 / r^5 and 1e-16 / (h r^2).
-  const Cloud<double> cloud(50, 2.0, 4);
-  const Vector3 m(0.48, -0.6, 0.64);
-  const Vector3 x(3.0, 0.5, 1.0);  // no source is nearer than 1
-  constexpr double kStep = 1e-5;
-  constexpr double kGamma = 0.7;
-  const auto values = [&](Layer layer, const Vector3& at, double damping) {
-    Eigen::VectorXd re(50);
-    Eigen::VectorXd im(50);
-    pair_loops_of<double>().values(layer, {damping, kGamma}, {at.x(), at.y(), at.z(), m.x(), m.y(), m.z()},
-                                   cloud.sources(), 50, re.data(), im.data());
-    return Eigen::VectorXcd(re + Complex(0, 1) * im);
-  };
-  for (const double damping : {0.0, 0.1}) {
-    const Eigen::VectorXcd w =
-        (values(Layer::kBurtonMiller, x, damping) - values(Layer::kDouble, x, damping)) / Complex(0, kGamma);
-    const Eigen::VectorXcd slope =
-        (values(Layer::kDouble, x + kStep * m, damping) - values(Layer::kDouble, x - kStep * m, damping)) / (2 * kStep);
-    EXPECT_LT((w - slope).norm(), 1e-8 * w.norm()) << "damping " << damping;
-  }
-}
-
 // Of a plate of equal squares many distances are the reach itself, 3^2 + 3^2 = 18; rounding must not let the levels
 // differ.
 TEST(NearSources, AreTheSameInEveryLevel) {

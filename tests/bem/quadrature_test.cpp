@@ -12,7 +12,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "sim/hand/shapes.h"
 #include "tests/support/reference_kernels.h"
 #include "tests/support/table_row.h"
 
@@ -301,66 +300,6 @@ TEST(SelfIntegrals, AgainstTheSlopeOfTheSolidAngleAndTanhSinh) {
   }
   print_errors("itself, angles of 5 degrees and more", worst.at(1e-9));
   print_errors("itself, 1 degree", worst.at(1e-5));
-}
-
-TEST(Quadrature, SeveralFacesAreSummedOneByOne) {
-  // The same faces alone and together; begin() forgets the former ones.
-  const TriangleMesh mesh = icosphere(4e-3, 2);
-  const Vector3 x(1e-3, 0, 4.5e-3);
-  FaceQuadrature together(kWavenumber, kGamma, {});
-  together.begin(Vector3::Zero(), Vector3::UnitX());
-  together.add(face_of(mesh, 7));
-  together.begin(x, Vector3::UnitZ());
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    together.add(face_of(mesh, f));
-  }
-  const std::vector<Complex> values = together.integrals(Layer::kBurtonMiller);
-  ASSERT_EQ(values.size(), 80U);
-  FaceQuadrature alone(kWavenumber, kGamma, {});
-  for (const Eigen::Index f : {0, 33, 79}) {
-    alone.begin(x, Vector3::UnitZ());
-    alone.add(face_of(mesh, f));
-    const Complex value = alone.integrals(Layer::kBurtonMiller)[0];
-    EXPECT_LT(std::abs(value - values[static_cast<std::size_t>(f)]), 1e-13 * std::abs(value)) << f;
-  }
-}
-
-TEST(Quadrature, AFinerRuleIsNearer) {
-  // 7 points of degree 5: halving the pieces wins 2^6 or so for W's kernel once they are small against the distance.
-  const Face face = scalene();
-  const Vector3 x = (face.a + face.b + face.c) / 3.0 + 0.6e-3 * face.normal;
-  const auto value = [&](double ratio) {
-    FaceQuadrature quadrature(kWavenumber, kGamma, {.split_ratio = ratio, .seven_below = 20.0, .three_below = 20.0});
-    quadrature.begin(x, face.normal);
-    quadrature.add(face);
-    return quadrature.integrals(Layer::kBurtonMiller)[0];
-  };
-  const Complex best = value(12.0);
-  EXPECT_LT(std::abs(value(2.8) - best), 0.1 * std::abs(value(1.4) - best));
-  EXPECT_LT(std::abs(value(5.6) - best), 1e-6 * std::abs(best));
-}
-
-Complex double_layer(const Face& face, const Vector3& x, const Complex& wavenumber) {
-  FaceQuadrature quadrature(wavenumber, 0.0, {});
-  quadrature.begin(x, Vector3::Zero());
-  quadrature.add(face);
-  return quadrature.integrals(Layer::kDouble)[0];
-}
-
-TEST(FaceQuadrature, DoubleLayerNearAFaceAgainstTanhSinh) {
-  const Face face = scalene();
-  const double edge = (face.b - face.a).norm();
-  const Vector3 above = (0.5 * face.a + 0.2 * face.b + 0.3 * face.c);
-  for (const double k : {732.28, 1281.5}) {  // 40 and 70 kHz: the face is a third and 0.6 of a wavelength
-    for (const double height : {0.25, 0.05, 0.01, -0.05}) {
-      const Vector3 x = above + height * edge * face.normal;
-      const Complex expected = reference_integral(face, x, [&](const Vector3& y) {
-        return double_layer_kernel(x - y, face.normal, {k, 0.152});
-      });
-      const Complex value = double_layer(face, x, {k, 0.152});
-      EXPECT_LT(std::abs(value - expected), 1e-6) << "height " << height << " edges, k " << k;
-    }
-  }
 }
 
 }  // namespace touchfield::quadrature_test

@@ -93,20 +93,6 @@ TEST_P(EverySolver, AgreesWithLuInDouble) {
   EXPECT_EQ(solved.report.refinements > 0, options_.precision == Precision::kSingle);
 }
 
-TEST_P(EverySolver, WithoutRefinementTheReportIsStillTrue) {
-  options_.refine = false;
-  options_.tolerance = 1e-10;
-  options_.max_steps = 1500;
-  options_.restart = 400;
-  const Eigen::MatrixXcd b = right_hand_sides(system_);
-  const Solved solved = make_solver(system_, options_)->solve(b);
-  EXPECT_EQ(solved.report.refinements, 0);
-  const double residual = worst_residual(system_.dense() * solved.x, b);
-  EXPECT_NEAR(residual, solved.report.residual, 1e-3 * residual + 1e-14);
-  EXPECT_EQ(solved.report.converged, solved.report.residual <= 1e-10);
-  EXPECT_EQ(solved.report.converged, options_.precision == Precision::kDouble);
-}
-
 TEST(ScatteringSolver, TooFewStepsAreReported) {
   for (const SolverKind kind : {SolverKind::kGmres, SolverKind::kMatrixFree}) {
     for (const Precision precision : {Precision::kSingle, Precision::kDouble}) {

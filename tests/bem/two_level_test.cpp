@@ -1,9 +1,8 @@
-// The two-level preconditioner: its parts by what they are to do, and solutions with it against LU.
+// The two-level preconditioner and products by a grid: solutions with them against LU and direct products.
 #include "sim/bem/two_level.h"
 
 #include <cmath>
 #include <numbers>
-#include <string>
 #include <vector>
 
 #include "sim/bem/scattering_solver.h"
@@ -34,20 +33,6 @@ SystemOptions by_grid(double tolerance) {
 Eigen::MatrixXcd random_columns(Eigen::Index rows, Eigen::Index columns) {
   std::srand(1);
   return Eigen::MatrixXcd::Random(rows, columns);
-}
-
-TEST(CoarseSpace, PointsCoverTheSkinAndKeepTheSidesOfAFoldApart) {
-  const TriangleMesh mesh = folded_hand(3e-3);
-  const double wavelength = wave().wavelength();
-  const CoarseSpace space(mesh, wave().k());
-  double farthest = 0;
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    Eigen::VectorXd place(6);
-    place << mesh.centroids().col(f), 0.35 * wavelength * mesh.normals().col(f);
-    farthest = std::max(farthest, (space.places().colwise() - place).colwise().norm().minCoeff());
-  }
-  EXPECT_LT(farthest, 0.33 * wavelength);
-  EXPECT_GT(farthest, 0.25 * wavelength);
 }
 
 TEST(CoarseSpace, ProjectionUndoesInterpolationAndKeepsWaves) {
@@ -160,6 +145,48 @@ TEST(TwoLevel, WhatDoesNotServeIsSetAsideAndTheReportSaysWhy) {
     EXPECT_THAT(solved.report.set_aside, ::testing::HasSubstr("after 40 steps"));
     EXPECT_LT(solved.report.residual, 1e-13);
   }
+}
+
+Eigen::VectorXcd solve(const TriangleMesh& mesh, const Wave& wave, Scheme scheme, double grid_tolerance,
+                       const SolverOptions& options) {
+  const ScatteringSystem system(mesh, wave, scheme, by_grid(grid_tolerance));
+  const IncidentField field = system.incident(plane_wave(Vector3::UnitZ(), 1.0));
+  const Solved solved = make_solver(system, options)->solve(system.right_hand_side(field));
+  EXPECT_TRUE(solved.report.converged);
+  EXPECT_LE(solved.report.residual, options.tolerance);
+  return system.pressure(solved.x, field);
+}
+
+double difference(const TriangleMesh& mesh, const Wave& wave, Scheme scheme, double tolerance) {
+  const Eigen::VectorXcd exact = solve(mesh, wave, scheme, 0.0, {.tolerance = 1e-6, .max_steps = 1000});
+  const Eigen::VectorXcd found =
+      solve(mesh, wave, scheme, 0.1 * tolerance, {.kind = SolverKind::kFft, .tolerance = tolerance, .max_steps = 1000});
+  return (found - exact).norm() / exact.norm();
+}
+
+// Sound that is caught between folded fingers amplifies what a product gets wrong.
+TEST(GridSolver, FoldedHandsAreSolvedAsByDirectProducts) {
+  const TriangleMesh mesh = hand({.pose = "fist", .edge = 5e-3}).mesh;
+  EXPECT_LT(difference(mesh, wave(), Scheme::kBurtonMillerPolished, 1e-4), 3e-4);
+}
+
+TEST(GridSolver, EverySchemeThatIteratesAndAbsorption) {
+  const TriangleMesh mesh = icosphere(12e-3, 8);
+  for (const Scheme scheme :
+       {Scheme::kPaper, Scheme::kPaperCorrected, Scheme::kBurtonMiller, Scheme::kBurtonMillerPolished}) {
+    EXPECT_LT(difference(mesh, wave(2.0), scheme, 1e-5), 3e-5) << to_string(scheme);
+  }
+}
+
+// A tolerance finer than any grid's: corrections by direct products in double.
+TEST(GridSolver, IsRefinedBeyondWhatItsProductsReach) {
+  const TriangleMesh mesh = icosphere(12e-3, 6);
+  const Eigen::VectorXcd exact = solve(mesh, wave(), Scheme::kBurtonMiller, 0.0,
+                                       {.kind = SolverKind::kLu, .precision = Precision::kDouble, .tolerance = 1e-12});
+  const Eigen::VectorXcd found = solve(mesh, wave(), Scheme::kBurtonMiller, 1e-5,
+                                       {.kind = SolverKind::kFft, .tolerance = 1e-9, .max_steps = 1000});
+  // The near integrals of systems with a grid are kept in single precision.
+  EXPECT_LT((found - exact).norm(), 1e-6 * exact.norm());
 }
 
 }  // namespace touchfield::two_level_test

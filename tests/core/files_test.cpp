@@ -126,13 +126,6 @@ TEST_F(AtomicFile, HasTheModeThatTheUserWants) {
   EXPECT_EQ(about.st_mode & 07777U, 0640U);
 }
 
-TEST_F(AtomicFile, AFailureLeavesNothing) {
-  fs::create_directory(folder_ / "a.txt");
-  const std::string path = (folder_ / "a.txt").string();
-  EXPECT_THAT(message_of<IoError>([&] { write_atomically(path, {"text"}); }), HasSubstr(path));
-  EXPECT_EQ(temporary_.entries(), 1U);
-}
-
 TEST(Leftover, IsKnownByItsName) {
   EXPECT_EQ(target_of_temporary(".a.txt.tmp-0123456789abcdef"), "a.txt");
   for (const char* other :

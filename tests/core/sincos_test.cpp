@@ -21,14 +21,4 @@ TEST(SinCos, AgreesWithLongDoubleOverItsRange) {
   }
 }
 
-TEST(SinCos, QuadrantsAndTheirBorders) {
-  for (int n = -9; n <= 9; ++n) {
-    for (const double offset : {-1e-9, 0.0, 1e-9, 0.785, -0.785}) {
-      const double x = n * 1.5707963267948966 + offset;
-      EXPECT_NEAR(sincos(x).sin, std::sin(x), 4e-16) << "x " << x;
-      EXPECT_NEAR(sincos(x).cos, std::cos(x), 4e-16) << "x " << x;
-    }
-  }
-}
-
 }  // namespace touchfield::sincos_test

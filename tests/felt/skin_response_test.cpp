@@ -1,9 +1,8 @@
-// Layered skin under a pressure of one wavenumber: known limits, the equations of motion, and where the power goes.
+// Layered skin under a pressure of one wavenumber: known limits and the equations of motion.
 #include "sim/felt/skin_response.h"
 
 #include <cmath>
 #include <numbers>
-#include <tuple>
 
 #include "sim/core/errors.h"
 #include "sim/core/types.h"
@@ -17,25 +16,8 @@ constexpr double kOmega = 2.0 * kPi * 200.0;
 
 LayeredSkin half_space(double tan_delta) { return {.layers = {{.shear = 20e3}}, .tan_delta = tan_delta}; }
 
-/// Without loss, shear waves at 4.4 m/s and pressure waves at sqrt(3) times that: Poisson's ratio is 1/4.
-LayeredSkin poisson_solid() {
-  LayeredSkin skin = half_space(0.0);
-  skin.speed = std::sqrt(3.0 * 20e3 / skin.density);
-  return skin;
-}
-
-double shear_wavenumber(const LayeredSkin& skin) {
-  return kOmega * std::sqrt(skin.density / skin.layers.front().shear);
-}
-
 Eigen::ArrayXd list(std::initializer_list<double> values) {
   return Eigen::Map<const Eigen::ArrayXd>(values.begin(), static_cast<Eigen::Index>(values.size()));
-}
-
-/// Midpoints of equal steps, and the step.
-std::pair<Eigen::ArrayXd, double> midpoints(double from, double to, Eigen::Index count) {
-  const double step = (to - from) / static_cast<double>(count);
-  return {Eigen::ArrayXd::LinSpaced(count, from + 0.5 * step, to - 0.5 * step), step};
 }
 
 /// Largest difference of two answers, relative to the largest of each component over depths.
@@ -66,12 +48,6 @@ struct Stress {
   Complex mu;
   Eigen::ArrayXcd xx, zz, xz;
 };
-
-/// Mean power through a unit area of the plane at this depth [W/m2 at 1 Pa].
-Eigen::ArrayXd power_inwards(const LayeredSkin& skin, const SkinWaves& at) {
-  const Stress t(skin, at);
-  return 0.5 * kOmega * (t.xz * at.along.conjugate() + t.zz * at.inwards.conjugate()).imag();
-}
 
 TEST(SkinWaves, OfSlowPressureAreThoseOfBoussinesq) {
   const Eigen::ArrayXd k = list({50.0, 500.0, 5000.0});
@@ -121,25 +97,15 @@ TEST(SkinWaves, OfAUniformPressureAreSoundAlone) {
   }
 }
 
-TEST(SkinWaves, AreTheSameWhereverALayerIsCutInTwo) {
-  const Eigen::ArrayXd k = list({0.0, 0.1, 50.0, 500.0, 2000.0, 5000.0});
+TEST(SkinWaves, DoNotFeelBoneFarBelow) {
+  const Eigen::ArrayXd k = list({500.0, 2000.0, 5000.0});
   const std::vector<double> depths = {0.0, 0.0005, 0.003};
   const auto with = [](std::vector<SkinLayer> layers, bool on_bone) {
     return LayeredSkin{.layers = std::move(layers), .on_bone = on_bone};
   };
-  for (const auto& [whole, cut] : {
-           std::pair{with({{0, 2e4}}, false), with({{0.001, 2e4}, {0, 2e4}}, false)},
-           {with({{0.012, 2e4}}, true), with({{0.001, 2e4}, {0.011, 2e4}}, true)},
-           {with({{0.002, 6e4}, {0.01, 1e4}}, true), with({{0.001, 6e4}, {0.001, 6e4}, {0.01, 1e4}}, true)},
-       }) {
-    const double error = difference(skin_waves(cut, kOmega, k, depths), skin_waves(whole, kOmega, k, depths));
-    std::printf("cut into %zu: %.1e\n", cut.layers.size(), error);
-    EXPECT_LT(error, 1e-11);
-  }
-  // Bone at 1 m, where e^(k h) overflows, is not felt.
-  const Eigen::ArrayXd large = k.tail(3);
-  EXPECT_LT(difference(skin_waves(with({{1.0, 2e4}}, true), kOmega, large, depths),
-                       skin_waves(with({{0, 2e4}}, false), kOmega, large, depths)),
+  // At 1 m, where e^(k h) overflows.
+  EXPECT_LT(difference(skin_waves(with({{1.0, 2e4}}, true), kOmega, k, depths),
+                       skin_waves(with({{0, 2e4}}, false), kOmega, k, depths)),
             1e-11);
 }
 
@@ -185,103 +151,6 @@ TEST(SkinWaves, ObeyTheEquationsOfMotionAndMeetWhereLayersMeet) {
       EXPECT_LT(((at[3].inwards.abs() + at[3].along.abs()) / at[0].inwards.abs()).maxCoeff(), 1e-9);
     }
   }
-}
-
-TEST(SkinWaves, OnBoneTurnIntoHeatWhatThePressurePutsIn) {
-  const LayeredSkin skin = {.layers = {{0.001, 60e3}, {0.003, 10e3}}, .on_bone = true};
-  const Eigen::ArrayXd k = list({1.0, 20.0, 300.0, 1000.0, 3000.0});
-  const auto [depths, step] = midpoints(0.0, 0.004, 4000);
-  Eigen::ArrayXd heat = Eigen::ArrayXd::Zero(k.size());
-  for (const SkinWaves& w : skin_waves(skin, kOmega, k, {depths.begin(), depths.end()})) {
-    const double loss = -Stress(skin, w).mu.imag();  // the pressure modulus has none
-    heat += kOmega * loss * step * (w.e_xx.abs2() + w.e_zz.abs2() + 2.0 * w.e_xz.abs2() - (w.e_xx + w.e_zz).abs2());
-  }
-  const Eigen::ArrayXd put_in = power_inwards(skin, skin_waves(skin, kOmega, k, {0.0}).front());
-  const double error = (heat / put_in - 1.0).abs().maxCoeff();
-  std::printf("heat over power: %.1e off\n", error);
-  EXPECT_LT(error, 1e-5);
-}
-
-/// The Rayleigh wave of a half-space without loss: where 1 / u_z changes its sign.
-double rayleigh_wavenumber(const LayeredSkin& skin) {
-  double low = 1.0001 * shear_wavenumber(skin);
-  double high = 2.0 * low;
-  for (int n = 0; n < 60; ++n) {
-    const double middle = 0.5 * (low + high);
-    (skin_waves(skin, kOmega, list({middle}), {0.0})[0].inwards(0).real() < 0.0 ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
-}
-
-/// Residue of the displacement inwards there.
-double rayleigh_residue(const LayeredSkin& skin) {
-  const double k = rayleigh_wavenumber(skin);
-  const double off = 1e-5 * k;
-  const Eigen::ArrayXcd about = skin_waves(skin, kOmega, list({k - off, k + off}), {0.0})[0].inwards;
-  return 0.5 * off * (about(1) - about(0)).real();
-}
-
-TEST(SkinWaves, HaveTheRayleighWavesSpeed) {
-  // Roots of Rayleigh's equation, incompressible and at Poisson's ratio 1/4: sqrt(2 - 2 / sqrt(3)).
-  for (const auto& [skin, wanted, tolerance] :
-       {std::tuple{half_space(0.0), 0.955313, 1e-5}, {poisson_solid(), std::sqrt(2.0 - 2.0 / std::sqrt(3.0)), 1e-9}}) {
-    const double found = shear_wavenumber(skin) / rayleigh_wavenumber(skin);
-    std::printf("Rayleigh speed %.6f of the shear speed\n", found);
-    EXPECT_NEAR(found, wanted, tolerance);
-  }
-}
-
-/// Mean power of a pressure whose transform over the plane is P(k), by its ways [W], on a half-space without loss.
-struct PowerShares {
-  template <class Transform>
-  PowerShares(const LayeredSkin& skin, const Transform& pressure) {
-    // Parseval: 1 / (2 pi) of the integral of k |P|^2 times the power at 1 Pa.
-    const auto part = [&](double from, double to, const auto& power) {
-      const auto [k, step] = midpoints(from, to, 100000);
-      const Eigen::ArrayXd weight = k.unaryExpr([&](double x) { return std::norm(pressure(x)); }) * k * step;
-      return (weight * power(k)).sum() / (2.0 * kPi);
-    };
-    const double kp = kOmega / skin.speed;
-    bulk = part(0.0, shear_wavenumber(skin),
-                [&](const Eigen::ArrayXd& k) { return power_inwards(skin, skin_waves(skin, kOmega, k, {0.0})[0]); });
-    // Only pressure waves change volume: e_xx + e_zz = -kp^2 A, and their power is w / 2 density w^2 |q| |A|^2.
-    compression = part(0.0, kp, [&](const Eigen::ArrayXd& k) -> Eigen::ArrayXd {
-      const SkinWaves at = skin_waves(skin, kOmega, k, {0.0})[0];
-      return 0.5 * skin.density * std::pow(kOmega, 3) * (kp * kp - k.square()).sqrt() *
-             ((at.e_xx + at.e_zz) / (kp * kp)).abs2();
-    });
-    const double k = rayleigh_wavenumber(skin);
-    // Just above the real axis, Im 1 / (k - kR) is pi at kR.
-    rayleigh = 0.25 * kOmega * k * std::norm(pressure(k)) * rayleigh_residue(skin);
-  }
-  double bulk = 0.0;
-  double compression = 0.0;
-  double rayleigh = 0.0;
-};
-
-TEST(SkinWaves, ShareThePowerOfASmallDiscAsMillerAndPurseyFound) {
-  // The partition of energy between elastic waves in a semi-infinite solid, Proc. R. Soc. A 233 (1955) 55.
-  const PowerShares shares(poisson_solid(), [](double) { return 1.0; });
-  const double sum = shares.bulk + shares.rayleigh;
-  std::printf("point: Rayleigh %.1f %%, shear %.1f %%, compression %.1f %%\n", 100.0 * shares.rayleigh / sum,
-              100.0 * (shares.bulk - shares.compression) / sum, 100.0 * shares.compression / sum);
-  EXPECT_NEAR(shares.rayleigh / sum, 0.674, 0.001);
-  EXPECT_NEAR((shares.bulk - shares.compression) / sum, 0.258, 0.001);
-  EXPECT_NEAR(shares.compression / sum, 0.069, 0.001);
-}
-
-TEST(SkinWaves, WithoutLossPassEveryDepthUnchangedAndStandAboveBone) {
-  const LayeredSkin skin = half_space(0.0);
-  const double ks = shear_wavenumber(skin);
-  const std::vector<SkinWaves> at = skin_waves(skin, kOmega, ks * list({0.0, 0.3, 0.9, 1.3, 4.0}), {0.0, 0.003});
-  const Eigen::ArrayXd top = power_inwards(skin, at[0]);
-  EXPECT_LT((power_inwards(skin, at[1]) - top).abs().maxCoeff(), 1e-9 * top.maxCoeff());
-  EXPECT_LT(top.tail(2).abs().maxCoeff(), 1e-12 * top.maxCoeff());
-  LayeredSkin bone = skin;
-  bone.on_bone = true;
-  bone.layers.front().thickness = 0.004;
-  const SkinWaves still = skin_waves(bone, kOmega, ks * list({0.0, 0.3, 0.9, 1.3, 4.0}), {0.0}).front();
-  EXPECT_LT(power_inwards(bone, still).abs().maxCoeff(), 1e-9 * top.maxCoeff());
 }
 
 TEST(SkinWaves, RefuseWhatIsNotASkin) {

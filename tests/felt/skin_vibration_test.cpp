@@ -6,6 +6,9 @@
 
 #include <gtest/gtest.h>
 
+#include "sim/core/errors.h"
+#include "sim/felt/thresholds.h"
+
 namespace touchfield {
 namespace {
 
@@ -113,20 +116,6 @@ TEST(PressureLines, ModulatedSoundHasTwoLines) {
     square += pressure * pressure / kSteps;
   }
   EXPECT_NEAR(lines.mean_square()(0), square - mean * mean, 1e-12);
-}
-
-TEST(SkinVibrations, AUniformDiscSinksAsBoussinesqSays) {
-  const SkinPatch patch = patch_of(flat_sheet(0.25e-3));
-  constexpr double kRadius = 6e-3;
-  const double modulus = 20e3 * std::pow(1.0 / 200.0, 2.0 / std::numbers::pi * std::atan(0.1));
-  PressureLines lines{.hz = {1.0}, .pressure = Eigen::MatrixXcd::Zero(patch.size(), 1)};
-  for (Index i = 0; i < patch.size(); ++i) {
-    lines.pressure(i, 0) = patch.places.col(i).norm() < kRadius ? 1.0 : 0.0;
-  }
-  const auto skin =
-      skin_vibrations(patch, lines, {{"half-space", half_space(20e3, 0.1)}}, 4 * kFinest, {Eigen::Vector2d::Zero()})
-          .front();
-  EXPECT_NEAR(std::abs(skin.at_points(0, 0)) * 2.0 * modulus / kRadius, 1.0, 0.01);
 }
 
 struct SkinCase {
@@ -250,6 +239,28 @@ INSTANTIATE_TEST_SUITE_P(
                                  return Vector3(side * x, side * y, kBend * (std::cos(r / kBend) - 1.0));
                                }}),
     [](const auto& test) { return test.param.name; });
+
+double octave_above(TouchChannel channel, double hz) {
+  return relative_threshold(channel, 2.0 * hz).value() - relative_threshold(channel, hz).value();
+}
+
+TEST(RelativeThreshold, HasThePublishedSlopesAndBest) {
+  EXPECT_NEAR(octave_above(TouchChannel::kPacinian, 40.0), -12.0, 1e-9);
+  EXPECT_NEAR(octave_above(TouchChannel::kPacinian, 125.0), -12.0, 1e-9);
+  EXPECT_NEAR(octave_above(TouchChannel::kPacinian, 250.0), 9.0, 1e-9);
+  EXPECT_NEAR(octave_above(TouchChannel::kRapidlyAdapting, 20.0), 0.0, 1e-9);
+  EXPECT_EQ(relative_threshold(TouchChannel::kPacinian, 250.0), 0.0);
+}
+
+TEST(RelativeThreshold, IsNotExtrapolated) {
+  for (const double hz : {1.0, 9.9, 40.1, 250.0}) {
+    EXPECT_FALSE(relative_threshold(TouchChannel::kRapidlyAdapting, hz)) << hz;
+  }
+  for (const double hz : {10.0, 39.9, 500.1}) {
+    EXPECT_FALSE(relative_threshold(TouchChannel::kPacinian, hz)) << hz;
+  }
+  EXPECT_THROW(relative_threshold(TouchChannel::kPacinian, 0.0), InputError);
+}
 
 }  // namespace
 }  // namespace touchfield

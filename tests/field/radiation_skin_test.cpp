@@ -1,7 +1,6 @@
 #include "sim/field/radiation_skin.h"
 
 #include <algorithm>
-#include <set>
 
 #include "sim/field/metrics.h"
 #include "sim/field/surface_gradient.h"
@@ -33,38 +32,6 @@ struct Ball {
     return least;
   }
 };
-
-TEST(NearSkin, HoldsEachFaceOnceAndItsNeighbours) {
-  const Ball ball;
-  const std::set<Index> all(ball.near.faces.begin(), ball.near.faces.end());
-  EXPECT_EQ(all.size(), ball.near.faces.size());
-  const std::set<Index> faces(ball.near.faces.begin(), ball.near.faces.begin() + ball.near.count);
-  EXPECT_TRUE(std::includes(faces.begin(), faces.end(), ball.target.faces.begin(), ball.target.faces.end()));
-  for (Index f = 0; f < ball.mesh.face_count(); ++f) {
-    EXPECT_EQ(faces.contains(f), ball.distance(f) <= wave().wavelength()) << f;
-  }
-  EXPECT_LT(all.size(), static_cast<std::size_t>(ball.mesh.face_count()) / 2);
-  EXPECT_EQ(ball.near.slopes->rows(), 2 * ball.near.count);
-  EXPECT_EQ(ball.near.slopes->cols(), static_cast<Index>(all.size()));
-}
-
-TEST(NearSkin, HasTheSlopesAndTheRadiationPressureOfTheWholeSkin) {
-  const Ball ball;
-  const Eigen::VectorXcd p = rigid_sphere_plane_wave(wave(), 20e-3, cosines(ball.mesh));
-  const SurfaceGradient whole(ball.mesh, wave().k());
-  const Eigen::Matrix3Xcd gradient = whole.of(p);
-  const Eigen::VectorXcd slopes = ball.near.slopes->cast<double>() * p(ball.near.faces);
-  RadiationSkin skin = bare_skin(wave());
-  skin.slopes = ball.near.slopes;
-  skin.wanted = Eigen::VectorXd::Zero(ball.near.count);
-  const Eigen::VectorXd found = radiation_of(skin, p(ball.near.faces));
-  const Eigen::VectorXd expected = radiation_pressure(whole, wave(), p);
-  for (Index i = 0; i < ball.near.count; ++i) {
-    const Index face = ball.near.faces[static_cast<std::size_t>(i)];
-    EXPECT_NEAR(slopes.segment(2 * i, 2).norm(), gradient.col(face).norm(), 1e-4 * wave().k()) << face;
-    EXPECT_NEAR(found(i), expected(face), 1e-4 * expected.cwiseAbs().maxCoeff()) << face;
-  }
-}
 
 /// The integral of the cost, face by face.
 double integral(const Ball& ball, const Eigen::VectorXd& faces, double outside_weight, const Eigen::VectorXcd& q) {

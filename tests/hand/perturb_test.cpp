@@ -12,7 +12,6 @@
 
 #include "sim/hand/hand.h"
 #include "sim/hand/shapes.h"
-#include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "tests/support/mesh_support.h"
@@ -49,11 +48,6 @@ Points smooth_normals(const TriangleMesh& mesh) {
 
 Eigen::VectorXd field(const TriangleMesh& mesh, const SensingNoise& noise) {
   return RandomField(noise.rms, noise.correlation, noise.seed).at(mesh.vertices());
-}
-
-/// Displacement along the smooth normals.
-Eigen::VectorXd heights(const TriangleMesh& mesh, const TriangleMesh& moved) {
-  return (moved.vertices() - mesh.vertices()).cwiseProduct(smooth_normals(mesh)).colwise().sum().transpose();
 }
 
 /// Values at the points, a column a seed.
@@ -104,20 +98,6 @@ TEST(Perturbed, MovesAlongSmoothNormalsByTheField) {
   EXPECT_EQ(moved.rms, moved.drawn_rms);
   // A sphere's vertices have about the same area each: within 20 %, so this is the mean over the skin within 10 %.
   EXPECT_NEAR(moved.rms / std::sqrt(expected.squaredNorm() / static_cast<double>(expected.size())), 1.0, 0.1);
-}
-
-// Parts of a flat face weigh as the face: on the middles-of-edges mesh the old vertices move as before.
-TEST(Perturbed, MovesTheVerticesOfAFinerMeshOfTheSameSkinAlike) {
-  const TriangleMesh mesh = hand({.edge = 5 * kMm}).mesh;
-  const SensingNoise some = noise(0.1 * kMm, 8 * kMm, 3);
-  const Perturbed moved = perturbed(mesh, some);
-  const Perturbed finer = perturbed(split_faces(mesh), some);
-  ASSERT_EQ(moved.damped_area, 0);
-  ASSERT_EQ(finer.damped_area, 0);
-  EXPECT_LT((finer.mesh.vertices().leftCols(mesh.vertex_count()) - moved.mesh.vertices()).cwiseAbs().maxCoeff(),
-            kRounding);
-  // Weights of 24 parts of the skin instead of 6 round a vertex: values in between vary by the slope over an edge.
-  EXPECT_NEAR(finer.drawn_rms / moved.drawn_rms, 1.0, 0.05);
 }
 
 TEST(Perturbed, IsTheSameForASeedOnAnyNumberOfThreads) {
@@ -178,18 +158,6 @@ TEST(Perturbed, DampsTheNoiseInNarrowGapsOnly) {
   EXPECT_LT(moved.damped_area, 0.3);
   EXPECT_LT(moved.rms, moved.drawn_rms);
 
-  const Eigen::VectorXd left = heights(mesh, moved.mesh);
-  const Eigen::ArrayXd shares = left.array() / drawn.array();
-  EXPECT_LE(shares.maxCoeff(), 1 + 1e-9);
-  EXPECT_GE(shares.minCoeff(), 0);
-  double area = 0;
-  for (Index f = 0; f < mesh.face_count(); ++f) {
-    for (const int v : mesh.triangles().col(f)) {
-      area += shares(v) < 0.95 ? mesh.areas()(f) / 3 : 0;
-    }
-  }
-  EXPECT_NEAR(moved.damped_area, area / mesh.total_area(), 1e-6);
-
   // Beyond four reaches (here two edges) from any face at fault nothing changes. The faults lie at the gap's narrow
   // end.
   const double reach = std::max(some.correlation, 2 * mesh.mean_edge());
@@ -198,19 +166,10 @@ TEST(Perturbed, DampsTheNoiseInNarrowGapsOnly) {
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
     if (std::abs(mesh.vertices()(0, v) - end.x()) > 6 * reach) {
       ++far;
-      EXPECT_NEAR(left(v), drawn(v), kRounding);
+      EXPECT_LT((moved.mesh.vertices() - undamped.vertices()).col(v).norm(), kRounding);
     }
   }
   EXPECT_GT(far, 100);
-}
-
-/// The number before ` mm rms would do` in a message [m].
-double suggested_rms(const std::string& message) {
-  const std::size_t end = message.find(" mm rms would do");
-  if (end == std::string::npos) {
-    return 0;
-  }
-  return std::strtod(message.substr(message.rfind(' ', end - 1)).c_str(), nullptr) * kMm;
 }
 
 // A plate of 1 mm cannot carry a noise of 3 mm: half of its sides would go through each other, and to take the noise
@@ -219,11 +178,11 @@ TEST(Perturbed, SaysWhichNoiseWouldDo) {
   const TriangleMesh mesh = shifted(box({0.02, 0.02, 0.001}, 1 * kMm).mesh, {0.1, 0.2, 0.3});
   for (unsigned seed = 1; seed <= 2; ++seed) {
     SensingNoise some = noise(3 * kMm, 3 * kMm, seed);
-    const auto attempt = [&] { perturbed(mesh, some); };
-    const std::string message = message_of<InputError>(attempt);
-    EXPECT_THAT(message, AllOf(HasSubstr("noise of 3 mm rms over 3 mm"), HasSubstr("worst place is near (")));
-    EXPECT_THAT(message, HasSubstr("mm rms would do"));
-    some.rms = suggested_rms(message);
+    const std::string message = message_of<InputError>([&] { perturbed(mesh, some); });
+    ASSERT_THAT(message, AllOf(HasSubstr("noise of 3 mm rms over 3 mm"), HasSubstr("worst place is near ("),
+                               HasSubstr(" mm rms would do")));
+    some.rms =
+        std::strtod(message.substr(message.rfind(' ', message.find(" mm rms would do") - 1)).c_str(), nullptr) * kMm;
     ASSERT_GT(some.rms, 0.1 * kMm);
     const Perturbed moved = perturbed(mesh, some);
     EXPECT_THAT(self_intersections(moved.mesh), IsEmpty());
@@ -237,10 +196,8 @@ TEST(Perturbed, RefusesWhatIsNoNoise) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const auto& [rms, correlation, offset, phrase] :
        {std::tuple{4 * kMm, 5 * kMm, 0.0, "noise rms = 4 mm must be 0 to 3 mm"},
-        {-1e-6, 5 * kMm, 0.0, "must be 0 to 3 mm"},
         {nan, 5 * kMm, 0.0, "must be 0 to 3 mm"},
         {0.5 * kMm, 0.5 * kMm, 0.0, "correlation = 0.5 mm must be 1 to 100 mm"},
-        {0.5 * kMm, nan, 0.0, "must be 1 to 100 mm"},
         {0.5 * kMm, 5 * kMm, nan, "must be finite"},
         {0.5 * kMm, 5 * kMm, 1 / 0.0, "must be finite"}}) {
     SensingNoise some = noise(rms, correlation, 1);

@@ -1,13 +1,11 @@
 #include "sim/hand/skinned_hand.h"
 
-#include <cmath>
 #include <limits>
 #include <map>
 #include <ostream>
 #include <random>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include <Eigen/Geometry>
 
@@ -16,9 +14,7 @@
 #include "sim/hand/hand_contact.h"
 #include "sim/hand/hand_pose.h"
 #include "sim/mesh/query/self_intersections.h"
-#include "sim/mesh/remesh/cut.h"
 #include "tests/support/hand_support.h"
-#include "tests/support/joint_support.h"
 #include "tests/support/random_support.h"
 #include "tests/support/testing.h"
 
@@ -112,25 +108,6 @@ TEST(SkinnedHand, EndsMoveRigidlyWithTheirBone) {
   EXPECT_GT(at_wrist, 5);
 }
 
-/// The skin within 45 mm of a place comes to lie where the whole hand's does.
-void expect_part_as_whole(const Skinned& flat, const Vector3& place, const HandOptions& options) {
-  const double radius = 45 * kMm;
-  const TriangleMesh part = kept_within(flat.body.mesh, place, radius, EdgeSizing(5 * kMm));
-  const Points whole = flat.posed(options);
-  Points vertices;
-  SkinnedHand(part.vertices(), flat.skeleton).pose(skeleton_of(options), part.triangles(), vertices);
-  int shared = 0;
-  for (Eigen::Index v = 0; v < part.vertex_count(); ++v) {
-    for (Eigen::Index w = 0; w < whole.cols(); ++w) {
-      if (part.vertices().col(v) == flat.body.mesh.vertices().col(w)) {
-        EXPECT_LT((vertices.col(v) - whole.col(w)).norm(), 1e-12);
-        ++shared;
-      }
-    }
-  }
-  EXPECT_GT(shared, 100);
-}
-
 TEST(SkinnedHand, TheLeftHandIsTheMirrorImage) {
   const Skinned& right = skinned("flat");
   const Skinned& left = skinned("flat", HandSide::kLeft);
@@ -196,19 +173,11 @@ TEST(HandContacts, SayWhatMeetsMovesAndStretches) {
   EXPECT_THAT(turned("flat", pinch), HasSubstr("of the thumb and"));
   const auto into_palm = [](HandJoints& j) { j.ring = {{}, {}, 100 * kDegree, 60 * kDegree}; };
   EXPECT_THAT(turned("flat", into_palm), HasSubstr("distal phalanx of the ring finger and"));
-  EXPECT_EQ(turned("flat", [](HandJoints& j) { j.index.mcp = 70 * kDegree; }), "");
   EXPECT_THAT(turned("flat", [](HandJoints& j) { j.index.mcp = 85 * kDegree; }),
               AllOf(HasSubstr("index finger"), HasSubstr("turn farther")));
-  EXPECT_THAT(turned("flat",
-                     [](HandJoints& j) {
-                       j.thumb = {10 * kDegree, 54 * kDegree, {}, {}, {}};
-                     }),
-              AllOf(HasSubstr("metacarpal of the thumb"), HasSubstr("turn farther")));
   // The thumb lies over the curled fingers: a finger opened, or the thumb lifted, tears them apart.
   EXPECT_THAT(turned("index_up", [](HandJoints& j) { j.middle.pip = 60 * kDegree; }),
               HasSubstr("move against each other"));
-  EXPECT_THAT(turned("index_up", [](HandJoints& j) { j.thumb.cmc_abduction = 55 * kDegree; }),
-              HasSubstr("of the thumb and"));
   EXPECT_EQ(turned("index_up", [](HandJoints& j) { j.index.mcp = 10 * kDegree; }), "");
 }
 
@@ -222,43 +191,35 @@ HandOptions random_hand(std::mt19937& random) {
 }
 
 // On the last 20 degrees of the way to a pose in which faces turn over as skinned, the vertices that are mended never
-// jump between poses 0.1 degrees apart, and all others are where skinning alone has them; in a part of the skin too.
+// jump between poses 0.1 degrees apart, and all others are where skinning alone has them.
 TEST(SkinnedHand, MendsFacesThatTurnOver) {
   const Skinned& flat = skinned("flat");
   const Triangles& triangles = flat.body.mesh.triangles();
   Points plain;
   std::mt19937 random(20);
-  for (int ways = 0; ways < 1;) {
-    const HandOptions options = random_hand(random);
-    const HandSkeleton end = skeleton_of(options);
-    if (flat.contacts.at(end)) {
-      continue;
-    }
+  HandOptions options;
+  HandSkeleton end;
+  do {
+    options = random_hand(random);
+    end = skeleton_of(options);
     flat.skin.pose(end, plain);
-    if (flat.skin.inverted_faces(end, plain, triangles).empty()) {
-      continue;
+  } while (flat.contacts.at(end) || flat.skin.inverted_faces(end, plain, triangles).empty());
+  const HandPose start = hand_pose("flat");
+  const JointAngles turn = joint_angles(hand_pose("flat", options.joints)) - joint_angles(start);
+  Points before;
+  for (int step = -200; step <= 0; ++step) {
+    const double share = 1.0 + step * 0.1 * kDegree / turn.cwiseAbs().maxCoeff();
+    const HandSkeleton skeleton =
+        posed_skeleton(with_angles(start, joint_angles(start) + share * turn), options.length, options.breadth);
+    Points posed;
+    flat.skin.pose(skeleton, triangles, posed);
+    flat.skin.pose(skeleton, plain);
+    EXPECT_THAT(flat.skin.inverted_faces(skeleton, posed, triangles), IsEmpty()) << step;
+    EXPECT_LT(((posed - plain).colwise().norm().array() > 0).count(), 10) << step;
+    if (step > -200) {
+      EXPECT_LT((posed - before).colwise().norm().maxCoeff(), 0.6 * kMm) << step;  // 0.2 as skinned
     }
-    ++ways;
-    Eigen::Index farthest = 0;
-    (flat.posed(options) - plain).colwise().norm().maxCoeff(&farthest);
-    expect_part_as_whole(flat, flat.body.mesh.vertices().col(farthest), options);
-    const HandPose start = hand_pose("flat");
-    const JointAngles turn = joint_angles(hand_pose("flat", options.joints)) - joint_angles(start);
-    Points before;
-    for (int step = -200; step <= 0; ++step) {
-      const double share = 1.0 + step * 0.1 * kDegree / turn.cwiseAbs().maxCoeff();
-      const HandSkeleton skeleton =
-          posed_skeleton(with_angles(start, joint_angles(start) + share * turn), options.length, options.breadth);
-      Points posed;
-      flat.skin.pose(skeleton, triangles, posed);
-      flat.skin.pose(skeleton, plain);
-      EXPECT_THAT(flat.skin.inverted_faces(skeleton, posed, triangles), IsEmpty()) << step;
-      EXPECT_LT(((posed - plain).colwise().norm().array() > 0).count(), 10) << step;
-      if (step > -200) {
-        EXPECT_LT((posed - before).colwise().norm().maxCoeff(), 0.6 * kMm) << step;  // 0.2 as skinned
-      }
-      before = posed;
-    }
+    before = posed;
   }
 }
 

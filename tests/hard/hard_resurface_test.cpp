@@ -1,6 +1,5 @@
 // Skins made of soups: hands and plain bodies with random damage of every kind, several at once.
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -12,12 +11,10 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/units.h"
 #include "sim/hand/hand.h"
 #include "sim/hand/shapes.h"
 #include "sim/mesh/remesh/closed_mesh.h"
 #include "sim/mesh/remesh/resurface.h"
-#include "sim/mesh/remesh/surface_remesh.h"
 #include "tests/hard/hard_support.h"
 #include "tests/support/surface_support.h"
 #include "tests/support/testing.h"
@@ -36,108 +33,6 @@ struct Soup {
   std::string damage;  // what was done to it
 };
 
-class Damager {
- public:
-  Damager(const TriangleMesh& body, unsigned seed)
-      : random_(seed), soup_{file_of(body), body.signed_volume(), body.signed_volume(), {}} {}
-
-  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
-  std::size_t any_face() {
-    return static_cast<std::size_t>(uniform(0, 0.999999) * static_cast<double>(faces().size()));
-  }
-
-  void holes() {
-    for (int i = 0; i < 4; ++i) {
-      const Vector3 centre = corner(any_face(), 0);
-      const double radius = uniform(2e-3, 8e-3);
-      std::erase_if(faces(), [&](const auto& face) { return (point(face[0]) - centre).norm() < radius; });
-      soup_.least_volume -= 4.0 * std::pow(radius, 3);
-      soup_.most_volume += 4.0 * std::pow(radius, 3);
-    }
-  }
-
-  void flaps() {
-    for (int i = 0; i < 20; ++i) {
-      const auto face = faces()[any_face()];
-      const auto tip = static_cast<std::int64_t>(soup_.surface.points.size());
-      soup_.surface.points.push_back(point(face[2]) + uniform(2e-3, 20e-3) * direction());
-      faces().push_back({face[0], face[1], tip});
-    }
-    // A flap that comes off the skin winds round nothing, but bends w = 1/2 about itself.
-    soup_.least_volume *= 0.97;
-    soup_.most_volume *= 1.03;
-  }
-
-  void duplicates() {
-    for (int i = 0; i < 200; ++i) {
-      auto face = faces()[any_face()];
-      if (i % 2 == 0) {
-        std::swap(face[0], face[1]);
-      }
-      faces().push_back(face);
-    }
-  }
-
-  void flips() {
-    const double share = uniform(0.05, 0.4);
-    for (auto& face : faces()) {
-      if (uniform(0, 1) < share) {
-        std::swap(face[0], face[1]);
-      }
-    }
-  }
-
-  void inside_out() { soup_.surface = turned(soup_.surface); }
-
-  void shuffle() { std::shuffle(faces().begin(), faces().end(), random_); }
-
-  void separate_corners() { soup_.surface = soup_of(soup_.surface); }
-
-  void flat_faces() {
-    for (int i = 0; i < 10; ++i) {
-      const auto face = faces()[any_face()];
-      faces().push_back({face[0], face[1], face[0]});
-      const auto middle = static_cast<std::int64_t>(soup_.surface.points.size());
-      soup_.surface.points.emplace_back(0.5 * (point(face[0]) + point(face[1])));
-      faces().push_back({face[0], middle, face[1]});
-    }
-  }
-
-  /// A ball somewhere about the skin: within, across or off it.
-  void ball(bool reversed) {
-    const double radius = uniform(3e-3, 12e-3);
-    const Vector3 at = corner(any_face(), 0) + uniform(0, 15e-3) * direction();
-    const FileSurface ball = file_of(transformed(icosphere(radius, 5), Eigen::Matrix3d::Identity(), at));
-    soup_.surface = together(soup_.surface, reversed ? turned(ball) : ball);
-    soup_.most_volume += 4.0 / 3.0 * std::numbers::pi * std::pow(radius, 3);
-  }
-
-  /// The same body again, moved a little: two hands in each other.
-  void twin() {
-    FileSurface moved = soup_.surface;
-    const Vector3 by = uniform(1e-3, 30e-3) * direction();
-    for (Vector3& x : moved.points) {
-      x += by;
-    }
-    soup_.surface = together(soup_.surface, moved);
-    soup_.most_volume *= 2.0;
-  }
-
-  Soup result() const { return soup_; }
-
- private:
-  std::vector<std::array<std::int64_t, 3>>& faces() { return soup_.surface.triangles; }
-  const Vector3& point(std::int64_t v) const { return soup_.surface.points[static_cast<std::size_t>(v)]; }
-  Vector3 corner(std::size_t face, std::size_t c) { return point(faces()[face][c]); }
-  Vector3 direction() {
-    std::normal_distribution<double> normal;
-    return Vector3(normal(random_), normal(random_), normal(random_)).normalized();
-  }
-
-  std::mt19937 random_;
-  Soup soup_;
-};
-
 const TriangleMesh& body_of(unsigned seed) {
   static const std::vector<TriangleMesh> bodies = {
       hand({.pose = "flat", .edge = 4e-3}).mesh, hand({.pose = "index_up", .edge = 4e-3}).mesh,
@@ -146,27 +41,73 @@ const TriangleMesh& body_of(unsigned seed) {
   return bodies[seed % bodies.size()];
 }
 
+/// Two hands in each other, balls within, across or off the skin, holes, flaps, faces twice and faces turned over.
 Soup random_soup(unsigned seed) {
-  Damager damager(body_of(seed), seed);
-  std::string damage;
-  const auto chance = [&](double share, const char* what) {
-    const bool drawn = damager.uniform(0, 1) < share;
-    damage += drawn ? std::string(" ") + what : "";
-    return drawn;
+  std::mt19937 random(seed);
+  const auto uniform = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+  const auto direction = [&] {
+    std::normal_distribution<double> normal;
+    return Vector3(normal(random), normal(random), normal(random)).normalized();
   };
-  if (chance(0.2, "twin")) damager.twin();
-  if (chance(0.4, "ball")) damager.ball(false);
-  if (chance(0.3, "ball-inside-out")) damager.ball(true);
-  if (chance(0.5, "holes")) damager.holes();
-  if (chance(0.3, "flaps")) damager.flaps();
-  if (chance(0.3, "duplicates")) damager.duplicates();
-  if (chance(0.3, "flat-faces")) damager.flat_faces();
-  if (chance(0.4, "flips")) damager.flips();
-  if (chance(0.2, "inside-out")) damager.inside_out();
-  if (chance(0.3, "shuffled")) damager.shuffle();
-  if (chance(0.3, "separate-corners")) damager.separate_corners();
-  Soup soup = damager.result();
-  soup.damage = damage;
+  const TriangleMesh& body = body_of(seed);
+  Soup soup{file_of(body), body.signed_volume(), body.signed_volume(), {}};
+  std::vector<Vector3>& points = soup.surface.points;
+  std::vector<std::array<std::int64_t, 3>>& faces = soup.surface.triangles;
+  const auto drawn = [&](double share, const char* what) {
+    const bool chosen = uniform(0, 1) < share;
+    soup.damage += chosen ? std::string(" ") + what : "";
+    return chosen;
+  };
+  const auto any_face = [&] { return faces[random() % faces.size()]; };
+  const auto point = [&](std::int64_t v) { return points[static_cast<std::size_t>(v)]; };
+  if (drawn(0.2, "twin")) {
+    FileSurface moved = soup.surface;
+    const Vector3 by = uniform(1e-3, 30e-3) * direction();
+    for (Vector3& x : moved.points) {
+      x += by;
+    }
+    soup.surface = together(soup.surface, moved);
+    soup.most_volume *= 2.0;
+  }
+  for (const bool reversed : {false, true}) {
+    if (drawn(0.35, reversed ? "ball-inside-out" : "ball")) {
+      const double radius = uniform(3e-3, 12e-3);
+      const Vector3 at = point(any_face()[0]) + uniform(0, 15e-3) * direction();
+      const FileSurface ball = file_of(transformed(icosphere(radius, 5), Eigen::Matrix3d::Identity(), at));
+      soup.surface = together(soup.surface, reversed ? turned(ball) : ball);
+      soup.most_volume += 4.0 / 3.0 * std::numbers::pi * std::pow(radius, 3);
+    }
+  }
+  for (int i = drawn(0.5, "holes") ? 0 : 4; i < 4; ++i) {
+    const Vector3 centre = point(any_face()[0]);
+    const double radius = uniform(2e-3, 8e-3);
+    std::erase_if(faces, [&](const auto& face) { return (point(face[0]) - centre).norm() < radius; });
+    soup.least_volume -= 4.0 * std::pow(radius, 3);
+    soup.most_volume += 4.0 * std::pow(radius, 3);
+  }
+  if (drawn(0.3, "flaps")) {
+    for (int i = 0; i < 20; ++i) {
+      const auto face = any_face();
+      faces.push_back({face[0], face[1], static_cast<std::int64_t>(points.size())});
+      points.push_back(point(face[2]) + uniform(2e-3, 20e-3) * direction());
+    }
+    // A flap that comes off the skin winds round nothing, but bends w = 1/2 about itself.
+    soup.least_volume *= 0.97;
+    soup.most_volume *= 1.03;
+  }
+  for (int i = drawn(0.3, "duplicates") ? 0 : 200; i < 200; ++i) {
+    const auto face = any_face();
+    faces.push_back({face[i % 2 == 0 ? 1U : 0U], face[i % 2 == 0 ? 0U : 1U], face[2]});
+  }
+  const double share = drawn(0.4, "flips") ? uniform(0.05, 0.4) : 0.0;
+  for (auto& face : faces) {
+    if (uniform(0, 1) < share) {
+      std::swap(face[0], face[1]);
+    }
+  }
+  if (drawn(0.3, "separate-corners")) {
+    soup.surface = soup_of(turned(soup.surface));
+  }
   return soup;
 }
 

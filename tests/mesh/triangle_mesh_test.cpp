@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <limits>
-#include <string>
 
 #include <Eigen/Geometry>
 
@@ -40,17 +39,6 @@ TEST(TriangleMesh, GivesCentroidsNormalsAndAreas) {
   EXPECT_NEAR(mesh.signed_volume(), 1.0 / 6.0, kRounding);
 }
 
-TEST(TriangleMesh, MeanEdgeIsTheSideOfTheEquilateralTriangleOfMeanArea) {
-  Points vertices(3, 3);
-  vertices << 0, 2, 1,  //
-      0, 0, std::sqrt(3.0), 0, 0, 0;
-  Triangles triangles(3, 1);
-  triangles << 0, 1, 2;
-  const TriangleMesh mesh(vertices, triangles);
-  EXPECT_NEAR(mesh.mean_edge(), 2.0, 2.0 * kRounding);
-  EXPECT_NEAR(edges_per_wavelength(mesh, 5.0), 2.5, 2.5 * kRounding);
-}
-
 // 1 km away a volume about the origin would lose nine digits of the ratio (distance / size)^3.
 TEST(TriangleMesh, VolumeSurvivesAMoveFarAway) {
   const TriangleMesh mesh(tetrahedron_vertices(), tetrahedron_triangles());
@@ -70,8 +58,6 @@ TEST(TriangleMesh, RefusesWhatIsNoMesh) {
   beyond(1, 2) = 4;
   EXPECT_THAT([&] { TriangleMesh(tetrahedron_vertices(), beyond); },
               ThrowsMessage<InputError>(HasSubstr("face 2 names a vertex outside 0..3")));
-  beyond(1, 2) = -1;
-  EXPECT_THROW(TriangleMesh(tetrahedron_vertices(), beyond), InputError);
 
   Points broken = tetrahedron_vertices();
   broken(2, 1) = std::numeric_limits<double>::quiet_NaN();
@@ -83,10 +69,6 @@ TEST(TriangleMesh, RefusesWhatIsNoMesh) {
   folded.col(1) << 0, 1, 1;
   EXPECT_THAT([&] { TriangleMesh(tetrahedron_vertices(), folded); },
               ThrowsMessage<InputError>(HasSubstr("1 degenerate faces (no area), the first is face 1")));
-
-  Points in_line = tetrahedron_vertices();
-  in_line.col(2) << 2, 0, 0;  // 0, 1 and 2 in one line
-  EXPECT_THROW(TriangleMesh(in_line, tetrahedron_triangles()), InputError);
 }
 
 }  // namespace touchfield::triangle_mesh_test

@@ -1,9 +1,7 @@
 #include <cmath>
 
-#include "sim/core/progress.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/model/model.h"
-#include "sim/run/methods.h"
 #include "sim/run/solve_model.h"
 #include "tests/support/solve_support.h"
 #include "tests/support/testing.h"
@@ -65,44 +63,6 @@ TEST(BeyondSkin, OtherBodiesLieBeyondAsAWhole) {
                    "target.boxes=[{at: one.bottom, size_mm: [6, 12, 5]}, {at: other.bottom, size_mm: [6, 6, 5]}]",
                    "target.box=null"}),
       InputError);
-}
-
-/// Cost and phases of `unscattered` on faces near by and points beyond are those on all faces, where a point stands for
-/// each of the others.
-TEST(BeyondSkin, UnscatteredIsTheSameOnFacesAndPoints) {
-  const Model whole = long_model({});
-  const TriangleMesh& mesh = whole.body.mesh;
-  for (const FaceWeights faces : {FaceWeights::kArea, FaceWeights::kEqual}) {
-    // Every face farther than 15 mm is no face any more, but a patch.
-    OutsideSkin outside;
-    outside.array = whole.fixed->array;
-    outside.faces.setOnes(mesh.face_count());
-    const SkinPatches all = pieces_of(mesh, 1.0, 0);
-    ASSERT_EQ(all.size(), mesh.face_count());
-    const auto is_far = [&](Eigen::Index f) {
-      return (mesh.centroids().col(f) - Vector3(0, 20e-3, 50e-3)).norm() > 15e-3;
-    };
-    for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-      outside.faces(f) = is_far(f) ? 0.0 : 1.0;
-    }
-    outside.beyond = picked(all, is_far);
-    std::vector<SolveRecord> records;
-    Progress silent;
-    SkinScattering scattering(mesh, whole.fixed->wave, Scheme::kBurtonMiller, {}, whole.fixed->array, records, silent);
-    const Target target = build_target(whole);
-    MethodSpec method;
-    method.kind = &phase_method("unscattered");
-    method.faces = faces;
-    method.iterations = 8;
-    const PhaseSolution on_faces = MethodSolver(scattering, whole.fixed->array.size(), target, whole.fixed->scene.solve)
-                                       .solve(method, target.amplitudes, silent);
-    const PhaseSolution on_points =
-        MethodSolver(scattering, whole.fixed->array.size(), target, whole.fixed->scene.solve, outside)
-            .solve(method, target.amplitudes, silent);
-    ASSERT_EQ(on_points.cost_history.size(), on_faces.cost_history.size());
-    EXPECT_NEAR(on_points.cost_history.back(), on_faces.cost_history.back(), 1e-9 * on_faces.cost_history.back());
-    EXPECT_LT((on_points.phases - on_faces.phases).cwiseAbs().maxCoeff(), 1e-6);
-  }
 }
 
 /// The skin beyond is minded: with it the whole body gets a better pattern than without.

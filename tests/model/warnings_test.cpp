@@ -63,13 +63,10 @@ TEST(ModelRemarks, NumbersThatFitAnotherUnitAreNamed) {
               AllOf(StartsWith("unit_slip: method fixed: phases from "), HasSubstr("by pi / 180")));
   EXPECT_THAT(said("solve.methods=[{fixed: {phases_rad: " + each(levels) + "}}]"), HasSubstr("all are whole numbers"));
   EXPECT_EQ(said("solve.methods=[{fixed: {phases_rad: " + each(radians) + "}}]"), "0 warnings");
-  const auto far_away = [&](Eigen::Index n) { return -95.5 - radians(n); };  // of a source 130 mm off
-  EXPECT_EQ(said("solve.methods=[{fixed: {phases_rad: " + each(far_away) + "}}]"), "0 warnings");
   EXPECT_EQ(said("solve.methods=[{fixed: {phases_rad: 90}}]"), "0 warnings");
   EXPECT_THAT(said("array.calibration={gain: " + each([](auto) { return 1; }) + ", phase_rad: " + each(degrees) + "}"),
               StartsWith("unit_slip: array.calibration: phases from "));
   EXPECT_THAT(said("array.source_pa_m=4386"), HasSubstr("array.source_pa_m: 4386 Pa m are 1e+03 times"));
-  EXPECT_EQ(said("array.source_pa_m=20"), "0 warnings");
   const auto piston = [&](const char* radius) {
     return warnings_of({kFinerEvaluation, "array.directivity=piston", std::string("array.piston_radius_mm=") + radius});
   };
@@ -82,12 +79,8 @@ TEST(ModelRemarks, NumbersThatFitAnotherUnitAreNamed) {
               Contains(StartsWith("unit_slip: the bodies are 0.0")));
   EXPECT_THAT(said("frequency_khz=25"),
               StartsWith("directivity_frequency: array.directivity t4010a1 was measured at 40"));
-  EXPECT_EQ(said("frequency_khz=39.5"), "0 warnings");
   EXPECT_THAT(said("field=[{name: ear, at_mm: [0, -0.3, 0.4]}]"),
               HasSubstr("field ear is 0.5 mm from the origin. If [0, -0.3, 0.4] is in metres write [0, -300, 400]"));
-  EXPECT_THAT(said("field=[{name: side, plane: xz, through_mm: [0, 0, 40], size_mm: [0.1, 0.2]}]"),
-              HasSubstr("If [0.1, 0, 0.2] is in metres write [100, 0, 200]"));
-  EXPECT_EQ(said("field=[{name: ear, at_mm: [0, -300, 400]}]"), "0 warnings");
   EXPECT_THAT(said("solve.methods=[{surface: {tolerances: {dead_percent: 80}}}]"),
               AllOf(StartsWith("expected_dead: method surface expects that 80 %"), HasSubstr("up to 5 times")));
   EXPECT_EQ(said("solve.methods=[{surface: {tolerances: {dead_percent: 20}}}]"), "0 warnings");
@@ -110,9 +103,6 @@ TEST(ModelRemarks, CoarseFacesInOnePlaceAreNamed) {
   EXPECT_THAT(warned("{near: {top: 0.7}, far: 3.3, within_mm: 14}", "target.box={at: top, size_mm: [10, 10, 4]}"),
               ElementsAre(StartsWith("facing_away: ")));
   // Where an evaluation has the body, it resolves the rest of the skin.
-  EXPECT_THAT(warned("{near: {top: 0.7}, far: 5, within_mm: 14}", "target.box={at: top, size_mm: [10, 10, 4]}",
-                     kFinerEvaluation),
-              ElementsAre(StartsWith("facing_away: ")));
   EXPECT_THAT(warned("{near: {top: 0.7}, far: 5, within_mm: 14}", box, kFinerEvaluation),
               ElementsAre(MatchesRegex("coarse_mesh: the skin within 15 mm of the target has .* 3 are needed. .*")));
 }

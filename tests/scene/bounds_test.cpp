@@ -112,30 +112,19 @@ bool reads(const TempFolder& folder, const std::string& text, const std::vector<
   return false;
 }
 
-TEST(SceneFuzz, Truncated) {
+TEST(SceneFuzz, TruncatedOrMutated) {
   const TempFolder folder;
   EXPECT_TRUE(reads(folder, kScene));
-  int read = 0;
-  for (std::size_t length = 0; length < kScene.size(); ++length)
-    read += reads(folder, kScene.substr(0, length)) ? 1 : 0;
-  EXPECT_GE(read, 1);  // without the last line it is a scene
-  EXPECT_LT(read, 100);
-}
-
-TEST(SceneFuzz, Mutated) {
-  const TempFolder folder;
+  for (std::size_t length = 0; length + 20 < kScene.size(); ++length) {
+    reads(folder, kScene.substr(0, length));
+  }
   std::mt19937_64 random(20);
   const std::string marks = "{}[]:,-#&*!|>'\"%@`?~ \t\n\r.0e\\<=_\x80\xff";
-  for (int round = 0; round < 4000; ++round) {
+  for (int round = 0; round < 3000; ++round) {
     std::string text = kScene;
-    const auto changes = 1 + random() % 4;
-    for (std::size_t i = 0; i < changes; ++i) {
-      const auto at = random() % text.size();
+    for (auto changes = 1 + random() % 4; changes > 0; --changes) {
       const char c = random() % 2 == 0 ? marks[random() % marks.size()] : static_cast<char>(random() % 256);
-      const auto kind = random() % 3;
-      if (kind == 0) text[at] = c;
-      if (kind == 1) text.insert(at, 1, c);
-      if (kind == 2) text.erase(at, 1 + random() % 8);
+      text.replace(random() % text.size(), random() % 8, random() % 2, c);
     }
     reads(folder, text);
   }
@@ -146,7 +135,7 @@ TEST(SceneFuzz, MutatedOverrides) {
   std::mt19937_64 random(22);
   const std::vector<std::string> valid = {"solve.methods.0.paper={iterations: 3}", "target.boxes[1].size_mm=[1, 2, 3]",
                                           "body.place=null", "array.at_mm.2=5"};
-  for (int round = 0; round < 4000; ++round) {
+  for (int round = 0; round < 1000; ++round) {
     std::string text = valid[random() % valid.size()];
     const auto at = random() % text.size();
     if (random() % 2 == 0) {

@@ -83,9 +83,7 @@ TEST(SceneReader, ASlipIsNamedWithItsRemedy) {
   const std::pair<const char*, const char*> table[] = {
       {"body={hand: {breadth_mm: 0.088}}", "breadth_mm = 0.088 must be 50 to 150; if 0.088 is in metres write 88"},
       {"body={hand: {breadth_mm: 8.8}}", "; if 8.8 is in centimetres write 88"},
-      {"body={hand: {}, edge_mm: 0.003}", "; if 0.003 is in metres write 3"},
       {"frequency_khz=40000", "; if 40000 is in Hz write 40"},
-      {"frequency_khz=0.04", "; if 0.04 is in MHz write 40"},
       {"medium.temperature_c=293.15", "; if 293.15 is in kelvin write 20"},
       {"array.level=80", "; if 80 is in percent write 0.8"},
       {"array.calibration={gain: [98], phase_rad: [0]}", "array.calibration.gain[0] = 98 must be 0 to 10; if 98 is in"},
@@ -152,7 +150,6 @@ TEST(SceneReader, FillsInTheDefaults) {
   EXPECT_THAT(*std::get<Autd3Array>(units.layout).layout, ElementsAre(3, 2));
 }
 
-// Fine near a target, and in a resolved scene as if they had been written; other shapes must say their edges.
 TEST(SceneReader, GivesAHandItsUsualEdges) {
   const Scene pressed =
       scene_from(kSmallScene, {"body={hand: {}}", "target={box: {at: index_pad, size_mm: [8, 8, 6]}}"});
@@ -217,22 +214,6 @@ TEST(SceneReader, MethodsTakeTheDefaultsOfSolveWhereverTheyStand) {
   EXPECT_EQ(scene.target->pressure, 3000.0);
 }
 
-TEST(SceneReader, AnEvaluationIsChosenUnlessTheSceneDoes) {
-  using Kind = EvaluationSpec::Kind;
-  const auto evaluation = [](const std::string& text) {
-    return scene_from(kSmallScene, {"evaluation=" + text}).evaluation;
-  };
-  EXPECT_EQ(evaluation("auto").kind, Kind::kAuto);
-  EXPECT_EQ(evaluation("same").kind, Kind::kSame);
-  EXPECT_EQ(evaluation("none").kind, Kind::kNone);
-  EXPECT_EQ(evaluation("{edge_mm: 0.7}").kind, Kind::kEdge);
-  EXPECT_EQ(evaluation("{edge_mm: 0.7}").edge.far, 0.7e-3);
-  EXPECT_EQ(evaluation("{edge_mm: 0.7}").scheme, Scheme::kBurtonMillerPolished);
-  EXPECT_EQ(evaluation("{scheme: chief, split: 2}").kind, Kind::kSplit);
-  EXPECT_EQ(evaluation("{scheme: chief, split: 2}").splits, 2);
-  EXPECT_EQ(evaluation("{scheme: chief, split: 2}").scheme, Scheme::kChief);
-}
-
 TEST(SceneReader, PutsAPlanesSizeOnItsAxes) {
   const Scene scene = scene_from(kSmallScene +
                                  "field:\n"
@@ -248,20 +229,6 @@ TEST(SceneReader, PutsAPlanesSizeOnItsAxes) {
   EXPECT_EQ(scene.fields[3].plane, "");
   for (const auto& field : scene.fields) EXPECT_EQ(field.centre, Vector3(1e-3, 2e-3, 3e-3));
   EXPECT_EQ(scene.fields[2].spacing, 0.5e-3);
-}
-
-TEST(SceneReader, AFieldOfOnePointHasNoSize) {
-  const auto field = [](const std::string& keys) { return kSmallScene + "field: [{name: ear, " + keys + "}]\n"; };
-  const Scene scene = scene_from(field("at_mm: [1, 2, 3]"));
-  EXPECT_EQ(scene.fields.at(0).centre, Vector3(1e-3, 2e-3, 3e-3));
-  EXPECT_TRUE(scene.fields.at(0).size.isZero());
-  for (const auto& [keys, phrase] : {std::pair{"at_mm: [1, 2, 3], size_mm: [1, 1, 1]", "size_mm"},
-                                     {"at_mm: [1, 2, 3], spacing_mm: 2", "spacing_mm"},
-                                     {"at_mm: [1, 2, 3], plane: xy, size_mm: [1, 1]", "plane"},
-                                     {"at_mm: [1, 2]", "at_mm"},
-                                     {"plane: xy", "size_mm"}}) {
-    EXPECT_THAT(message_of<InputError>([&] { scene_from(field(keys)); }), HasSubstr(phrase));
-  }
 }
 
 // 20 million points are allowed, one more is not: 4000 x 5000 points are 3999 x 4999 steps of 1 mm.

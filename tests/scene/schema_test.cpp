@@ -105,8 +105,9 @@ std::vector<std::string> needed_by(const std::string& path) {
   return {};
 }
 
-// The example of every key is what the reader takes. The files that examples name are there.
-TEST(Schema, ExamplesAreRead) {
+// The example of every key is what the reader takes, and a part of the resolved scene, which reads back the same. The
+// files that examples name are there.
+TEST(Schema, ExamplesAreReadAndReadBack) {
   const TempFolder folder;
   folder.write("array.csv", "x_mm,y_mm\n-5,0\n5,0\n");
   folder.write("calibration.csv", "channel,gain,phase_rad\n0,1,0\n1,0.9,0.2\n");
@@ -115,6 +116,8 @@ TEST(Schema, ExamplesAreRead) {
   std::filesystem::create_directory(folder.path() / "tracked");
   folder.write("tracked/a.stl", "");
   folder.write("tracked/times.csv", "file,time_s\na.stl,0\n");
+  // A list of one box, a default, the numbers of a file, a rotation.
+  const std::set<std::string> kWrittenOtherwise = {"boxes", "restarts", "phases_file", "quaternion_wxyz"};
   std::set<std::string> paths;
   std::set<const schema::MapInfo*> listed;
   const auto visit = [&](const std::string& path, const schema::Node& top) {
@@ -122,7 +125,13 @@ TEST(Schema, ExamplesAreRead) {
     std::vector<std::string> changes = needed_by(path);
     changes.insert(changes.begin(), chosen + "=" + schema::flow_text(top.find(chosen)->value));
     if (chosen == "bodies") changes.push_back("body=null");
-    EXPECT_NO_THROW(read_scene_text(kWholeScene, path, folder.path(), changes)) << path;
+    SCOPED_TRACE(path);
+    const std::string resolved = resolved_yaml(read_scene_text(kWholeScene, path, folder.path(), changes));
+    EXPECT_EQ(resolved_yaml(scene_from(resolved)), resolved);
+    const std::string key = path.substr(path.rfind('.') + 1);
+    if (!kWrittenOtherwise.contains(key)) {
+      EXPECT_THAT(resolved, HasSubstr(key + ":"));
+    }
     paths.insert(path);
   };
   visit_examples(

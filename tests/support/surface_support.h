@@ -1,20 +1,17 @@
 #pragma once
 
-#include <cmath>
-#include <numbers>
 #include <utility>
-#include <vector>
 
 #include "sim/mesh/io/mesh_files.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
 
-/// A mesh as a file would say it, in file units of `unit` metres.
-inline FileSurface file_of(const TriangleMesh& mesh, double unit = 1.0) {
+/// A mesh as a file in metres would say it.
+inline FileSurface file_of(const TriangleMesh& mesh) {
   FileSurface surface;
   for (const auto& point : mesh.vertices().colwise()) {
-    surface.points.emplace_back(point / unit);
+    surface.points.emplace_back(point);
   }
   for (const auto& face : mesh.triangles().colwise()) {
     surface.triangles.push_back({face(0), face(1), face(2)});
@@ -68,30 +65,6 @@ inline TriangleMesh cube(const Vector3& at = Vector3::Zero()) {
       3, 2, 5, 7, 1, 5, 7, 6, 6, 4, 3, 7,           //
       1, 3, 7, 6, 5, 4, 3, 7, 2, 6, 7, 5;
   return {vertices, triangles};
-}
-
-/// A band of 2n faces round the z axis [m], n >= 3, twisted by half a turn or none.
-inline FileSurface band(int n, bool twisted) {
-  constexpr double kRadius = 0.05;
-  constexpr double kHalfWidth = 0.01;
-  FileSurface surface;
-  for (int i = 0; i < n; ++i) {
-    const double round = 2.0 * std::numbers::pi * i / n;
-    const double tilt = twisted ? round / 2.0 : 0.0;
-    for (const double side : {-kHalfWidth, kHalfWidth}) {
-      const double radius = kRadius + side * std::sin(tilt);
-      surface.points.emplace_back(radius * std::cos(round), radius * std::sin(round), side * std::cos(tilt));
-    }
-  }
-  for (std::int64_t i = 0; i < n; ++i) {
-    const bool crosses = twisted && i + 1 == n;  // the last joins the first upside down
-    const std::int64_t next = 2 * ((i + 1) % n);
-    const std::int64_t low = next + (crosses ? 1 : 0);
-    const std::int64_t high = next + (crosses ? 0 : 1);
-    surface.triangles.push_back({2 * i, low, 2 * i + 1});
-    surface.triangles.push_back({2 * i + 1, low, high});
-  }
-  return surface;
 }
 
 }  // namespace touchfield

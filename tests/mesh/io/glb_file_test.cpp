@@ -1,8 +1,6 @@
 // Binary glTF: tetrahedra with legs of 1 (volume 1/6) in every way in which a file may store, place and bend them.
 
-#include <array>
 #include <cmath>
-#include <functional>
 #include <random>
 #include <string>
 #include <vector>
@@ -275,30 +273,22 @@ TEST_F(GlbFile, WhatWouldBeReadWronglyIsRefused) {
            Case{"/extensionsRequired", R"(["KHR_draco_mesh_compression"])",
                 "KHR_draco_mesh_compression, which is not read; export it without compression"},
            {"/extensionsRequired", R"(["EXT_mesh_gpu_instancing"])", "each as a node of its own"},
-           {"/extensionsRequired", R"(["X_unheard_of"])", "X_unheard_of"},
            {"/nodes/0/extensions", R"({"EXT_mesh_gpu_instancing": {}})", "EXT_mesh_gpu_instancing"},
            {"/nodes/0/children", "[0]", "child of itself"},
-           {"/nodes", R"([{"children": [1]}, {"mesh": 0, "children": [0]}])", "child of itself"},
            {"/nodes", R"([{"children": [2]}, {"children": [2]}, {"mesh": 0}])", "node 2 has two parents"},
            {"/scenes/0/nodes", "[0, 0]", "node 0 is in its scene twice"},
            {"/scenes/0/nodes", "[1]", "nodes: 1 must be a whole number below 1"},
-           {"/nodes/0/mesh", "-1", "-1 must be a whole number below 1"},
            {"/nodes/0/rotation", "[0, 0, 0, 2]", "rotation of a node has length 2"},
            {"/nodes/0/matrix", "[1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1]", "last row"},
            {"/nodes/0/scale", "[1, 1]", "scale has 2 numbers, must have 3"},
            {"/accessors/0/count", "5", "do not fit into a bufferView"},
-           {"/accessors/0/count", "4e8", "whole number"},
-           {"/accessors/0/byteOffset", "4", "do not fit into a bufferView"},
            {"/bufferViews/0/byteStride", "8", "8 apart"},
            {"/bufferViews/1/byteLength", "25", "byteLength of a bufferView"},
            {"/accessors/0/bufferView", "", "accessor 0 has no values of its own; export it without compression"},
            {"/accessors/1/componentType", "5126", "5126 is not one of indices"},
-           {"/accessors/0/componentType", "5125", "5125 is not one of coordinates"},
            {"/accessors/0/normalized", "true", "accessor 0 cannot be normalised"},
-           {"/accessors/0/type", R"("VEC4")", "must be VEC3"},
            {"/buffers", R"([{"byteLength": 72, "uri": "/etc/passwd"}])", "single binary glTF file"},
            {"/meshes/0/weights", "[1]", "1 weights for 0 morph targets"},
-           {"/scenes", "", "scene"},
        }) {
     refused(tetrahedron(), c);
   }
@@ -308,20 +298,9 @@ TEST_F(GlbFile, WhatWouldBeReadWronglyIsRefused) {
                         {"/accessors/3/count", "1", "WEIGHTS has 1 elements for 4 points"}}) {
     refused(skinned(), c);
   }
-  const std::vector<std::pair<std::function<void(Glb&)>, std::string>> of_values = {
-      {[](Glb& g) {
-         primitive(g)["indices"] = g.accessor(Numbers{0, 1, 4}, kUint8, "SCALAR");
-       },
-       "names vertex 4"},
-      {[](Glb& g) { primitive(g)["attributes"]["POSITION"] = g.accessor(Numbers(12, std::nan("")), kFloat, "VEC3"); },
-       "finite"},
-      {[](Glb& g) { g.json["skins"][0]["inverseBindMatrices"] = g.accessor(Numbers(16, 0.0), kFloat, "MAT4"); },
-       "last row"}};
-  for (const auto& [change, says] : of_values) {
-    Glb glb = says == "last row" ? skinned() : tetrahedron();
-    change(glb);
-    EXPECT_THAT(message_of<InputError>([&] { read(glb); }), HasSubstr(says));
-  }
+  Glb beyond = tetrahedron();
+  primitive(beyond)["indices"] = beyond.accessor(Numbers{0, 1, 4}, kUint8, "SCALAR");
+  EXPECT_THAT(message_of<InputError>([&] { read(beyond); }), HasSubstr("names vertex 4"));
   Glb chain = tetrahedron();
   for (int n = 1; n < 3000; ++n) {
     chain.json["nodes"].push_back({{"children", {n + 1}}});
@@ -342,9 +321,9 @@ TEST_F(GlbFile, DamageIsSeenOrIsHarmless) {
   EXPECT_THAT(message_of<InputError>([&] { read(first_version); }), HasSubstr("glTF version 1"));
   EXPECT_THAT(message_of<InputError>([&] { read("v 0 0 0\n"); }), HasSubstr("not a binary glTF file"));
   std::mt19937_64 random(3);
-  for (int trial = 0; trial < 2000; ++trial) {
+  for (int trial = 0; trial < 800; ++trial) {
     std::string bad = good;
-    for (int i = 0; i <= trial / 500; ++i) {
+    for (int i = 0; i <= trial / 200; ++i) {
       bad[(random() >> 20U) % bad.size()] = static_cast<char>(random() >> 40U);
     }
     try {

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -141,72 +140,17 @@ TEST_F(MeshIo, ReadsLinesOfAnyEnd) {
   for (const std::string end : {"\n", "\r\n", "\r"}) {
     for (const bool marked : {false, true}) {
       SCOPED_TRACE(std::to_string(end.size()) + (marked ? " marked" : ""));
-      const auto read = [&](const std::string& name, const std::string& text) {
-        return read_mesh(write(name, with_ends(text, end, marked)), kMm);
-      };
-      expect_tetrahedron(read("A.OBJ", kObj), kMm);
-      expect_tetrahedron(read("a.off", kOff), kMm);
-      expect_tetrahedron(read("a.ply", ply), kMm);
-      expect_tetrahedron(read("a.stl", ascii_stl()), kMm);
+      for (const auto& [name, text] : std::vector<std::pair<std::string, std::string>>{
+               {"A.OBJ", kObj}, {"a.off", kOff}, {"a.ply", ply}, {"a.stl", ascii_stl()}}) {
+        expect_tetrahedron(read_mesh(write(name, with_ends(text, end, marked)), kMm), kMm);
+      }
       expect_refused("n.obj", with_ends(with(kObj, "v 1 0 0", "v 1 zero 0"), end, marked), "n.obj:4: a coordinate");
     }
   }
 }
 
-// The body's first byte is a line feed, which belongs to a carriage return only where the others have one too.
-TEST_F(MeshIo, FindsTheBodyBehindLoneReturns) {
-  std::string header = with(with(kPlyHeader, "ascii", "binary_little_endian"), "property uchar red\n", "");
-  header = with(header, "property float quality\n", "");
-  const float odd = std::bit_cast<float>(0x3F80000AU);  // about 1, its first byte 0x0A
-  std::string body;
-  const auto put = [&](auto value) { body.append(reinterpret_cast<const char*>(&value), sizeof value); };
-  for (const auto& vertex : std::vector<std::array<float, 3>>{{odd, 0, 0}, {2, 0, 0}, {odd, 1, 0}, {odd, 0, 1}}) {
-    std::for_each(vertex.begin(), vertex.end(), put);
-  }
-  for (const auto& face : std::vector<std::array<int, 3>>{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}) {
-    put(std::uint8_t{3});
-    std::for_each(face.begin(), face.end(), put);
-  }
-  for (const std::string end : {"\n", "\r\n", "\r"}) {
-    const FileSurface surface = read_surface(write("b.ply", with_ends(header, end, false) + body));
-    EXPECT_EQ(surface.points.front().x(), odd);
-    EXPECT_THAT(surface.notes, IsEmpty());
-  }
-}
-
-TEST_F(MeshIo, JoinsContinuedLinesOfObj) {
-  const std::string split = with(with(kObj, "f 1 3 2", "f 1 \\\n 3\\\n\t2"), "v 1 0 0", "v 1 \\ \n0 0 # end \\");
-  expect_tetrahedron(read_mesh(write("a.obj", split), kMm), kMm);
-  expect_tetrahedron(read_mesh(write("b.obj", with_ends(split, "\r\n", false)), kMm), kMm);
-  // A path and a comment that end in a backslash join nothing.
-  const std::string path = with(kObj, "f 1 3 2", "usemtl C:\\skin\\\nf 1 3 2 # here \\\n# and here \\");
-  expect_tetrahedron(read_mesh(write("c.obj", path), kMm), kMm);
-  expect_tetrahedron(read_mesh(write("d.obj", with(kObj, "f -3/1/1 -2/1/1 -1/1/1\n", "f 2 3 4 \\")), kMm), kMm);
-}
-
-// Faces 021, 123 turned by a strip's second, 013, 032: one strip and others of the same surface.
-TEST_F(MeshIo, ReadsStrips) {
-  const std::string header =
-      with(with(kPlyHeader, "element face 4\nproperty list uchar int vertex_indices\nproperty float quality\n",
-                "element tristrips 1\nproperty list int int vertex_indices\n"),
-           "property uchar red\n", "");
-  const std::string points = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
-  for (const char* strips : {"6 0 2 1 3 0 2", "7 0 2 1 3 0 2 -1", "9 0 2 1 3 -1 1 3 0 2", "11 -1 0 2 1 3 -1 -1 1 3 0 2",
-                             "10 0 2 1 3 3 1 1 3 0 2"}) {
-    SCOPED_TRACE(strips);
-    expect_tetrahedron(read_mesh(write("s.ply", header + points + strips + "\n"), kMm), kMm);
-  }
-  const std::string two = with(header, "tristrips 1", "tristrips 2");
-  expect_tetrahedron(read_mesh(write("s.ply", two + points + "4 0 2 1 3\n4 1 3 0 2\n"), kMm), kMm);
-  expect_refused("n.ply", header + points + "6 0 2 1 4 0 2\n", "names vertex 4");
-  expect_refused("n.ply", header + points + "2 0 2\n", "has no face");
-  expect_refused("n.ply", with(header, "vertex_indices", "corners") + points,
-                 "'tristrips' of the PLY file has no list");
-}
-
 TEST_F(MeshIo, PassesOverNumbersThatDoNotMatter) {
-  for (const char* spelling :
-       {"nan nan nan", "-nan(ind) -nan(ind) -nan(ind)", "1.#QNAN -1.#IND 1.#INF", "0,5 0,5 0,7"}) {
+  for (const char* spelling : {"nan nan nan", "1.#QNAN -1.#IND 1.#INF", "0,5 0,5 0,7"}) {
     SCOPED_TRACE(spelling);
     std::string stl = ascii_stl();
     for (std::size_t at = 0; (at = stl.find("normal 0 0 0", at)) != std::string::npos; at += 7) {
@@ -221,7 +165,6 @@ TEST_F(MeshIo, PassesOverNumbersThatDoNotMatter) {
     expect_refused("n.obj", with(kObj, "v 1 0 0", "v 1 0 " + first), "a coordinate is");
     expect_refused("n.off", with(kOff, "1 0 0", "1 0 " + first), "a coordinate is");
   }
-  expect_refused("n.stl", with(ascii_stl(), "normal 0 0 0", "normal 0 0"), "'loop' where 'outer' is expected");
 }
 
 TEST_F(MeshIo, NotesBytesBehindTheLastFace) {
@@ -238,9 +181,6 @@ TEST_F(MeshIo, NotesBytesBehindTheLastFace) {
   const std::string stl = read_bytes(path("a.stl"));
   EXPECT_THAT(read_surface(write("zero.stl", stl + std::string(100, '\0'))).notes, SizeIs(1));
   expect_refused("more.stl", stl + stl.substr(84, 100), "announces 20 faces, but there are 2 more behind them");
-  const std::string ply = std::string(kPlyHeader) + kPlyBody;
-  EXPECT_THAT(read_surface(write("t.ply", ply + "1 2 3\n \n")).notes, SizeIs(1));
-  EXPECT_THAT(read_surface(write("t.ply", ply + "\n \n")).notes, IsEmpty());
 }
 
 TEST_F(MeshIo, RefusesFilesOfOtherKinds) {
@@ -277,15 +217,6 @@ TEST_F(MeshIo, WritesWhatItReads) {
   EXPECT_THAT(message_of<InputError>([&] { read_mesh(path("s.vtp"), kMm); }), HasSubstr("VTP is only written"));
 }
 
-TEST_F(MeshIo, BinaryStlHasItsPublishedLayout) {
-  write_mesh(path("s.stl"), icosphere(0.01, 2), kMm);
-  const std::string bytes = read_bytes(path("s.stl"));
-  ASSERT_EQ(bytes.size(), 84u + 50u * 80u);
-  float corner = 0;
-  std::memcpy(&corner, bytes.data() + 84 + 12, sizeof corner);
-  EXPECT_NEAR(corner, icosphere(0.01, 2).corner(0, 0).x() / kMm, 1e-5);
-}
-
 TEST_F(MeshIo, RefusesPathsThatAreNoMeshFile) {
   EXPECT_THAT([&] { read_mesh(path("none.stl"), kMm); },
               ThrowsMessage<InputError>(AllOf(HasSubstr("none.stl"), HasSubstr("no such file"))));
@@ -305,74 +236,59 @@ TEST_F(MeshIo, RefusesPathsThatAreNoMeshFile) {
   }
 }
 
-TEST_F(MeshIo, RefusesBrokenStl) {
-  expect_refused("n.stl", with(ascii_stl(), "1e0", "nan"), "n.stl:13: a coordinate is nan");
-  expect_refused("n.stl", with(ascii_stl(), "1e0", "one"), "'one', which is not a number");
-  expect_refused("n.stl", with(ascii_stl(), "endloop", "vertex 0 0 0\nendloop"),
-                 "'vertex' where 'endloop' is expected");
-  for (std::size_t cut = 1; cut < ascii_stl().size() - 40; cut += 7) {
-    expect_refused("t.stl", ascii_stl().substr(0, cut), "");
+TEST_F(MeshIo, RefusesBrokenFiles) {
+  const std::string ply = std::string(kPlyHeader) + kPlyBody;
+  struct Case {
+    const char* name;
+    std::string good;
+    const char* old;
+    const char* replacement;
+    const char* says;
+  };
+  for (const auto& [name, good, old, replacement, says] : std::vector<Case>{
+           {"n.stl", ascii_stl(), "1e0", "nan", "n.stl:13: a coordinate is nan"},
+           {"n.stl", ascii_stl(), "1e0", "one", "'one', which is not a number"},
+           {"n.stl", ascii_stl(), "endloop", "vertex 0 0 0\nendloop", "'vertex' where 'endloop' is expected"},
+           {"n.obj", kObj, "v 1 0 0", "v 1 nan 0", "n.obj:4: a coordinate is nan"},
+           {"n.obj", kObj, "v 1 0 0", "v 1 0", "three coordinates"},
+           {"n.obj", kObj, "f 1 3 2", "f 1 3 7", "face 0 names vertex 6, but there are 4"},
+           {"n.obj", kObj, "f 1 3 2", "f 0 3 2", "'0'"},
+           {"n.obj", kObj, "f 1 3 2", "f -9 3 2", "only 4 vertices come before"},
+           {"n.obj", kObj, "f 1 3 2", "f 1 99999999999999999999 2", "99999999999999999999"},
+           {"n.ply", ply, "1 0 0 255", "1 nan 0 255", "coordinate y of a vertex is nan"},
+           {"n.ply", ply, "3 0 1 3", "3 0 1 4", "face 1 names vertex 4"},
+           {"n.ply", ply, "3 0 1 3", "3 0 1.5 3", "must be a whole number"},
+           {"n.ply", ply, "list uchar", "list text", "'text' is not a type"},
+           {"n.ply", ply, "vertex_indices", "corners", "no list 'vertex_indices'"},
+           {"n.ply", ply, "float z", "float w", "no property 'z'"},
+           {"n.off", kOff, "OFF", "4OFF", "not in three dimensions"},
+           {"n.off", kOff, "OFF", "OFF BINARY", "binary OFF is not supported"},
+           {"n.off", kOff, "4 4 6", "4 -4 6", "'-4', it must be a whole number from 0"},
+           {"n.off", kOff, "4 4 6", "400 4 6", "ends after 8 of its 400 vertices"},
+           {"n.off", kOff, "4 4 6", "4 3 6", "continues after its 4 vertices and 3 faces"},
+           {"n.off", kOff, "3 0 3 2", "3 0 3", "announces 3 corners, but has 2"},
+           {"n.off", kOff, "3 0 3 2", "3 0 4 2", "face 2 names vertex 4, but there are 4"},
+       }) {
+    expect_refused(name, with(good, old, replacement), says);
+  }
+  for (const auto& [name, text] :
+       {std::pair{"n.stl", "solid x\nendsolid x\n"}, {"n.obj", "v 0 0 0\n"}, {"n.off", "OFF\n1 0 0\n0 0 0\n"}}) {
+    expect_refused(name, text, "has no face");
+  }
+  for (const auto& [name, good, rest] :
+       {std::tuple{"t.stl", ascii_stl(), 40U}, {"t.ply", ply, 4U}, {"t.off", std::string(kOff), 3U}}) {
+    for (std::size_t cut = 1; cut + rest < good.size(); cut += 3) {
+      expect_refused(name, good.substr(0, cut), "");
+    }
   }
   write_mesh(path("s.stl"), icosphere(0.01, 2), kMm);
   const std::string binary = read_bytes(path("s.stl"));
   expect_refused("t.stl", binary.substr(0, 2000), "announces 80 faces, which take 4084 bytes, but it has 2000");
-  expect_refused("t.stl", binary.substr(0, 60), "not an STL file");
   expect_refused("t.stl", with(binary, "binary STL", "solid  STL").substr(0, 2000), "announces 80 faces");
   std::string poisoned = binary;
   const float nan = std::nanf("");
   std::memcpy(poisoned.data() + 84 + 7 * 50 + 12, &nan, sizeof nan);
   expect_refused("p.stl", poisoned, "face 7 has a coordinate that is not a finite number");
-  expect_refused("none.stl", "solid x\nendsolid x\n", "has no face");
-}
-
-TEST_F(MeshIo, RefusesBrokenObj) {
-  expect_refused("n.obj", with(kObj, "v 1 0 0", "v 1 nan 0"), "n.obj:4: a coordinate is nan");
-  expect_refused("n.obj", with(kObj, "v 1 0 0", "v 1 0"), "three coordinates");
-  expect_refused("n.obj", with(kObj, "f 1 3 2", "f 1 3 7"), "face 0 names vertex 6, but there are 4");
-  expect_refused("n.obj", with(kObj, "f 1 3 2", "f 0 3 2"), "'0'");
-  expect_refused("n.obj", with(kObj, "f 1 3 2", "f -9 3 2"), "only 4 vertices come before");
-  expect_refused("n.obj", with(kObj, "f 1 3 2", "f 1 99999999999999999999 2"), "99999999999999999999");
-  expect_refused("n.obj", "v 0 0 0\n", "has no face");
-}
-
-TEST_F(MeshIo, RefusesBrokenPly) {
-  const std::string good = std::string(kPlyHeader) + kPlyBody;
-  expect_refused("n.ply", with(good, "1 0 0 255", "1 nan 0 255"), "coordinate y of a vertex is nan");
-  expect_refused("n.ply", with(good, "3 0 1 3", "3 0 1 4"), "face 1 names vertex 4");
-  expect_refused("n.ply", with(good, "3 0 1 3", "3 0 1.5 3"), "must be a whole number");
-  expect_refused("n.ply", with(good, "element vertex 4", "element vertex many"), "number of entries");
-  expect_refused("n.ply", with(good, "list uchar", "list text"), "'text' is not a type");
-  expect_refused("n.ply", with(good, "vertex_indices", "corners"), "no list 'vertex_indices'");
-  expect_refused("n.ply", with(good, "float z", "float w"), "no property 'z'");
-  expect_refused("n.ply", with(good, "format ascii 1.0\n", ""), "no 'format'");
-  expect_refused("n.ply", with(good, "ascii", "rot13"), "'rot13'");
-  expect_refused("n.ply", with(good, "element face 4", "element side 4"), "no element 'face'");
-  expect_refused("n.ply", with(good, "ply\n", "plx\n"), "does not begin with 'ply'");
-  for (std::size_t cut = 1; cut + 4 < good.size(); cut += 3) {
-    const std::string file = write("t.ply", good.substr(0, cut));
-    EXPECT_THROW(read_mesh(file, kMm), InputError) << cut;
-  }
-}
-
-TEST_F(MeshIo, RefusesBrokenOff) {
-  const std::string good = kOff;
-  expect_refused("n.off", with(good, "OFF", "OF"), "n.off:1: not an OFF file");
-  expect_refused("n.off", with(good, "OFF", "4OFF"), "not in three dimensions");
-  expect_refused("n.off", with(good, "OFF", "OFF BINARY"), "binary OFF is not supported");
-  expect_refused("n.off", with(good, "4 4 6", "4"), "number of faces");
-  expect_refused("n.off", with(good, "4 4 6", "4 -4 6"), "'-4', it must be a whole number from 0");
-  expect_refused("n.off", with(good, "4 4 6", "400 4 6"), "ends after 8 of its 400 vertices");
-  expect_refused("n.off", with(good, "4 4 6", "4 400 6"), "ends after 4 of its 400 faces");
-  expect_refused("n.off", with(good, "4 4 6", "4 3 6"), "continues after its 4 vertices and 3 faces");
-  expect_refused("n.off", with(good, "1 0 0", "1 nan 0"), "n.off:4: a coordinate is nan");
-  expect_refused("n.off", with(good, "1 0 0", "1 0"), "three coordinates");
-  expect_refused("n.off", with(good, "3 0 3 2", "3 0 3"), "announces 3 corners, but has 2");
-  expect_refused("n.off", with(good, "3 0 3 2", "3 0 4 2"), "face 2 names vertex 4, but there are 4");
-  expect_refused("n.off", with(good, "3 0 3 2", "99999999999 0 3 2"), "announces 99999999999 corners");
-  expect_refused("n.off", "OFF\n1 0 0\n0 0 0\n", "has no face");
-  for (std::size_t cut = 1; cut + 3 < good.size(); ++cut) {
-    EXPECT_THROW(read_mesh(write("t.off", good.substr(0, cut)), kMm), InputError) << cut;
-  }
 }
 
 // What a file announces is refused before memory is taken for it.
@@ -411,21 +327,13 @@ TEST_F(MeshIo, SurvivesDamage) {
                                                             {"d.ply", std::string(kPlyHeader) + kPlyBody},
                                                             {"d.off", kOff}};
   for (const auto& [name, good] : files) {
-    const int changes = 300;
-    for (int trial = 0; trial < changes; ++trial) {
-      std::string bad = good;
-      for (std::size_t i = 0; i < 1 + 10 * static_cast<std::size_t>(trial) / static_cast<std::size_t>(changes); ++i) {
+    constexpr std::size_t kChanges = 180;
+    for (std::size_t trial = 0; trial < kChanges; ++trial) {
+      std::string bad = trial % 6 == 0 ? good.substr(0, 1 + at_random(good.size() - 1)) : good;
+      for (std::size_t i = 0; trial % 6 > 0 && i < 1 + 10 * trial / kChanges; ++i) {
         bad[at_random(bad.size())] = static_cast<char>(at_random(256));
       }
       const std::string file = write(name, bad);
-      try {
-        read_mesh(file, kMm);
-      } catch (const InputError& error) {
-        EXPECT_THAT(error.what(), HasSubstr(file));
-      }
-    }
-    for (int trial = 0; trial < changes / 5; ++trial) {
-      const std::string file = write(name, good.substr(0, at_random(good.size())));
       try {
         read_mesh(file, kMm);
       } catch (const InputError& error) {

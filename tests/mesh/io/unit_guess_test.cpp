@@ -7,8 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "sim/hand/hand.h"
-#include "tests/support/surface_support.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::unit_guess_test {
@@ -34,32 +32,6 @@ TEST(UnitGuess, IsSureOfHandsAlone) {
             "0.193 units across: 0.193 mm if in mm, 1.93 mm if in cm, 193 mm if in m; a hand is 120 to 560 mm");
   for (const double size : {0.0, -1.0, std::numeric_limits<double>::infinity(), std::nan("")}) {
     EXPECT_THROW(guess_unit(size), InputError) << size;
-  }
-}
-
-TEST(SurfaceSize, IsThatOfTheNamedPoints) {
-  // A cube's space diagonal, whichever unit and wherever a point lies that no face names.
-  FileSurface surface = file_of(cube({5, 6, 7}), 1e-3);
-  surface.points.emplace_back(1e6, 0, 0);
-  EXPECT_NEAR(surface_size(surface), 10 * std::sqrt(3.0), 1e-9);
-  surface.triangles.clear();
-  EXPECT_EQ(surface_size(surface), 0.0);
-}
-
-// The longest and the shortest of the shipped poses are what `hand` must mean.
-TEST(SurfaceSize, AHandIsSurelyAHandInAnyPose) {
-  for (const auto& [pose, forearm] :
-       {std::pair("flat", 0.0), std::pair("fist", 0.0), std::pair("flat", kMostForearm)}) {
-    HandOptions options;
-    options.pose = pose;
-    options.edge = 6e-3;
-    options.forearm = forearm;
-    const TriangleMesh mesh = hand(options).mesh;
-    for (const double unit : {1e-3, 1.0}) {
-      const UnitGuess guess = guess_unit(surface_size(file_of(mesh, unit)));
-      EXPECT_EQ(guess.unit.metres, unit) << pose << ": " << guess.reason;
-      EXPECT_EQ(guess.certainty, UnitCertainty::kSure) << pose << ": " << guess.reason;
-    }
   }
 }
 

@@ -1,18 +1,14 @@
 #include "sim/mesh/query/clearance.h"
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <random>
 #include <vector>
 
 #include <Eigen/Geometry>
 
-#include "sim/hand/hand.h"
 #include "sim/hand/shapes.h"
 #include "sim/mesh/query/face_tree.h"
-#include "sim/mesh/query/self_intersections.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/random_support.h"
 #include "tests/support/testing.h"
@@ -101,25 +97,6 @@ TEST(LeastClearance, OfTwoBoxesIsThatOfTheirSidesEdgesOrCorners) {
   }
 }
 
-// What the search among all pairs of faces finds without a tree, on skins with folds.
-TEST(LeastClearance, OfTwoHandsIsTheLeastOfAllPairs) {
-  std::mt19937 random(4);
-  const TriangleMesh first = hand({.edge = 8e-3}).mesh;
-  for (const double apart : {0.22, 0.3}) {
-    const TriangleMesh second = transformed(first, some_rotation(random), apart * point_in_cube(random).normalized());
-    double least = std::numeric_limits<double>::infinity();
-    for (Index f = 0; f < first.face_count(); ++f) {
-      for (Index g = 0; g < second.face_count(); ++g) {
-        least = std::min(least, nearest_points(corners(first, f), corners(second, g)).squared);
-      }
-    }
-    const Clearance found = least_clearance(first, second);
-    ASSERT_EQ(found.meeting, Meeting::kApart);
-    EXPECT_EQ(found.distance, std::sqrt(least));
-    EXPECT_EQ(nearest_points(corners(first, found.first_face), corners(second, found.second_face)).squared, least);
-  }
-}
-
 TEST(LeastClearance, TellsHowBodiesMeet) {
   const TriangleMesh outer = block(0.04, 0.04, 0.04);
   const TriangleMesh inner = block(0.01, 0.01, 0.01);
@@ -205,45 +182,6 @@ Points grid(int count_x, int count_y, double pitch) {
 
 Points moved(const Points& points, const Eigen::Matrix3d& rotation, const Vector3& by) {
   return (rotation * points).colwise() + by;
-}
-
-// Of many points at random in a disc and on its rim: the hull holds them all, and has the area of the rim's polygon.
-TEST(FlatHull, HoldsAllPoints) {
-  std::mt19937 random(7);
-  constexpr int kRim = 40;
-  Points points(3, 300);
-  for (int i = 0; i < points.cols(); ++i) {
-    const double angle = i < kRim ? 2 * std::numbers::pi * i / kRim : uniform(random, 0, 2 * std::numbers::pi);
-    const double radius = 0.1 * (i < kRim ? 1 : uniform(random, 0, 0.99));
-    points.col(i) << radius * std::cos(angle), radius * std::sin(angle), 0;
-  }
-  points = moved(points, some_rotation(random), point_in_cube(random));
-  const std::optional<TriangleMesh> hull = flat_hull(points, 1e-6);
-  ASSERT_TRUE(hull);
-  EXPECT_EQ(hull->vertex_count(), kRim);
-  EXPECT_NEAR(hull->total_area(), 0.5 * kRim * 0.01 * std::sin(2 * std::numbers::pi / kRim), kRounding);
-  for (const Vector3 x : points.colwise()) {
-    EXPECT_LT(FaceTree(*hull).nearest(x).distance, kRounding);
-  }
-}
-
-TEST(FlatHull, NeedsAFlatAreaOfPoints) {
-  EXPECT_FALSE(flat_hull(Points(3, 0), 1e-3));
-  EXPECT_FALSE(flat_hull(grid(2, 1, 0.01), 1e-3));
-  EXPECT_FALSE(flat_hull(grid(40, 1, 0.01), 1e-3));
-  EXPECT_FALSE(flat_hull(Points(Points::Zero(3, 5)), 1e-3));
-  std::mt19937 random(8);
-  EXPECT_FALSE(flat_hull(moved(grid(40, 1, 0.01), some_rotation(random), point_in_cube(random)), 1e-3));
-  Points uneven = grid(9, 9, 0.01);
-  uneven(2, 40) = 0.9e-3;  // the middle one: the best plane rises by a part in 81 only
-  EXPECT_TRUE(flat_hull(uneven, 1e-3));
-  uneven(2, 40) = 1.1e-3;
-  EXPECT_FALSE(flat_hull(uneven, 1e-3));
-  // Every position twice.
-  Points twice(3, 12);
-  twice << grid(3, 2, 0.01), grid(3, 2, 0.01);
-  ASSERT_TRUE(flat_hull(twice, 1e-3));
-  EXPECT_NEAR(flat_hull(twice, 1e-3)->total_area(), 0.02 * 0.01, kRounding);
 }
 
 const Eigen::VectorXi kOnePlate = Eigen::VectorXi::Zero(18 * 14);

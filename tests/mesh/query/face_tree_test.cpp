@@ -1,10 +1,8 @@
 #include "sim/mesh/query/face_tree.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
-#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -61,38 +59,6 @@ TEST(FaceTree, FindsTheNearestFaceThatLooksThatWay) {
   EXPECT_NEAR(tree.nearest_facing(x, -Vector3::UnitZ(), 0.5).distance, 0.95e-3, 1e-15);
   EXPECT_NEAR(tree.nearest_facing(x, Vector3::UnitX(), 0.5).distance, 9e-3, 1e-15);
   EXPECT_EQ(tree.nearest_facing(x, Vector3(1, 1, 1).normalized(), 0.9).face, -1);
-}
-
-TEST(FaceTree, FindsTheCentroidsAround) {
-  const TriangleMesh mesh = icosphere(0.05, 6);
-  const FaceTree tree(mesh);
-  std::vector<Eigen::Index> found;
-  const Points points = points_around(mesh, 50);
-  for (const Vector3 x : points.colwise()) {
-    tree.centroids_within(x, 0.03, found);
-    std::sort(found.begin(), found.end());
-    std::vector<Eigen::Index> expected;
-    for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-      if ((mesh.centroids().col(f) - x).norm() <= 0.03) {
-        expected.push_back(f);
-      }
-    }
-    EXPECT_EQ(found, expected);
-  }
-}
-
-// Rays and nearest normals are fooled on symmetry lines, through vertices and edges; winding numbers are not.
-TEST(FaceTree, WindsOnceRoundPointsInLineWithVerticesAndEdges) {
-  const TriangleMesh mesh = box({0.02, 0.02, 0.02}, 2e-3).mesh;
-  const FaceTree tree(mesh);
-  for (int i = -12; i <= 12; ++i) {
-    for (int j = -12; j <= 12; ++j) {
-      const Vector3 x(2e-3 * i, 2e-3 * j, 0);
-      if (std::max(std::abs(i), std::abs(j)) != 5) {
-        EXPECT_NEAR(tree.winding_number(x), std::max(std::abs(i), std::abs(j)) < 5 ? 1.0 : 0.0, kWinding);
-      }
-    }
-  }
 }
 
 /// By the solid angle of every face (Van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125).
