@@ -44,19 +44,13 @@ def test_a_motion_writes_what_the_program_writes(motion, tmp_path):
         motion.save(tmp_path / "one.h5")
 
 
-def test_frames_and_axes_of_a_motion(motion):
-    pytest.importorskip("pandas")
+def test_a_figure_of_a_motion(motion):
     pytest.importorskip("matplotlib")
-    scores = motion.to_frame()
-    assert scores.groupby("method").size().tolist() == [len(motion.scores[name]["time_s"]) for name in ("focus", "surface")]
-    assert motion.to_frame("frames").groupby("method").size().tolist() == [6, 6]
-    assert len(motion.plot("mean_inside_pa").lines) == 2
     axes = motion.figure().axes
     assert [ax.get_ylabel() for ax in axes] == ["relative error [%]", "displacement [mm]", "mean inside [Pa]"]
     error, displacement, _ = (ax.lines[0].get_ydata() for ax in axes)
     assert np.allclose(error, 100 * motion.scores["surface"]["relative_error"], equal_nan=True)
     assert np.allclose(displacement, 1e3 * motion.scores["surface"]["displacement_m"], equal_nan=True)
-    assert "<td>surface</td>" in motion._repr_html_()
 
 
 def test_tracked_joints_have_names(motion, tmp_path):
@@ -85,8 +79,6 @@ def test_what_cameras_see_and_what_is_fitted(finger, tmp_path):
     assert (tmp_path / "images/times.csv").exists()
     with pytest.raises(tf.InputError, match="hand"):  # a finger of a capsule is none
         tf.fit(tmp_path / "images", tmp_path / "hand", learn=0)
-    with pytest.raises(tf.InputError, match="fit: side = 'both' must be right, left or auto"):
-        tf.fit(tmp_path / "images", tmp_path / "other", side="both")
 
 
 def test_dry_runs(run, motion, tmp_path, touchfield):

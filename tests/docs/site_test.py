@@ -93,13 +93,11 @@ class Site(BuiltSite):
 
     def test_references_are_the_programs(self):
         commands = (self.site / "reference/commands.html").read_text()
-        for word in ("touchfield run", "touchfield array walk", "--case-seconds"):
-            self.assertIn(word, commands)
+        self.assertIn("touchfield array walk", commands)
         page = (self.site / "docs/theory.html").read_text()  # formulas are marked for rendering
         self.assertNotIn("$", re.sub(r"<(script|style)\b.*?</\1>", "", page, flags=re.DOTALL))
         model = (self.site / "reference/cpp/structtouchfield_1_1Model.html").read_text()
         self.assertIn("#include &lt;touchfield/sim/model/model.h&gt;", model)
-        self.assertNotIn("&lt; namespace", (self.site / "reference/cpp/namespacetouchfield.html").read_text())
         built = list(SOURCE.glob("build/python/lib/python*/site-packages/touchfield"))
         for page, word in {"python.html": "InputError", "python/methods.html": 'id="problemcost"',
                            "python/parts.html": '<a href="methods.html#solution"><code>Solution</code></a>'}.items():

@@ -12,16 +12,6 @@ import sights
 
 
 class Cases(unittest.TestCase):
-    def test_names_are_valid_and_differ(self):
-        names = [case.name() for case in sights.cases()]
-        self.assertEqual(len(names), len(set(names)))
-        for name in names:
-            self.assertRegex(name, r"^[A-Za-z0-9_-]+$")
-
-    def test_scale_multiplies_the_distance_from_the_hand(self):
-        self.assertIn("at_mm: [-560, -50, -215]", sights.cameras(count=1, scale=2)["motion.sensor"])
-        self.assertIn("at_mm: [-280, -50, 0]", sights.cameras(count=1)["motion.sensor"])
-
     def test_every_motion_of_every_hand_has_an_exact_sensor(self):
         exact = [case.same() for case in sights.cases() if case.group == "exact"]
         self.assertEqual(len(exact), len(set(exact)))

@@ -84,21 +84,5 @@ class Sequences(unittest.TestCase):
         self.assertAlmostEqual((ahead - behind) / (2 * step), slope, delta=1e-6 * abs(slope))
 
 
-class Provenance(unittest.TestCase):
-    def test_many_inputs_have_one_hash(self):
-        few = runs.Made("scripts/some", ["0123abcd"], {"a.yaml": "1" * 12, "b.yaml": "2" * 12})
-        self.assertEqual(few.head(), "# made by: scripts/some; revision: 0123abcd; scenes: a.yaml 111111111111, b.yaml 222222222222\n")
-        many = runs.Made("scripts/some", ["0123abcd", "4567cdef"], {f"{i}.yaml": f"{i:012d}" for i in range(9)})
-        self.assertIn("revision: 0123abcd and 4567cdef; scenes: 9 files, together ", many.head())
-        many.inputs["3.yaml"] = "x" * 12
-        self.assertNotEqual(many.scenes(), runs.Made("", [], {f"{i}.yaml": f"{i:012d}" for i in range(9)}).scenes())
-
-    def test_settings_of_a_scene_are_read_by_their_path(self):
-        scene = "name: a\narray:\n  grid:\n    count: [4, 3]\n  at_mm: [0, 0, 1]\nbody:\n  place:\n    at_mm: [0, 0, 200]\n"
-        self.assertEqual(runs.setting(scene, "array.grid.count"), "[4, 3]")
-        self.assertEqual(runs.setting(scene, "body.place.at_mm"), "[0, 0, 200]")
-        self.assertIsNone(runs.setting(scene, "array.place.at_mm"))
-
-
 if __name__ == "__main__":
     unittest.main()

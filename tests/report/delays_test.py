@@ -43,12 +43,6 @@ class Course(unittest.TestCase):
         towards = course.translations()[-1]
         self.assertIn(f"[{towards.begin:g}, 242], [{towards.end:g}, 158]", text)
 
-    def test_a_tremor_has_whole_periods(self):
-        for segment in course.tremors():
-            periods = segment.hz * (segment.end - segment.begin)
-            self.assertAlmostEqual(periods, round(periods))
-        self.assertIn("[0.03125, -0.1]", course.tremor_change())  # a quarter of 8 Hz
-
 
 class Scores(unittest.TestCase):
     segment = course.Translation("across", 50, 0.2, 0.6)
@@ -69,19 +63,6 @@ class Scores(unittest.TestCase):
                          [("none", "surface", "100"), ("none", "unscattered", "100"), ("linear", "surface", "100")])
         self.assertEqual({row["age_ms_mean"] for row in rows}, {"150"})
         self.assertEqual([float(row["error_mean"]) for row in rows], [1.2, 1.28, 0.45])
-
-    def test_rows_without_prediction_appear_once(self):
-        predicted = [play(kind, 0.0, ("surface",), 0.1) for kind in ("linear", "kalman")]
-        rows = delays.delay_rows(play(methods=("surface",), age=0.15), predicted, [self.segment])
-        self.assertEqual([row["predict"] for row in rows], ["none", "linear", "kalman"])
-
-    def test_error_at_a_displacement(self):
-        distances = numpy.linspace(0, 2, 41)
-        errors = 0.4 + 0.1 * distances
-        for displacement in (0, 0.33, 2):
-            self.assertAlmostEqual(delays.error_at(displacement, distances, errors), 0.4 + 0.1 * displacement)
-        self.assertIsNone(delays.error_at(2.1, distances, errors))
-        self.assertAlmostEqual(delays.error_at(1, numpy.ones(5), numpy.full(5, 0.7)), 0.7)
 
     def test_each_displacement_comes_from_the_slowest_motion_that_reaches_it(self):
         ages = numpy.linspace(0, 0.2, 21)
@@ -105,10 +86,6 @@ class Answers(unittest.TestCase):
         self.assertEqual([float(row[f"equal_ms_at_{speed}"]) for speed in (10, 50, 200)], [140, 28, 7])
         self.assertAlmostEqual(float(row["alike_mm"]), 1 + 0.05 / 0.055, places=3)  # the gain falls from 6 to 0.5 points
         self.assertEqual([float(row[f"beyond_{which}_points"]) for which in ("least", "most")], [-1, 0.5])
-
-    def test_a_displacement_that_is_not_reached(self):
-        row, = delays.answer_rows(displacement_table((0.45, 0.46, 0.47, 0.48), (0.54, 0.55, 0.56, 0.57)))
-        self.assertEqual((row["equal_mm"], row["alike_mm"], row["equal_ms_at_50"]), ("", "", ""))
 
     def test_parts_of_the_loop(self):
         """Samples that wait 10 ms, 45 ms to solve, held for 0 to 50 ms."""
