@@ -54,14 +54,3 @@ def test_numbers_are_those_of_the_program(touchfield, results, tmp_path, kind, k
                 assert maps.keys() | {"spectrum"} == set(kept)
                 assert all(np.allclose(kept[name], part, rtol=1e-6, equal_nan=True) for name, part in maps.items())
     assert "stiff" in repr(felt) and pickle.loads(pickle.dumps(felt)).table()[0] == pytest.approx(felt.table()[0], nan_ok=True)
-
-
-@pytest.mark.parametrize("width, mm", [("single", 85), ("double", 175)])
-def test_a_figure_has_a_row_of_each_method(run, width, mm):
-    pytest.importorskip("matplotlib")
-    felt = run.felt(**PLACES)
-    figure = felt.figure(width=width)
-    assert figure._repr_png_().startswith(b"\x89PNG") and figure.get_size_inches()[0] * 25.4 == pytest.approx(mm)
-    maps = [ax.collections[0].get_array() for ax in figure.axes[:12]]
-    for number, (method, skin) in enumerate((method, skin) for method in felt.methods for skin in ("none", "soft", "middle", "stiff")):
-        assert np.allclose(maps[number].filled(np.nan), felt[method, skin].displacement * (1 if skin == "none" else 1e6), equal_nan=True)

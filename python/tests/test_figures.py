@@ -29,18 +29,6 @@ def test_files_are_vectors_with_embedded_fonts(figure, tmp_path):
     assert svg.count("<image") == svg.count("data:image/png") == 4  # the skin in each panel, and what is wanted
 
 
-def test_rcparams_stay_and_do_not_matter(run, tmp_path):
-    run.figure(["surface", "focus"]).savefig(tmp_path / "plain.png", dpi=100)
-    with matplotlib.rc_context({"font.size": 30, "pdf.fonttype": 3, "savefig.dpi": 30, "axes.linewidth": 5}):
-        before = dict(matplotlib.rcParams)
-        other = run.figure(["surface", "focus"])
-        other.savefig(tmp_path / "other.png", dpi=100)
-        other.savefig(tmp_path / "other.pdf")
-        assert dict(matplotlib.rcParams) == before
-    assert (tmp_path / "plain.png").read_bytes() == (tmp_path / "other.png").read_bytes()
-    assert b"/Type3" not in (tmp_path / "other.pdf").read_bytes()
-
-
 @pytest.mark.parametrize("quantity", ["radiation", "pressure"])
 def test_colours_are_those_of_the_values(run, tmp_path, quantity):
     shown = run.figure(["focus"], quantity, width="single", whole=False, top=1e3 if quantity == "pressure" else 4)

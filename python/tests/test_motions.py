@@ -53,26 +53,6 @@ def test_a_figure_of_a_motion(motion):
     assert np.allclose(displacement, 1e3 * motion.scores["surface"]["displacement_m"], equal_nan=True)
 
 
-def test_tracked_joints_have_names(motion, tmp_path):
-    rows = csv.DictReader((SOURCE / "tests/data/index_up_joints.csv").read_text().split("\n", 1)[1].splitlines())
-    at = {row["joint"]: 1e-3 * (np.array([float(row[f"{axis}_mm"]) for axis in "xyz"]) + [21, -145, 200]) for row in rows}
-    del at["thumb_metacarpal"]  # not used
-    columns = [f"{joint}_{axis}" for joint in at for axis in "xyz"]
-    numbers = ",".join(f"{number:.9f}" for place in at.values() for number in place)
-    (tmp_path / "hand.csv").write_text("\n".join([",".join(["time_s", *columns]), *(f"{0.02 * k:.2f},{numbers}" for k in range(12))]))
-    tracked = tf.play({"array": {"grid": {"count": [8, 8]}},
-                       "body": {"hand": {"pose": "index_up", "length_mm": 180, "breadth_mm": 84}, "edge_mm": {"near_target": 3, "far": 9},
-                                "place": {"at_mm": [21, -145, 200]}},
-                       "target": {"box": {"at": "index_pad", "size_mm": [7, 7, 6]}, "pressure_pa": 300},
-                       "solve": {"methods": ["focus"]}, "evaluation": "none",
-                       "motion": {"seconds": 0.2, "frames_hz": 10, "solve_ms": 20, "sensor": {"joints": {"file": str(tmp_path / "hand.csv")}}}},
-                      tmp_path / "out", threads=2)
-    for kept in (tracked, tf.read_motion(tmp_path / "out/motion.h5")):
-        assert set(kept.joints["focus"]) == set(at)
-        assert all(np.allclose(places, at[joint], atol=1e-8) and places.shape == (2, 3) for joint, places in kept.joints["focus"].items())
-    assert motion.joints["focus"] == {}
-
-
 def test_what_cameras_see_and_what_is_fitted(finger, tmp_path):
     seen = tf.see(finger, tmp_path / "images", set={"motion": CAMERAS})
     assert len(seen) == 1 and seen[0]["pixels"] > 0 and 0.1 < seen[0]["nearest"] <= seen[0]["farthest"] < 0.5

@@ -104,27 +104,6 @@ class LongTutorials(Following):
     pass
 
 
-class Claims(CommandTest):
-    """What the pages say that `check` finds."""
-
-    def test_slips_with_a_hand_of_ones_own(self):
-        page = (SOURCE / "docs/tutorials/own-hand.md").read_text()
-        scene = self.write("mine.yaml", re.search(r"^```yaml\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)[1])
-        self.run_ok("hand", "-o", "hand.stl", "--pose", "index_up", "--edge-mm", "3")
-
-        def said(*sets):
-            done = self.touchfield("check", scene, *[f"--set={change}" for change in sets])
-            return done.returncode, done.stdout + done.stderr
-        self.assertEqual(said()[0], 0)
-        self.assertNotIn("facing_away", said()[1])
-        code, text = said("body.mesh.landmarks.pad=[220, 156, -9]")
-        self.assertEqual(code, 2)
-        self.assertRegex(text, r"body\.mesh\.landmarks\.pad: \(220, 156, -9\) mm is 1\d\d mm off the skin")
-        code, text = said("body.place.rotate_deg=[180, 0, 0]")
-        self.assertEqual(code, 0)
-        self.assertRegex(text, r"facing_away: .*1[67]\d degrees .*body\.place\.rotate_deg")
-
-
 PAGES = {page.stem: page for page in sorted((SOURCE / "docs/tutorials").glob("*.md"))}
 LONG_ONES = ("moving-hand", "own-hand", "pattern")
 for one, path in PAGES.items():

@@ -69,7 +69,7 @@ class Reproduce(unittest.TestCase):
         for row in rows:
             with h5py.File(self.folder / "work/panels" / row["scene"] / "run.h5") as run:
                 kept = run["methods"][row["method"]].attrs
-                for metric in ("relative_error", "width_mm", "leakage", "force_target_n"):
+                for metric in ("relative_error", "leakage", "force_target_n"):
                     self.assertAlmostEqual(float(row[metric]) / kept[metric], 1, delta=1e-8, msg=f"{row} {metric}")
         self.assertEqual(len(self.rows("convergence.csv")), 2 * 3 * 4)
         for table in (SOURCE / "results/study/tables").iterdir():

@@ -13,6 +13,7 @@ import widths
 import widths_trials
 
 CELLS = 12
+widths.RESAMPLES = 500  # which take most of the time
 
 
 def trials(hands=6, draws=10, apart=3.0, spread=0.05, seed=1, methods=widths.METHODS):
