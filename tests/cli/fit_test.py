@@ -139,7 +139,8 @@ class Fit(CommandTest):
         self.seen()
         recorded = SEEN.split("  change:")[0] + "  sensor: {recorded: {folder: seen}}\n"
         scene = self.write("recorded.yaml", recorded.replace("length_mm: 184, breadth_mm: 82", ""))
-        for command, output in ((("fit", "seen"), "seen"), (("play", scene), "seen/"), (("run", scene), "seen/camera_1"), (("live", scene), "seen/new")):
+        for command, output in ((("fit", "seen"), "seen"), (("play", scene), "seen/"), (("run", scene), "seen/camera_1"),
+                                (("live", scene), "seen/new")):
             self.refused(*command, "-o", output)
         (self.folder / "link").symlink_to("seen")
         self.refused("fit", "seen", "--pose", "index_up", "-o", "link")
@@ -159,7 +160,8 @@ class Fit(CommandTest):
         for command in (("play", own), ("play", other), ("run", still), ("study", still), ("live", other)):
             self.refused(*command, "-o", "out")
         # A folder of the scene's own with nothing of the scene in it.
-        self.run_ok("play", other, "-o", "out/play", "--quiet", "--set", "motion.frames_hz=10", "--set", "motion.score_hz=10", "--set", "evaluation=none")
+        self.run_ok("play", other, "-o", "out/play", "--quiet", "--set", "motion.frames_hz=10", "--set", "motion.score_hz=10",
+                    "--set", "evaluation=none")
 
     def vertices(self, path):
         self.run_ok("mesh", path, "--unit", "m", "--output-unit", "mm", "-o", path.with_suffix(".off"))

@@ -28,7 +28,8 @@ class Limits(CommandTest):
                               env=os.environ | (env or {}), capture_output=True, text=True, timeout=300, check=False)
 
     def test_too_little_address_space_is_said_at_once(self):
-        for limit, command in (("-d 200000", "run scene.yaml -o out"), ("-v 200000", "sweep sweep.yaml -o swept"), ("-v 400000", "--version")):
+        for limit, command in (("-d 200000", "run scene.yaml -o out"), ("-v 200000", "sweep sweep.yaml -o swept"),
+                               ("-v 400000", "--version")):
             with self.subTest(limit=limit, command=command):
                 began = time.monotonic()
                 done = self.under(limit, command, {"OMP_NUM_THREADS": "4", "OPENBLAS_NUM_THREADS": "4"})

@@ -52,7 +52,8 @@ class See(CommandTest):
 
     def test_refused(self):
         scene = self.write("scene.yaml", SEEN)
-        for change, named in (("motion.sensor={hz: 30}", "motion.sensor.cameras"), ("motion.sensor.cameras[0].model=d999", "cameras[0].model")):
+        for change, named in (("motion.sensor={hz: 30}", "motion.sensor.cameras"),
+                              ("motion.sensor.cameras[0].model=d999", "cameras[0].model")):
             self.is_refused("see", scene, "-o", "out", f"--set={change}", says=named)
         self.assertFalse((self.folder / "out").exists())
 

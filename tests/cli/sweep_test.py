@@ -451,16 +451,16 @@ class SweepTest(CommandTest):
         """The tasks of a job array as Slurm starts them, and Snakemake where it is installed."""
         self.sweep("s.yaml", "grid: {array.level: [1, 0.9, 0.8]}\n")
         self.run_ok("sweep", "s.yaml", "-o", "whole", "--quiet", "--threads", 1, "--jobs", 1)
-        started = [subprocess.Popen([SOURCE / "scripts/sweep.slurm", "s.yaml", f"array{by_case}", *([by_case] if by_case else []), "--quiet"],
+        started = [subprocess.Popen([SOURCE / "scripts/sweep.slurm", "s.yaml", "".join(["array", *how]), *how, "--quiet"],
                                     cwd=self.folder, env=os.environ | {"TOUCHFIELD": PROGRAM, "SLURM_ARRAY_TASK_ID": str(task)})
-                   for by_case in ("", "--by-case") for task in (1, 2, 3)]
+                   for how in ([], ["--by-case"]) for task in (1, 2, 3)]
         self.assertEqual([process.wait(300) for process in started], [0] * 6)
         outs = ["array", "array--by-case"]
         self.assertEqual(self.end_of("s.yaml", "-o", outs[1])["computed"], 0)  # the table
         if shutil.which("snakemake"):
             outs.append("parts")
-            subprocess.run(["snakemake", "--snakefile", SOURCE / "examples/Snakefile", "--cores", "2", "--config", "sweep=s.yaml", "out=parts",
-                            f"program={PROGRAM}"], cwd=self.folder, timeout=300, check=True)
+            subprocess.run(["snakemake", "--snakefile", SOURCE / "examples/Snakefile", "--cores", "2", "--config", "sweep=s.yaml",
+                            "out=parts", f"program={PROGRAM}"], cwd=self.folder, timeout=300, check=True)
         for out in outs:
             self.same_to_the_byte("whole", out)
 

@@ -107,7 +107,8 @@ class LongTutorials(Following):
 PAGES = {page.stem: page for page in sorted((SOURCE / "docs/tutorials").glob("*.md"))}
 LONG_ONES = ("moving-hand", "own-hand", "pattern")
 for one, path in PAGES.items():
-    setattr(LongTutorials if one in LONG_ONES else Tutorials, f"test_{one.replace('-', '_')}", lambda self, page=path: self.follow(page))
+    setattr(LongTutorials if one in LONG_ONES else Tutorials, f"test_{one.replace('-', '_')}",
+            lambda self, page=path: self.follow(page))
 
 
 if __name__ == "__main__":
