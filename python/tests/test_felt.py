@@ -54,24 +54,3 @@ def test_numbers_are_those_of_the_program(touchfield, results, tmp_path, kind, k
                 assert maps.keys() | {"spectrum"} == set(kept)
                 assert all(np.allclose(kept[name], part, rtol=1e-6, equal_nan=True) for name, part in maps.items())
     assert "stiff" in repr(felt) and pickle.loads(pickle.dumps(felt)).table()[0] == pytest.approx(felt.table()[0], nan_ok=True)
-
-
-@pytest.mark.parametrize("width, mm", [("single", 85), ("double", 175)])
-def test_a_figure_has_a_row_of_each_method(run, width, mm):
-    pytest.importorskip("matplotlib")
-    felt = run.felt(**PLACES)
-    figure = felt.figure(width=width)
-    assert figure._repr_png_().startswith(b"\x89PNG") and figure.get_size_inches()[0] * 25.4 == pytest.approx(mm)
-    maps = [ax.collections[0].get_array() for ax in figure.axes[:12]]
-    for number, (method, skin) in enumerate((method, skin) for method in felt.methods for skin in ("none", "soft", "middle", "stiff")):
-        assert np.allclose(maps[number].filled(np.nan), felt[method, skin].displacement * (1 if skin == "none" else 1e6), equal_nan=True)
-
-
-def test_waves_are_those_of_a_half_space():
-    k, (hz, shear, loss, density, speed) = np.array([100, 400, 1500]), (150, 20e3, 0.3, 1050, 1540)
-    waves = tf.skin_waves([(4e-3, shear)], on_bone=False, tan_delta=loss, hz=hz, wavenumbers=k, depths=[0, 1e-3])
-    power, omega = 2 / np.pi * np.arctan(loss), 2 * np.pi * hz
-    mu = shear * (hz / 200) ** power * np.exp(-0.5j * np.pi * power)
-    q, s, ks2 = np.sqrt(k**2 - (omega / speed) ** 2), np.sqrt(k**2 - density * omega**2 / mu), density * omega**2 / mu
-    lamb = -q * ks2 / (mu * ((2 * k**2 - ks2) ** 2 - 4 * k**2 * q * s))
-    assert np.allclose(waves["inwards"][0], lamb, rtol=1e-9, atol=0) and waves["e_xz"].shape == (2, 3)

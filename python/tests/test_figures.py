@@ -29,31 +29,6 @@ def test_files_are_vectors_with_embedded_fonts(figure, tmp_path):
     assert svg.count("<image") == svg.count("data:image/png") == 4  # the skin in each panel, and what is wanted
 
 
-@pytest.mark.parametrize("width, mm", [("single", 85), ("double", 175)])
-def test_sizes_are_those_of_columns(run, width, mm):
-    assert run.figure(width=width).get_size_inches()[0] * 25.4 == pytest.approx(mm)
-
-
-def test_many_methods_stand_in_rows(finger):
-    own = {f"a_long_method_of_{number}": np.zeros(64) for number in ("one", "two", "three")}
-    many = tf.run(finger, set={"solve.methods": ["focus"], "evaluation": "same", "solve.optimality_bound": False}, own=own)
-    axes = many.figure(width="single").axes
-    assert [ax.get_title().split("\n")[:-1] for ax in axes[:6]] == [["wanted"], ["focus"], *([*name.rsplit("_", 1)] for name in own), []]
-    assert [ax.get_subplotspec().rowspan.start for ax in axes[:6]] == [0, 0, 0, 1, 1, 1] and not axes[5].axison
-
-
-def test_rcparams_stay_and_do_not_matter(run, tmp_path):
-    run.figure(["surface", "focus"]).savefig(tmp_path / "plain.png", dpi=100)
-    with matplotlib.rc_context({"font.size": 30, "pdf.fonttype": 3, "savefig.dpi": 30, "axes.linewidth": 5}):
-        before = dict(matplotlib.rcParams)
-        other = run.figure(["surface", "focus"])
-        other.savefig(tmp_path / "other.png", dpi=100)
-        other.savefig(tmp_path / "other.pdf")
-        assert dict(matplotlib.rcParams) == before
-    assert (tmp_path / "plain.png").read_bytes() == (tmp_path / "other.png").read_bytes()
-    assert b"/Type3" not in (tmp_path / "other.pdf").read_bytes()
-
-
 @pytest.mark.parametrize("quantity", ["radiation", "pressure"])
 def test_colours_are_those_of_the_values(run, tmp_path, quantity):
     shown = run.figure(["focus"], quantity, width="single", whole=False, top=1e3 if quantity == "pressure" else 4)
@@ -78,13 +53,6 @@ def opened(monkeypatch, tmp_path):
     monkeypatch.setattr(webbrowser, "open", lambda address: addresses.append(address) or True)
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     return addresses
-
-
-def test_jupyter_shows_a_page(run, opened, monkeypatch):
-    shell = types.SimpleNamespace(kernel=object())
-    monkeypatch.setitem(sys.modules, "IPython", types.SimpleNamespace(get_ipython=lambda: shell))
-    shown = run.view()._repr_html_()
-    assert shown.startswith("<iframe sandbox") and html.escape(run._page()) in shown and not opened
 
 
 @pytest.mark.parametrize("shell", [None, types.SimpleNamespace()])  # Python's own, and IPython in a terminal

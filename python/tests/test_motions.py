@@ -44,39 +44,13 @@ def test_a_motion_writes_what_the_program_writes(motion, tmp_path):
         motion.save(tmp_path / "one.h5")
 
 
-def test_frames_and_axes_of_a_motion(motion):
-    pytest.importorskip("pandas")
+def test_a_figure_of_a_motion(motion):
     pytest.importorskip("matplotlib")
-    scores = motion.to_frame()
-    assert scores.groupby("method").size().tolist() == [len(motion.scores[name]["time_s"]) for name in ("focus", "surface")]
-    assert motion.to_frame("frames").groupby("method").size().tolist() == [6, 6]
-    assert len(motion.plot("mean_inside_pa").lines) == 2
     axes = motion.figure().axes
     assert [ax.get_ylabel() for ax in axes] == ["relative error [%]", "displacement [mm]", "mean inside [Pa]"]
     error, displacement, _ = (ax.lines[0].get_ydata() for ax in axes)
     assert np.allclose(error, 100 * motion.scores["surface"]["relative_error"], equal_nan=True)
     assert np.allclose(displacement, 1e3 * motion.scores["surface"]["displacement_m"], equal_nan=True)
-    assert "<td>surface</td>" in motion._repr_html_()
-
-
-def test_tracked_joints_have_names(motion, tmp_path):
-    rows = csv.DictReader((SOURCE / "tests/data/index_up_joints.csv").read_text().split("\n", 1)[1].splitlines())
-    at = {row["joint"]: 1e-3 * (np.array([float(row[f"{axis}_mm"]) for axis in "xyz"]) + [21, -145, 200]) for row in rows}
-    del at["thumb_metacarpal"]  # not used
-    columns = [f"{joint}_{axis}" for joint in at for axis in "xyz"]
-    numbers = ",".join(f"{number:.9f}" for place in at.values() for number in place)
-    (tmp_path / "hand.csv").write_text("\n".join([",".join(["time_s", *columns]), *(f"{0.02 * k:.2f},{numbers}" for k in range(12))]))
-    tracked = tf.play({"array": {"grid": {"count": [8, 8]}},
-                       "body": {"hand": {"pose": "index_up", "length_mm": 180, "breadth_mm": 84}, "edge_mm": {"near_target": 3, "far": 9},
-                                "place": {"at_mm": [21, -145, 200]}},
-                       "target": {"box": {"at": "index_pad", "size_mm": [7, 7, 6]}, "pressure_pa": 300},
-                       "solve": {"methods": ["focus"]}, "evaluation": "none",
-                       "motion": {"seconds": 0.2, "frames_hz": 10, "solve_ms": 20, "sensor": {"joints": {"file": str(tmp_path / "hand.csv")}}}},
-                      tmp_path / "out", threads=2)
-    for kept in (tracked, tf.read_motion(tmp_path / "out/motion.h5")):
-        assert set(kept.joints["focus"]) == set(at)
-        assert all(np.allclose(places, at[joint], atol=1e-8) and places.shape == (2, 3) for joint, places in kept.joints["focus"].items())
-    assert motion.joints["focus"] == {}
 
 
 def test_what_cameras_see_and_what_is_fitted(finger, tmp_path):
@@ -85,8 +59,6 @@ def test_what_cameras_see_and_what_is_fitted(finger, tmp_path):
     assert (tmp_path / "images/times.csv").exists()
     with pytest.raises(tf.InputError, match="hand"):  # a finger of a capsule is none
         tf.fit(tmp_path / "images", tmp_path / "hand", learn=0)
-    with pytest.raises(tf.InputError, match="fit: side = 'both' must be right, left or auto"):
-        tf.fit(tmp_path / "images", tmp_path / "other", side="both")
 
 
 def test_dry_runs(run, motion, tmp_path, touchfield):

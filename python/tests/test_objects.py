@@ -1,6 +1,5 @@
 """Objects that compose: bodies, arrays and targets by themselves and within scenes, against the program."""
 
-import json
 import pickle
 
 import h5py
@@ -76,17 +75,6 @@ def test_free_field_of_one_transducer():
     assert np.allclose(array.transfer(points[0]) @ [0.5j], both[:, 1], rtol=1e-12)
 
 
-def test_scatter_is_h_times_drives(ball, array, h):
-    rng = np.random.default_rng(1)
-    drives = rng.uniform(0, 1, (len(array), 2)) * np.exp(1j * rng.uniform(0, 6, (len(array), 2)))
-    both = tf.scatter(ball, array, drives)
-    assert np.linalg.norm(both - h @ drives) < 1e-3 * np.linalg.norm(both)  # what H leaves out
-    one = tf.scatter(ball, array, drives[:, 0])
-    assert one.shape == (len(ball),) and np.linalg.norm(one - both[:, 0]) < 1e-4 * np.linalg.norm(one)  # the solver's tolerance
-    with pytest.raises(tf.InputError, match="scatter: drives has 3 values and must have 36, one per channel"):
-        tf.scatter(ball, array, [1, 1, 1])
-
-
 def test_force_is_what_the_metrics_say(model, run):
     for name in run.methods:
         push = tf.force(model.mesh, run.pressures[name], model.wave)
@@ -119,8 +107,6 @@ def test_hands(tmp_path, touchfield):
     assert np.mean(edges[near]) < 2.5e-3 and np.mean(edges[~near]) > 3e-3
     bent = tf.hand(edge=6e-3, joints={"index": {"pip_deg": 60}})
     assert np.linalg.norm(bent.landmarks["index_tip"] - tf.hand(edge=6e-3).landmarks["index_tip"]) > 10e-3
-    with pytest.raises(tf.InputError, match="^hand: joints.index.pip_deg = 600 must be"):
-        tf.hand(joints={"index": {"pip_deg": 600}})
 
 
 def test_targets(ball, target):
@@ -132,11 +118,9 @@ def test_targets(ball, target):
     assert np.linalg.norm(ball.centroids[target.centre][:2]) < 2e-3
     depth = tf.Target.box(marked(ball), "low", [8e-3, 8e-3, 6e-3], 200, offset=[0, 0, 1e-3], profile="penetration")
     assert 150 < depth.amplitudes.max() < 200 and np.ptp(depth.amplitudes) > 10
-    for wrong, says in [(lambda: tf.Target(ball, target.faces, 200, 2 * target.shares), "shares must be > 0 and <= 1"),
-                        (lambda: tf.Target.box(ball, [0, 0, 0.1], [8e-3, 8e-3, 6e-3], 200), "holds no skin"),
-                        (lambda: tf.Target(ball, [3, 2], 200), "Target: faces must ascend")]:
+    for faces, shares, says in [(target.faces, 2 * target.shares, "shares must be > 0 and <= 1"), ([3, 2], None, "faces must ascend")]:
         with pytest.raises(tf.InputError, match=says):
-            wrong()
+            tf.Target(ball, faces, 200, shares)
 
 
 def test_targets_on_the_skin(ball):
@@ -159,12 +143,8 @@ def test_targets_on_the_skin(ball):
         model = tf.Model({"array": array, "body": marked(ball), "target": target, "solve": {"methods": ["focus"]}})
         assert np.array_equal(model.target.faces, target.faces)
         assert np.allclose(model.target.amplitudes, target.amplitudes, rtol=1e-12)
-    for wrong, says in [(lambda: tf.Target.line(ball, [low, low], 3e-3, 200), r"points\[0\] and points\[1\] are at the same place"),
-                        (lambda: tf.Target.line(ball, [low, side], 0, 200), "Target.line: width = 0 m must be > 0"),
-                        (lambda: tf.Target.mask(ball, z, 200), "Target.mask: levels must be 0 to 1, one of them > 0"),
-                        (lambda: tf.Target.points(ball, [low, side], 4e-3, [200, 0]), "pressure must be > 0 Pa on each")]:
-        with pytest.raises(tf.InputError, match=says):
-            wrong()
+    with pytest.raises(tf.InputError, match="Target.mask: levels must be 0 to 1, one of them > 0"):
+        tf.Target.mask(ball, z, 200)
 
 
 def test_a_scene_of_objects_is_that_of_the_program(touchfield, ball, array, target, tmp_path):
@@ -223,8 +203,6 @@ def test_methods_on_h_and_a_target(ball, array, target, h):
             assert np.allclose(np.exp(1j * rows.phases), np.exp(1j * solution.phases), atol=1e-6)
     free = tf.surface(h, target, free_amplitudes=True, start=least)  # from where its cost cannot rise
     assert problem.cost(free) <= problem.cost(least) and free.amplitudes.min() < 1
-    with pytest.raises(TypeError, match="gs: h must be a touchfield.Problem, or H with a target; it is of type ndarray"):
-        tf.gs(h)
 
 
 def test_radiation_finds_what_the_program_finds(finger):
@@ -279,71 +257,3 @@ def test_radiation_on_matrices(model):
     shared = weights[target.faces] * inside[target.faces] * (1 - inside[target.faces]) * (press * target.amplitudes**2) ** 2
     assert near.constant == pytest.approx(shared.sum(), rel=1e-9)
     assert near.cost(q) == pytest.approx(problem.cost(q) - left + near.constant, rel=1e-3)
-
-
-@pytest.mark.parametrize("change, says", [
-    ({"slopes": [[1, 2]]}, "slopes must be a matrix of scipy.sparse or the tuple"),
-    ({"slopes": ([1.0], [2], [0, 1, 1, 1, 1])}, r"slopes\[1\]\[0\] = 2 must be 0 to 1"),
-    ({"slopes": ([1.0], [1], [0, 1, 0, 1, 1])}, "must ascend from 0 to the number of values, 1"),
-    ({"weights": [1.0, -1.0]}, "must be >= 0"),
-    ({"wanted": [1.0, 1.0, 1.0], "weights": [1.0, 1.0, 1.0], "slopes": ([], [], [0] * 7)}, "sizes do not fit"),
-])
-def test_a_radiation_problem_that_does_not_fit(change, says):
-    parts = {"h": [[1, 1j], [1j, 1]], "slopes": ([], [], [0] * 5), "wanted": [1.0, 1.0], "weights": [1.0, 1.0]}
-    tf.RadiationProblem(**parts)
-    with pytest.raises(tf.InputError, match=says):
-        tf.RadiationProblem(**parts | change)
-
-
-def test_progress_is_told(finger):
-    told = []
-    tf.run(finger, set={"body.edge_mm": 1.8}, progress=lambda stage, fraction: told.append((stage, fraction)))
-    assert told and all(isinstance(stage, str) and 0 <= fraction <= 1 for stage, fraction in told)
-    assert len({stage for stage, _ in told}) > 1
-    silent = len(told)
-    tf.run(finger)
-    assert len(told) == silent
-
-    def stop(stage, fraction):
-        raise LookupError(stage)
-
-    with pytest.raises(LookupError):
-        tf.run(finger, set={"body.edge_mm": 1.5}, progress=stop)
-    tf.run(finger, progress=True)
-    with pytest.raises(TypeError, match="progress must be a function of stage and fraction"):
-        tf.run(finger, progress=3)
-
-
-def test_frames_axes_and_displays(run):
-    pandas = pytest.importorskip("pandas")
-    plt = pytest.importorskip("matplotlib.pyplot")
-    proj3d = pytest.importorskip("mpl_toolkits.mplot3d.proj3d")
-    frame = run.to_frame()
-    assert isinstance(frame, pandas.DataFrame) and frame.index.tolist() == run.methods
-    assert frame.loc["paper", "leakage"] == run.metrics["paper"]["leakage"]
-    assert "<td>surface</td>" in run._repr_html_() and "data:image/png;base64," in run._repr_html_()
-    assert run.array.plot(run.phases["surface"] * 1j).get_xlabel() == "x [mm]"
-    axes = run.mesh.plot(abs(run.pressures["surface"]), label="|p| [Pa]")
-    assert [each.get_ylabel() for each in axes.figure.axes] == ["y [mm]", "|p| [Pa]"]
-    (left, low), (right, high) = (proj3d.proj_transform(*point, axes.get_proj())[:2] for point in ([1, -1, 0], [-1, 1, 0]))
-    assert right > left and high > low  # as the array sees it, y up
-    assert run.mesh.plot(view=(20, -60)).get_zlabel() == "z [mm]"
-    plt.close("all")
-
-
-def test_compare(run, finger):
-    same = tf.compare(run, run)
-    assert same["verdict"] == "identical" and same["scene"] == {}
-    other = tf.compare(run, tf.run(finger, set={"solve.iterations": 3}))
-    assert other["verdict"] == "different" and other["scene"]["solve.iterations"] == {"a": "8", "b": "3"}
-    identical = {method["name"]: method["identical"] for method in other["methods"]}
-    assert identical["focus"] and not identical["surface"]
-    assert "solve.iterations" in other["text"]
-
-
-def test_study(finger, tmp_path):
-    rows = tf.study(finger, edges=[4e-3], schemes=["burton_miller"], solvers=["lu"], precisions=["double"])
-    assert len(rows) == 1 and rows[0]["status"] == "ok" and rows[0]["edge_mm"] == pytest.approx(4) and rows[0]["error_reference"] > 0
-    with pytest.raises(tf.InputError, match="study: solvers: 'magic' must be one of fft, gmres"):
-        tf.study(finger, solvers=["magic"])
-    json.dumps(rows)  # plain numbers

@@ -17,15 +17,6 @@ def test_transfer_is_the_one_of_the_model(model, run):
     assert np.linalg.norm(rows - h[model.target.faces]) < 1e-3 * np.linalg.norm(rows)
 
 
-def test_score_is_that_of_the_evaluation_on_its_own_mesh(finger):
-    own = tf.Model(finger, set={"evaluation": "same", "solve.optimality_bound": False})
-    run = tf.run(own)
-    for name in run.methods:
-        scored = own.score(run.pressures[name])
-        for metric in ("relative_error", "leakage", "width_mm", "peak_pa", "force_target_n"):
-            assert scored[metric] == run.metrics[name][metric]
-
-
 def test_solvers_by_themselves_find_what_the_run_found(model, run):
     problem = tf.Problem.of_model(model, threads=2)
     solution = tf.surface(problem, iterations=8, threads=2)
@@ -83,14 +74,6 @@ def test_optimality_bound(model, run):
     assert 0 < proof["bound"] <= problem.cost(tf.surface(problem, free_level=False).drives)
     with pytest.raises(TypeError, match="problem must be a touchfield.Problem or a touchfield.RadiationProblem, not ndarray"):
         tf.optimality_bound(problem.target)
-
-
-def test_optimality_bound_of_radiation(finger):
-    problem = tf.RadiationProblem.of_model(tf.Model(finger, set={"target.pressure_pa": 1500}), threads=2)
-    solution = tf.radiation(problem, threads=2)
-    proof = tf.optimality_bound(problem, threads=2, start=solution)
-    assert 0.9 * problem.cost(solution) < proof["bound"] <= problem.cost(solution)
-    assert tf.optimality_bound(problem, threads=2) == proof
 
 
 def test_model_of_a_scene(model, finger):

@@ -62,17 +62,6 @@ def test_it_is_sent_at_its_own_rate(touchfield, pattern, folder, tmp_path):
     assert tf.send(pattern.array, np.exp(1j * pattern.frames()[0]))["frames"] == 10
 
 
-def test_results_as_of_a_motion(pattern, finger, tmp_path):
-    pytest.importorskip("matplotlib")
-    pytest.importorskip("pandas")
-    assert len(pattern.plot().lines) == 1 and len(pattern.figure(["relative_error"]).axes) == 1
-    assert len(pattern.to_frame()) == len(pattern.to_frame("frames")) == 10
-    assert pattern.felt()["surface", "soft"].displacement.shape == (49, 49)
-    other = tf.pattern(finger, set={**PATTERN, "pattern": tf.line([-2e-3, 0, 0.06], [2e-3, 0, 0.06], 50)}, out=tmp_path / "out")
-    assert {"pattern.h5", "pattern.csv", "spectrum.csv"} <= {path.name for path in (tmp_path / "out").iterdir()}
-    assert [*other.points] == ["from", "to"]
-
-
 def test_frames_have_the_order_of_the_device(run):
     for name in run.methods:
         phases, amplitudes = run.frames(name)

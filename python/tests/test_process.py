@@ -41,15 +41,6 @@ def test_interrupt_within_a_second(finger, changes):
     assert process.wait(timeout=30) == 0  # whether or not something still computes
 
 
-def test_interrupt_of_a_script_ends_it(finger):
-    process = subprocess.Popen([sys.executable, "-c", f"import touchfield; touchfield.run({str(finger)!r}, set={FACTORISED})"],
-                               stderr=subprocess.PIPE, text=True)
-    time.sleep(4)
-    process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=5)
-    assert process.returncode == -signal.SIGINT and "KeyboardInterrupt" in errors
-
-
 def test_other_threads_go_on(finger):
     counted, stop = [0], threading.Event()
 

@@ -39,11 +39,6 @@ def test_equals_the_program_to_the_last_bit(touchfield, finger, run, tmp_path):
             assert np.array_equal(file[f"field/side/pressure/{name}"], run.fields["side"][name])
 
 
-def test_same_again_on_as_many_threads(finger, run):
-    again = tf.run(finger, threads=2)
-    assert all(np.array_equal(again.pressures[name], run.pressures[name]) for name in run.methods)
-
-
 def test_arrays_look_at_the_run_and_keep_it(finger):
     once = tf.run(finger, set={"solve.methods": ["focus"], "solve.optimality_bound": False, "evaluation": "same"})
     pressure, vertices, faces = once.pressures["focus"], once.mesh.vertices, once.target.faces
@@ -78,14 +73,6 @@ def test_saved_and_read_again(run, tmp_path):
         with pytest.raises(tf.InputError, match="force|--force"):
             run.save(tmp_path / path)
         run.save(tmp_path / path, force=True)
-
-
-def test_radiation_is_the_force_over_the_area(run):
-    skin = run.evaluation_mesh
-    force = tf.force(skin, run.evaluation_pressures["surface"], run._wave)
-    assert np.allclose(force, run.radiation["surface"] * skin.areas, rtol=1e-9, atol=1e-15)
-    total = run.metrics["surface"]["force_target_n"] + run.metrics["surface"]["force_elsewhere_n"]
-    assert np.isclose(run.radiation["surface"] @ skin.areas, total, rtol=1e-9)
 
 
 def test_pictures_are_the_program_s(run, tmp_path):

@@ -72,15 +72,6 @@ def test_scans_are_read_as_they_were_written(run, plane, tmp_path):
         tf.read_scan(tmp_path / "missing.csv")
 
 
-@pytest.mark.parametrize("fit, points, says", [
-    (["turn"], lambda p: p * [0, 1, 1], "do not determine turn_y"), (["place"], lambda p: p[:3], "3 values of 3 measured points"),
-    (["place"], lambda p: p * 0 + [0, 0, 0.068], "0 of 400 measured points")])
-def test_what_cannot_be_fitted_is_refused(run, plane, fit, points, says):
-    places = points(plane)
-    with pytest.raises(tf.InputError, match=says):
-        tf.fit_scan(run, places, abs(taken(run, plane, SETTING))[:len(places)], fit)
-
-
 @pytest.fixture(scope="module")
 def twin():
     """A run of an array as designed, its body far away, and the true responses of its channels, of which two are dead."""
@@ -110,15 +101,6 @@ def test_a_calibration_finds_gain_phase_and_dead_channels(twin, tmp_path):
     array = tf.Model(str(SOURCE / "scenes/capsule.yaml"), {"array.grid.count": [8, 8], "array.calibration": calibration}).array
     ratio = array.transfer([[0, 0, 0.03]]) / twin[0].array.transfer([[0, 0, 0.03]])
     assert ratio[0] == pytest.approx(mine, abs=1e-12)
-
-
-def test_scans_that_do_not_tell_are_refused(twin):
-    for scan, says in [(scanned(twin, side=8), "must be at least 77 for 64 channels"), (scanned(twin, spacing=5e-4), "scan a larger plane")]:
-        with pytest.raises(tf.InputError, match=says):
-            tf.fit_calibration(scan)
-    scan = scanned(twin)
-    with pytest.raises(tf.InputError, match="magnitudes alone"):
-        tf.fit_calibration(tf.compare_scan(scan.run, scan.points, abs(scan.measured)))
 
 
 @pytest.mark.skipif(not fields.data_folder().is_dir(), reason="TOUCHFIELD_DATA names the parent of measured_256")

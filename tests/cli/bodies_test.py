@@ -61,20 +61,6 @@ class Bodies(CommandTest):
             self.assertGreater(difference, 0.02)
             self.assertLess(difference, 1.0)
 
-    def test_bodies_that_touch(self):
-        scene = self.write("scene.yaml", TWO)
-        said = self.refused("check", scene, "--set", "bodies.1.place.at_mm=[9, 0, 66]")
-        self.assertIn("finger and bead intersect near", said)
-        said = self.refused("check", scene, "--set", "bodies.1.place.at_mm=[0, 0, 66]", "--set",
-                            "bodies.1.sphere.radius_mm=2")
-        self.assertIn("finger and bead contain one another", said)
-
-    def test_whose_landmark(self):
-        scene = self.write("scene.yaml", TWO)
-        said = self.refused("check", scene, "--set", "target.box.at=bottom")
-        self.assertIn("2 bodies have a landmark 'bottom'; say which: finger.bottom", said)
-        self.assertIn("target.box.at = nose must be one of", self.refused("check", scene, "--set", "target.box.at=nose"))
-
     def test_a_part_of_a_body(self):
         scene = self.write("scene.yaml", FINGER.replace("length_mm: 10", "length_mm: 60"))
         evaluation = "evaluation={scheme: burton_miller_polished, edge_mm: 2.2}"
@@ -96,20 +82,14 @@ class Bodies(CommandTest):
     def test_seen_otherwise_than_it_is(self):
         scene = self.write("scene.yaml", FINGER)
         narrow = ["--set", "solve.methods=[paper]", "--set", "write=[h5]"]
-        self.run_ok("run", scene, "-o", "true", *narrow)
         self.run_ok("run", scene, "-o", "still", *narrow, "--set", "sensing={noise_mm_rms: 0}")
         self.run_ok("run", scene, "-o", "moved", *narrow, "--set", "sensing={offset_mm: [0.4, -0.3, 0.5]}")
         self.run_ok("run", scene, "-o", "noisy", *narrow, "--set", "sensing={noise_mm_rms: 0.5, seed: 3}")
-        with open_run(self.folder / "true") as run:
-            truth = run["mesh/vertices"][:]
-            phase = run["methods/paper/phase"][:]
-            error = run["methods/paper"].attrs["relative_error"]
         with open_run(self.folder / "still") as run:
-            numpy.testing.assert_array_equal(run["methods/paper/phase"][:], phase)
+            truth = run["mesh/vertices"][:]
             self.assertEqual(run["evaluation"].attrs["evaluation"], "truth")
             # The evaluation solves the same equations again, for one column instead of several.
             self.assertLess(run["methods/paper"].attrs["evaluation_difference"], 2e-4)
-            self.assertAlmostEqual(run["methods/paper"].attrs["relative_error"], error, places=3)
         with open_run(self.folder / "moved") as run:
             numpy.testing.assert_allclose(run["mesh/vertices"][:] - truth,
                                           numpy.tile([4e-4, -3e-4, 5e-4], (len(truth), 1)), atol=1e-12)
@@ -157,47 +137,23 @@ class Bodies(CommandTest):
                       self.refused("run", "meshes.yaml", "-o", "missing"))
         self.assertFalse((self.folder / "missing").exists())
 
-    def test_a_stated_unit_that_is_a_slip(self):
-        text = "name: slip\narray: {plane_wave: {}}\nbody: {mesh: {file: ball.ply, unit: UNIT}EDGE}\n" \
-               "solve: {methods: [{fixed: {phases_rad: 0}}], resonance_check: never}\n"
-        for across, unit, edge, says in [(0.19, "mm", "", r"0\.19\d? mm across\. If the file is in metres, set unit: m$"),
-                                         (190, "m", ", edge_mm: 2.5", r"19\d m across\. If the file is in millimetres, set unit: mm$"),
-                                         (0.05, "mm", "", r"0\.05\d* mm across\. If the file is in metres, set unit: m \(.*\)$")]:
-            write_ply(self.folder / "ball.ply", *icosphere(2, across / 2))
-            said = self.refused("check", self.write("scene.yaml", text.replace("UNIT", unit).replace("EDGE", edge)))
-            self.assertRegex(said.strip(), f"body.mesh.file: the mesh is {says}")
-        # In inches a hand, in mm a pea.
-        write_ply(self.folder / "ball.ply", *icosphere(2, 3.8))
-        said = self.refused("check", self.write("scene.yaml", text.replace("UNIT", "mm").replace("EDGE", ", edge_mm: 3")))
-        self.assertRegex(said, r"body.edge_mm: 3 mm is too long for a mesh of 7\.\d+ mm.*19\d mm if in inches \(scale it by 25.4\)")
-
     def test_landmarks_off_the_skin(self):
         write_ply(self.folder / "ball.ply", *icosphere(3, 20.0))
         text = FINGER.replace("place: {landmark: bottom, at_mm: [0, 0, 60]}", "place: {landmark: low, at_mm: [0, 0, 60]}").replace(
             "at: bottom", "at: low").replace("  edge_mm: 2.6\n", "")
-        shape = "mesh: {file: ball.ply, unit: mm, landmarks: {low: [0, 0, Z]}}"
 
-        def scene(z, shape=shape):
-            return self.write("scene.yaml", text.replace("capsule: {radius_mm: 8, length_mm: 10}", shape.replace("Z", str(z))))
+        def scene(z):
+            shape = f"mesh: {{file: ball.ply, unit: mm, landmarks: {{low: [0, 0, {z}]}}}}"
+            return self.write("scene.yaml", text.replace("capsule: {radius_mm: 8, length_mm: 10}", shape))
         for z, noted in [(-22.5, False), (-34.5, True), (-6, True)]:
             said = json.loads(self.run_ok("check", scene(z), "--json").stdout)
             self.assertAlmostEqual(said["landmarks_off_mm"]["low"], abs(z + 20), delta=0.1)
             notes = [line for line in said["notes"] if line.startswith("landmark_off: ")]
             self.assertEqual(len(notes), 1 if noted else 0, z)
         self.assertRegex(notes[0], r"body\.mesh\.landmarks\.low: \(0, 0, -6\) mm is 14 mm off the skin of .*; its nearest point is \(")
-        for z in (-36, 0, 200):
-            said = self.refused("run", scene(z), "-o", "refused")
-            self.assertRegex(said, rf"body\.mesh\.landmarks\.low: \(0, 0, {z}\) mm is [\d.]+ mm off the skin of .*; it must be within 15 mm")
-        said = self.refused("check", scene(-0.02))
-        self.assertIn(". If it is in metres, write (0, 0, -20) mm", said)
-        # The unit is the file's, and one of several bodies is named.
-        write_ply(self.folder / "metres.ply", *icosphere(3, 0.1))
-        said = self.refused("check", scene(-0.3, shape.replace("ball.ply, unit: mm", "metres.ply, unit: m")))
-        self.assertRegex(said, r"\(0, 0, -0\.3\) m is 0\.2 m off the skin of .*\(0, 0, -0\.1\d*\) m; it must be within 0\.015 m")
-        said = self.refused("check", self.write("two.yaml", text.replace("body:", "bodies:\n- name: other\n  sphere: {radius_mm: 5}\n"
-                            "  edge_mm: 2\n  place: {at_mm: [60, 0, 60]}\n- name: ball").replace(
-                            "capsule: {radius_mm: 8, length_mm: 10}", shape.replace("Z", "-50"))))
-        self.assertIn("bodies: ball.mesh.landmarks.low: (0, 0, -50) mm is 29.9 mm off the skin", said)
+        said = self.refused("run", scene(200), "-o", "refused")
+        self.assertRegex(said, r"body\.mesh\.landmarks\.low: \(0, 0, 200\) mm is [\d.]+ mm off the skin of .*; it must be within 15 mm")
+        self.assertIn(". If it is in metres, write (0, 0, -20) mm", self.refused("check", scene(-0.02)))
 
 
 if __name__ == "__main__":

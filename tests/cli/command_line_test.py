@@ -37,8 +37,6 @@ class CommandLine(CommandTest):
         self.assertEqual(self.said("runn", "x"), "unknown command 'runn'; did you mean run?")
         self.assertEqual(self.said("scene.yaml"), "unknown command 'scene.yaml'; to run a scene: touchfield run scene.yaml")
         self.assertIn("touchfield info out/run.h5", self.said("out/run.h5"))
-        self.assertNotIn("sweep-worker", self.said("sweep-work"))
-        self.assertEqual(self.said("array"), "A subcommand is required; `touchfield array --help` explains it")
 
     def test_a_scene_to_start_from(self):
         self.assertEqual(self.run_ok("init", "mine").stdout, "mine.yaml: next, touchfield run mine.yaml\n")
@@ -51,24 +49,17 @@ class CommandLine(CommandTest):
         for command, option, meant in [("run", "--out", "--output"), ("check", "--st", "--set"), ("hand", "--length-cm", "--length-mm")]:
             said = self.said(command, "x", f"{option}=3")
             self.assertEqual(said, f"unknown option {option}; did you mean {meant}?")
-        self.assertEqual(self.said("see", "--frames"), "unknown option --frames; `touchfield see --help` lists all options")
         self.assertEqual(self.said("--quiet", "run", "s.yaml"), "--quiet must follow the command: touchfield run --quiet")
-        self.assertIn("not expected: b.yaml", self.said("check", "a.yaml", "b.yaml"))
 
     def test_values(self):
         self.assertEqual(self.said("check"), "SCENE is required; `touchfield check --help` explains it")
-        self.assertIn("--output is required", self.said("hand"))
-        for command, option in [("run", "--output"), ("hand", "--edge-mm")]:
-            self.assertRegex(self.said(command, "x", option), rf"^{option}: 1 required .* missing; `touchfield {command} --help`")
-        self.assertRegex(self.said("fit", "x", "--workspace-mm", "1", "2"), r"^--workspace-mm: .*6 required")
+        self.assertRegex(self.said("run", "x", "--output"), r"^--output: 1 required .* missing; `touchfield run --help`")
         self.assertIn("--threads", self.said("run", "x", "--threads", "1", "--threads", "2"))
         self.assertIn("did you mean grasp?", self.said("hand", "-o", "x.obj", "--pose", "graps"))
 
     def test_bounds_are_in_the_unit_as_typed(self):
         self.assertEqual(self.said("hand", "-o", "x.obj", "--edge-mm", "0.01"), "--edge-mm 0.01 must be 0.3 to 12")
         self.assertEqual(self.said("run", "x", "--threads", "1.5"), "--threads 1.5 must be a whole number, 1 to 4096")
-        self.assertEqual(self.said("sweep", "x", "--case-seconds", "-0"), "--case-seconds -0 must be > 0")
-        self.assertEqual(self.said("run", "x", "--device", "gpu"), "--device gpu: must be auto, cpu, cuda or cuda:N")
 
     def test_every_number_of_every_command_is_checked(self):
         seen = 0
@@ -89,9 +80,7 @@ class CommandLine(CommandTest):
     def test_what_a_command_cannot_do(self):
         scene = self.write("still.yaml", FINGER)
         self.assertIn("the scene has no motion: section", self.said("live", scene))
-        self.assertIn("the scene has no motion: section", self.said("play", scene))
-        for action in ("test", "walk", "off"):
-            self.assertIn(f"array {action} needs a device: add --to sonicsurface:PORT or --to autd3-udp, or", self.said("array", action))
+        self.assertIn("array off needs a device: add --to sonicsurface:PORT or --to autd3-udp, or", self.said("array", "off"))
         self.assertIn("; write [10,10,6]", self.said("check", scene, "--set", "target.box.size_mm=10,10,6"))
 
 

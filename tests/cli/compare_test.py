@@ -30,17 +30,11 @@ class Compare(CommandTest):
     def test_a_scene_twice(self):
         for out in "ab":
             self.run_scene(out, text=Points.SCAN)
-        said = self.compared("a", "b", "--tolerance", "1e-6")
-        self.assertRegex(said, r"verdict   (identical: |the same to rounding: )")
-        self.assertIn("every result is within it", said)
+        self.assertIn("every result is within it", self.compared("a", "b", "--tolerance", "1e-6"))
         found = self.as_json("a/run.h5", "b")
         self.assertIn(found["verdict"], ["identical", "same_to_rounding"])
         self.assertEqual(found["scene"], {})
-        self.assertNotEqual(*(found["provenance"][run]["command_line"] for run in "ab"))
         self.assertEqual(*(found["provenance"][run]["scene_hash"] for run in "ab"))
-        self.assertEqual([method["name"] for method in found["methods"]], ["paper", "focus"])
-        self.assertEqual([field["name"] for field in found["fields"]], ["below"])
-        self.assertIsNone(found["within_tolerance"])
 
     def test_a_changed_scene_is_named_by_its_key(self):
         self.run_scene("a")
@@ -49,9 +43,7 @@ class Compare(CommandTest):
         self.assertRegex(said, r"body\.place\.at_mm\[2\] +60 +65\n")
         self.assertRegex(said, r"solve\.methods\[0\]\.paper\.iterations +8 +9\n")
         self.assertIn("verdict   different", said)
-        found = self.as_json("a", "b")
-        self.assertEqual(found["scene"]["body.place.at_mm[2]"], {"a": "60", "b": "65"})
-        paper = found["methods"][0]
+        paper = self.as_json("a", "b")["methods"][0]
         # The numbers are those of the files, compared here anew.
         with open_run(self.folder / "a") as a, open_run(self.folder / "b") as b:
             area = a["mesh/area"][:]
@@ -61,9 +53,6 @@ class Compare(CommandTest):
             apart = numpy.sqrt(numpy.sum(area * abs(q * overlap.conjugate() / abs(overlap) - p) ** 2) / size)
             self.assertAlmostEqual(paper["pressure"]["relative"], apart, places=10)
             self.assertAlmostEqual(paper["pressure"]["turn_rad"], numpy.angle(overlap), places=10)
-            x, y = (run["methods/paper"].attrs["leakage"] for run in (a, b))
-            self.assertAlmostEqual(paper["metrics"]["leakage"]["relative"], abs(x - y) / max(x, y), places=12)
-            self.assertAlmostEqual(paper["metrics"]["leakage"]["difference"], y - x, places=12)
 
     def test_tolerance_decides_the_exit_code(self):
         self.run_scene("a")
@@ -73,16 +62,12 @@ class Compare(CommandTest):
             run["methods/paper/pressure"][...] *= 1.001
         data = (self.folder / "changed.h5").read_bytes()
         (self.folder / "changed.h5").write_bytes(data + b"touchfield-crc32 %08x\n" % zlib.crc32(data))
-        changed = "changed.h5"
         # 1 - 1/1.001 after the best phase
-        self.compared("a", changed)
-        self.assertIn("EXCEEDED: pressure of paper differs by 0.001", self.compared("a", changed, "--tolerance", "9e-4", code=1))
-        self.assertIn("within it", self.compared("a", changed, "--tolerance", "1.1e-3"))
-        self.assertFalse(self.as_json("a", changed, "--tolerance", "9e-4", code=1)["within_tolerance"])
-        found = self.as_json(changed, "a", "--tolerance", "1.1e-3")
+        said = self.compared("a", "changed.h5", "--tolerance", "9e-4", code=1)
+        self.assertIn("EXCEEDED: pressure of paper differs by 0.001", said)
+        found = self.as_json("changed.h5", "a", "--tolerance", "1.1e-3")
         self.assertAlmostEqual(found["largest_result"]["relative"], 1 - 1 / 1.001, places=9)
-        self.assertEqual(found["largest_result"]["what"], "pressure of paper")
-        self.assertEqual(found["verdict"], "different")
+        self.assertEqual((found["verdict"], found["within_tolerance"]), ("different", True))
 
 
 class Points(CommandTest):
@@ -90,45 +75,29 @@ class Points(CommandTest):
 
     SCAN = SHORT + "field: [{name: below, plane: xz, through_mm: [0, 0, 40], size_mm: [40, 60], spacing_mm: 5}]\n"
 
-    def scan(self, name, factor, complex_values):
-        """Writes the run's own field on its grid as somebody else would have measured it, scaled and turned."""
+    def test_a_scan_of_the_run_itself_fits(self):
+        """The run's own field on its grid as somebody else would have measured it, scaled and turned."""
+        self.run_ok("run", self.write("scene.yaml", self.SCAN), "-o", "a", "--quiet")
         with h5py.File(self.folder / "a/run.h5") as run:
             grid = run["field/below"]
-            values = factor * grid["pressure/focus"][:]
-            inside = grid["inside"][:]
-            rows = ["x_mm,y_mm,z_mm," + ("p_re,p_im" if complex_values else "p_pa")]
-            for z, y, x in numpy.ndindex(values.shape):
+            values, outside = 0.02 * numpy.exp(0.5j) * grid["pressure/focus"][:], int((grid["inside"][:] == 0).sum())
+            rows = ["x_mm,y_mm,z_mm,p_re,p_im"]
+            for (z, y, x), p in numpy.ndenumerate(values):
                 at = 1e3 * (grid["origin"][:] + grid["spacing"][:] * [x, y, z])
-                p = values[z, y, x]
-                rows.append(",".join(f"{v:.12g}" for v in [*at, *([p.real, p.imag] if complex_values else [abs(p)])]))
-        self.write(name, "\n".join(rows) + "\n")
-        return int((inside == 0).sum()), len(rows) - 1
-
-    def test_a_scan_of_the_run_itself_fits(self):
-        self.run_ok("run", self.write("scene.yaml", self.SCAN), "-o", "a", "--quiet")
-        for complex_values in (True, False):
-            outside, points = self.scan("scan.csv", 0.02 * numpy.exp(0.5j), complex_values)
-            done = self.run_ok("compare", "a", "--points", "scan.csv", "--method", "focus", "--out", "rows.csv",
-                               "--picture", "plot.png", "--force", "--tolerance", "1e-6", "--json")
-            found = json.loads(done.stdout, parse_constant=self.fail)
-            self.assertAlmostEqual(found["scale"], 0.02, 9)
-            self.assertLess(found["relative"], 1e-8)
-            self.assertTrue(found["within_tolerance"])
-            self.assertEqual(len(found["points"]), points)
-            self.assertLessEqual(found["used"], outside)  # those too near the skin do not count
-            self.assertGreater(found["used"], 0.8 * outside)
-            if complex_values:
-                self.assertAlmostEqual(found["turn_rad"], 0.5, 6)
-            else:
-                self.assertIsNone(found["turn_rad"])
-            rows = (self.folder / "rows.csv").read_text().splitlines()
-            self.assertEqual(len(rows), points + 1)
-            self.assertEqual(sum(row.endswith(",") for row in rows), found["used"])
-            self.assertTrue((self.folder / "plot.png").read_bytes().startswith(b"\x89PNG"))
-        other = self.touchfield("compare", "a", "--points", "scan.csv", "--method", "paper", "--tolerance", "0.001")
-        self.assertEqual(other.returncode, 1)
+                rows.append(",".join(f"{v:.12g}" for v in [*at, p.real, p.imag]))
+        self.write("scan.csv", "\n".join(rows) + "\n")
+        done = self.run_ok("compare", "a", "--points", "scan.csv", "--method", "focus", "--out", "rows.csv",
+                           "--picture", "plot.png", "--force", "--tolerance", "1e-6", "--json")
+        found = json.loads(done.stdout, parse_constant=self.fail)
+        self.assertAlmostEqual(found["scale"], 0.02, 9)
+        self.assertAlmostEqual(found["turn_rad"], 0.5, 6)
+        self.assertLess(found["relative"], 1e-8)
+        self.assertTrue(0.8 * outside < found["used"] <= outside)  # those too near the skin do not count
+        written = (self.folder / "rows.csv").read_text().splitlines()
+        self.assertEqual((len(written), sum(row.endswith(",") for row in written)), (len(rows), found["used"]))
+        self.assertTrue((self.folder / "plot.png").read_bytes().startswith(b"\x89PNG"))
+        other = self.is_refused("compare", "a", "--points", "scan.csv", "--method", "paper", "--tolerance", "0.001", code=1)
         self.assertRegex(other.stdout, r"within tolerance +no\n")
-        self.assertIn("correlation", other.stdout)
 
 
 class Repeat(CommandTest):

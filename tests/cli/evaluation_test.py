@@ -5,21 +5,10 @@ import unittest
 
 import numpy
 
-from meshes import icosphere, write_ply
-from sphere_series import K
 from support import FINGER, CommandTest, faces, open_run, relative_l2
 
 OWN_METHODS = "[paper, unscattered, focus, {fixed: {phases_rad: 0}}]"
 NAMES = ["paper", "unscattered", "focus", "fixed"]
-
-SPHERE = """\
-name: sphere
-array: {plane_wave: {}}
-body: {mesh: {file: sphere.ply, unit: mm}}
-solve: {methods: [{fixed: {phases_rad: 0}}], resonance_check: never}
-evaluation: none
-write: [h5]
-"""
 
 
 class Evaluation(CommandTest):
@@ -71,25 +60,8 @@ class Evaluation(CommandTest):
             corners = run["evaluation/mesh/vertices"][:][run["evaluation/mesh/triangles"][:]]
             mean_edge = numpy.linalg.norm(corners - numpy.roll(corners, 1, axis=1), axis=2).mean()
             self.assertAlmostEqual(mean_edge, 1.3e-3, delta=0.15e-3)
-        for name in NAMES:
-            for difference in [by_split[name], by_edge[name]]:
-                self.assertTrue(0 < difference < 0.05, difference)
-            # Not equal: a mesh made anew follows the round surface, a split one the flat faces.
-            self.assertTrue(1 / 3 < by_split[name] / by_edge[name] < 3)
-
-    def test_an_evaluation_is_where_another_split_would_hardly_move_it(self):
-        # ka 3.3: 6.3 edges a wavelength before any split.
-        write_ply(self.folder / "sphere.ply", *icosphere(2, 3.3 / K * 1e3))
-        scene = self.write("sphere.yaml", SPHERE)
-        pressures, areas = [], []
-        for splits in [1, 2]:
-            self.run_ok("run", scene, "-o", f"split{splits}", "--set", f"evaluation={{split: {splits}}}")
-            with open_run(self.folder / f"split{splits}") as run:
-                pressures.append(run["evaluation/methods/fixed/pressure"][:])
-                areas.append(run["evaluation/mesh/area"][:])
-        self.assertEqual(len(pressures[1]), 4 * len(pressures[0]))
-        difference = relative_l2(areas[0], pressures[0], pressures[1][3::4])
-        self.assertLess(difference, 0.01)
+        for name in NAMES:  # a mesh made anew follows the round surface, a split one the flat faces
+            self.assertTrue(0 < by_split[name] < 0.05 and 1 / 3 < by_split[name] / by_edge[name] < 3, name)
 
     def test_the_same_evaluation_for_methods_of_another_scheme(self):
         methods = """

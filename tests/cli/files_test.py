@@ -113,8 +113,8 @@ class Files(CommandTest):
         self.write("text.h5", "no run")
         for bad in ["flipped.h5", "cut.h5", "forged.h5", "text.h5", "missing.h5"]:
             said = set()
-            for command in [["info", bad], ["compare", bad, "out"], ["compare", "out", bad],
-                            ["run", "--from", bad, "-o", "again"], ["send", bad, "--to", "dry-run:frames.bin"]]:
+            for command in [["info", bad], ["compare", "out", bad], ["run", "--from", bad, "-o", "again"],
+                            ["send", bad, "--to", "dry-run:frames.bin"]]:
                 done = self.touchfield(*command)
                 self.refused(done, bad)
                 self.assertEqual(done.stdout, "")

@@ -1,5 +1,6 @@
 """A run's folder: whole or not there, of one process at a time, and with nothing in it that is somebody else's."""
 
+import fcntl
 import json
 import os
 import random
@@ -13,7 +14,11 @@ import unittest
 import h5py
 
 from files_test import SCENE, TETRAHEDRON
-from support import PROGRAM, CommandTest
+from fit_test import SEEN as HAND_SEEN
+from live_test import SCENE as SWING
+from see_test import SEEN
+from sweep_test import TINY
+from support import LONG, PROGRAM, CommandTest
 
 MINE = ["run", "small.yaml", "-o", "out", "--quiet", "--threads", "1"]
 FILES = {"run.h5", "metrics.csv", "run.log", "side.vti", "run.vtm"}
@@ -90,6 +95,25 @@ class Folders(FolderTest):
 
     def test_a_kill_leaves_the_old_or_the_new_run(self):
         self.kills(12)
+
+    def test_every_command_is_refused_beside_a_process_at_work(self):
+        moving = TINY + "motion: {seconds: 0.1, change: [{path: 'body.place.at_mm[0]', rate: 40}]}\n"
+        for name, text in {"moving": moving, "seen": SEEN, "swing": SWING, "hand": HAND_SEEN}.items():
+            self.write(f"{name}.yaml", text)
+        self.run_ok("see", "hand.yaml", "-o", "images", "--quiet", "--set", "motion.seconds=0.01")
+        self.out.mkdir()
+        held = os.open(self.out, os.O_RDONLY)
+        self.addCleanup(os.close, held)
+        fcntl.flock(held, fcntl.LOCK_EX)
+        for command in (["run", "small.yaml"], ["play", "moving.yaml"], ["see", "seen.yaml"], ["fit", "images"], ["study", "small.yaml"],
+                        ["live", "swing.yaml", "--method", "unscattered"]):
+            with self.subTest(command=command):
+                self.is_refused(*command, "-o", "out", "--quiet", "--force",
+                                says=["output directory out: another process", "wait for it, or give another"])
+                self.assertEqual(list(self.out.iterdir()), [])
+        self.assertFalse((self.folder / "out.partial").exists())
+        fcntl.flock(held, fcntl.LOCK_UN)
+        self.run_ok(*MINE)
 
     def test_what_is_not_a_runs_is_refused_and_named(self):
         self.run_ok(*MINE)
@@ -169,7 +193,7 @@ class Folders(FolderTest):
                 self.level()
                 self.nothing_else()
             shutil.rmtree(self.out)
-#Killed between its two renames.
+        # Killed between its two renames.
         self.run_ok(*MINE, "--set", "array.level=0.5")
         ending = shim("ending", exchange.format('if (rename("out", "out.replaced") == 0) _exit(9); return -1;'))
         self.assertEqual(self.touchfield(*MINE, "--force", env=ending).returncode, 9)
@@ -180,6 +204,7 @@ class Folders(FolderTest):
         self.nothing_else()
 
 
+@LONG
 class Long(FolderTest):
     def test_pairs(self):
         self.pairs(200)

@@ -28,28 +28,20 @@ class Limits(CommandTest):
                               env=os.environ | (env or {}), capture_output=True, text=True, timeout=300, check=False)
 
     def test_too_little_address_space_is_said_at_once(self):
-        self.run_ok("run", "scene.yaml", "-o", "made", "--quiet")
-        for limit in ("-v 200000", "-v 400000", "-d 200000"):
-            for command in ("run scene.yaml -o out", "sweep sweep.yaml -o swept", "--version"):
-                with self.subTest(limit=limit, command=command):
-                    began = time.monotonic()
-                    done = self.under(limit, command, {"OMP_NUM_THREADS": "4", "OPENBLAS_NUM_THREADS": "4"})
-                    self.assertLess(time.monotonic() - began, 10)
-                    self.assertEqual(done.returncode, 1, done.stderr)
-                    self.assertIn(f"`ulimit {limit}` leaves OpenBLAS no room", done.stderr)
-                    self.assertEqual(len(done.stderr.splitlines()), 1)
+        for limit, command in (("-d 200000", "run scene.yaml -o out"), ("-v 200000", "sweep sweep.yaml -o swept"),
+                               ("-v 400000", "--version")):
+            with self.subTest(limit=limit, command=command):
+                began = time.monotonic()
+                done = self.under(limit, command, {"OMP_NUM_THREADS": "4", "OPENBLAS_NUM_THREADS": "4"})
+                self.assertLess(time.monotonic() - began, 10)
+                self.assertEqual(done.returncode, 1, done.stderr)
+                self.assertIn(f"`ulimit {limit}` leaves OpenBLAS no room", done.stderr)
+                self.assertEqual(len(done.stderr.splitlines()), 1)
         self.assertFalse((self.folder / "out").exists())
         # What the line advises suffices.
         least = re.search(r"raise the limit to (\d+) or more, or use fewer threads, as by OMP_NUM_THREADS=1", done.stderr)[1]
         done = self.under(f"-v {least}", "run scene.yaml -o out --threads 4")
         self.assertEqual(done.returncode, 0, done.stderr)
-
-    def test_more_threads_than_there_is_room_for(self):
-        one = {"OMP_NUM_THREADS": "1"}
-        self.assertEqual(self.under("-v 700000", "run scene.yaml -o out", one).returncode, 0)
-        done = self.under("-v 700000", "run scene.yaml -o more --threads 64", one)
-        self.assertEqual(done.returncode, 1)
-        self.assertIn("`ulimit -v 700000` leaves OpenBLAS no room", done.stderr)
 
     def test_memory_that_a_limit_keeps_is_no_free_memory(self):
         self.write("fine.yaml", SCENE.replace("edge_mm: 2.6", "edge_mm: 0.35"))
@@ -91,11 +83,6 @@ class Limits(CommandTest):
         own = sorted(os.sched_getaffinity(0))
         self.assertGreater(len(own), 1, "needs two processors")
         lists = {}
-        for binding in ({"OMP_PROC_BIND": "spread", "OMP_PLACES": "threads"}, {"GOMP_CPU_AFFINITY": ",".join(map(str, own))}):
-            with self.subTest(binding):
-                env = binding | {"OMP_NUM_THREADS": str(len(own))}
-                self.run_ok("run", "scene.yaml", "-o", "out", "--force", "--quiet", env=env)
-                self.assertNotIn("are bound to", (self.folder / "out/run.log").read_text())
         for binding in ({"OMP_PROC_BIND": "master"}, {"GOMP_CPU_AFFINITY": str(own[0])}):
             with self.subTest(binding):
                 said = self.run_ok("run", "scene.yaml", "-o", "out", "--force", "--quiet", env=binding | {"OMP_NUM_THREADS": "2"}).stderr

@@ -74,20 +74,11 @@ class Dry(LiveTest):
         self.assertGreater(said["live"]["sent"], 0)
         self.assertEqual(bytes(board.heard), b"")
 
-    def test_what_is_too_old_is_silent(self):
-        live = self.live("--seconds", "0.6", "--set", "motion.sensor.latency_ms=200", "--set",
-                         "motion.stale_ms=150")["live"]
-        self.assertEqual(live["sent"], 0)
-        self.assertEqual(live["stale"], live["frames"])
-
     def test_bad_input(self):
         for change, says in [(["--view", "http"], "--view http must be a whole number, 0 to 65535"),
                              (["--seconds", "3"], "--seconds = 3 must be <= motion.seconds = 2"),
                              (["--level", "0.6"], "--max-level"),
-                             (["--set", "motion.seconds=11"], "--max-seconds raises the cap"),
-                             (["--set", "motion.frames_hz=90", "--to", "sonicsurface:x", *FULL], "<= 89"),
-                             (["--set", "array={grid: {count: [4, 4]}}", "--to", "sonicsurface:x", *FULL],
-                              "16 transducers")]:
+                             (["--set", "motion.frames_hz=90", "--to", "sonicsurface:x", *FULL], "<= 89")]:
             with self.subTest(says=says):
                 self.is_refused("live", self.scene, "--method", "unscattered", *change, "-o", "bad", says=says)
                 self.assertFalse((self.folder / "bad").exists())
@@ -142,11 +133,6 @@ class Viewed(LiveTest):
         self.assertEqual((kind, data), ("end", "the loop has ended"))
         self.assertEqual(process.wait(20), 0)
 
-    def test_a_port_that_is_taken(self):
-        _, port = self.start("--set", "motion.seconds=60", "--max-seconds", "60")
-        self.is_refused("live", self.scene, "--method", "surface", "--view", port,
-                        says=[f"--view {port}: 127.0.0.1 does not give this port: Address already in use", "0 any free one"])
-
 
 class OnABoard(LiveTest):
     def setUp(self):
@@ -188,15 +174,6 @@ class OnABoard(LiveTest):
         self.assertEqual(len(patterns), said["sent"])
         self.assertGreater(len({tuple(pattern) for pattern in patterns}), 1)
         self.assertEqual(self.board.firmware.faults, [])
-
-    def test_no_skin_in_the_target(self):
-        # The sphere leaves the box after half a second and does not come back.
-        said = self.live(*self.to, "--set", "motion.target=in_world", "--set",
-                         "motion.change=[{path: 'body.place.at_mm[0]', keys: [[0, 0], [0.5, 0], [0.6, 60]]}]")
-        self.assertGreater(said["live"]["silent_frames"], 3)
-        self.board.wait(lambda b: b.silent_at is not None)
-        loud = [when for when, phases in self.board.events if set(phases) != {OFF}]
-        self.assertLess(loud[-1] - loud[0], 1.5)
 
     def test_ctrl_c(self):
         process = self.start("-o", "out")

@@ -35,36 +35,24 @@ class Arguments(CommandTest):
     def test_what_does_not_fit_is_refused(self):
         run = self.folder
         self.refused(2, "missing", says="missing is not a directory")
-        self.refused(2, run, "-o", "a.tif", says="a.tif must end in .png")
         self.refused(2, run, "--motion", "a.mp4", says="a.mp4 must end in .png, .avi, .ogv")
-        self.refused(2, run, "-o", "a.png", "--motion", "a.ogv", says="use one of -o and --motion")
         self.refused(2, run, says="use one of -o and --motion")
         self.refused(1, run, "-o", "a.png", says="surface.vtp is missing: add vtp to write")
-        self.refused(1, run, "--motion", "a.png", says="evaluation.pvd is missing: add vtp to write")
-        self.write("evaluation.pvd", "")
-        self.refused(1, run, "-o", "a.png", says="for a moving body, use --motion")
         for name in ["surface.vtp", "array.vtp"]:
             self.write(name, "")
         self.refused(1, self.folder, "-o", "a.png", says="use pvpython")
 
 
 class Series(CommandTest):
-    def series(self, text):
-        return script.series_of(str(self.write("evaluation.pvd", text)))
-
-    def test_faults_are_said(self):
-        self.write("a.vtp", "")
-        for text, says in [("no XML", "not a ParaView series"), (PVD.format(""), "lists no file"),
-                           (PVD.format('<DataSet file="a.vtp"/>'), "not a ParaView series"),
-                           (PVD.format(STEP.format("soon", "a.vtp")), "not a ParaView series"),
-                           (PVD.format(STEP.format(0, "b.vtp")), "b.vtp, which .* lists, is missing"),
-                           (PVD.format(STEP.format(1, "a.vtp") + STEP.format(1, "a.vtp")), "must be later than 1")]:
-            with self.subTest(text=text), self.assertRaisesRegex(script.RunError, says):
-                self.series(text)
-        self.write("b.vtp", "")
-        series = self.series(PVD.format(STEP.format(0, "a.vtp") + STEP.format(0.065574, "b.vtp")))
+    def test_a_series(self):
+        for name in "ab":
+            self.write(f"{name}.vtp", "")
+        text = PVD.format(STEP.format(0, "a.vtp") + STEP.format(0.065574, "b.vtp"))
+        series = script.series_of(str(self.write("evaluation.pvd", text)))
         self.assertEqual(series, [(0, str(self.folder / "a.vtp")), (0.065574, str(self.folder / "b.vtp"))])
         self.assertEqual(script.frames_a_second(series), 15)
+        with self.assertRaisesRegex(script.RunError, "c.vtp, which .* lists, is missing"):
+            script.series_of(str(self.write("evaluation.pvd", text.replace("b.vtp", "c.vtp"))))
 
 
 class Pictures(CommandTest):

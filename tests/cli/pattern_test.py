@@ -97,24 +97,16 @@ class Pattern(CommandTest):
         said = told["pattern"]
         self.assertEqual((said["frames"], said["pass_s"]), (100, 0.1))
         self.assertTrue(any(text.startswith("few_frames: ") for text in told["warnings"]))
-        self.assertGreater(said["memory_mib"] * 2**20, 100 * 16 * 64)
-        self.assertGreater(min(said["files_mib"], said["seconds"]), 0)
 
     def test_refused(self):
         still = self.write("still.yaml", CIRCLE[:CIRCLE.index("pattern:")])
         self.is_refused("pattern", still, "-o", "out", says="the scene has no pattern: section")
         scene = self.write("scene.yaml", CIRCLE)
         for change, said in [("pattern.circle.at=botom", "pattern.circle.at = botom must be one of"),
-                             ("target.pressure_pa=best", "must have pressure_pa"),
                              ("pattern={}", "must have one of circle, line, points, amplitude"),
-                             ("pattern.diameter_mm=0.01", "pattern.diameter_mm: the box about"),
-                             ("pattern.frames_per_second=333.33", "pattern: no time of at most"),
                              ("pattern.circle.hz=500", "pattern.circle.hz = 500 must be below half of frames_per_second = 1000"),
-                             ("pattern={points: {at: [bottom, top, x_plus], hz: 400}}", "2.5 frames for 3 places"),
                              ("pattern.seconds=0.0123", "pattern.seconds = 0.0123 are 12.3 frames"),
-                             ("pattern={line: {from: [0, 0, 50], to: [40, 0, 60]}}", "mm off the skin, must be at most 10"),
                              ("pattern.circle.radius_mm=40", "pattern.circle: ("),
-                             ("pattern={line: {from: [0, 0, 50], to: [0, 0, 50]}}", "the path is 0 mm long"),
                              ("pattern.line={from: bottom, to: top}", "pattern: ")]:
             self.is_refused("pattern", scene, "-o", "out", "--set", change, says=said)
 

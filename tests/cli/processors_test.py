@@ -111,20 +111,14 @@ class Processors(CommandTest):
         found = self.doctor({})
         self.assertEqual(list(found), ["program", "processor", "BLAS", "threads", "speed", "memory", "disk", "card",
                                        "libraries", "pictures"])
-        for subject, finding in found.items():
-            self.assertEqual(set(finding), {"state", "advice"}, subject)
-            self.assertTrue(finding["state"], subject)
+        self.assertEqual(found["pictures"]["advice"], "")
         slow = self.doctor({"TOUCHFIELD_LEVEL": "generic", "OMP_NUM_THREADS": "4000"})
         self.assertIn("TOUCHFIELD_LEVEL", slow["processor"]["advice"])
         self.assertIn("more threads than cores", slow["threads"]["advice"])
-        # What makes a run slow beside other programs: threads that look for others all the time.
-        self.assertIn("looks for more 4000 times, then sleeps", found["threads"]["state"])
-        self.assertEqual(found["pictures"]["advice"], "")
         # A machine without any font: Cairo's own strokes.
         bare = self.write("fonts.conf", "<fontconfig><cachedir>/nowhere</cachedir></fontconfig>")
         cores = {"OMP_NUM_THREADS": str(len(os.sched_getaffinity(0)))}
         active = self.doctor({**cores, "OMP_WAIT_POLICY": "active", "FONTCONFIG_FILE": str(bare)})
-        self.assertIn("looks for more for milliseconds", active["threads"]["state"])
         self.assertIn("GOMP_SPINCOUNT=4000", active["threads"]["advice"])
         self.assertIn("fonts-dejavu-core", active["pictures"]["advice"])
 

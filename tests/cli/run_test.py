@@ -1,9 +1,7 @@
 """Runs from end to end: what lands, what repeats, what an interruption leaves."""
 
 import base64
-import csv
 import json
-import math
 import os
 import pathlib
 import re
@@ -15,7 +13,7 @@ import unittest
 import h5py
 import numpy
 
-from support import FINGER, PROGRAM, CommandTest, open_run
+from support import FINGER, PROGRAM, CommandTest, open_run, rows_of
 
 
 class RunTest(CommandTest):
@@ -37,15 +35,7 @@ class RunTest(CommandTest):
             area, target = run["mesh/area"][:], run["target/face"][:]
             self.assertEqual(run["methods/paper/cost"].shape, (9,))
             self.assertTrue(numpy.all(numpy.diff(run["methods/paper/cost"][:]) <= 0))
-            inside, wanted = area[target] * run["target/share"][:], run["target/amplitude"][:]
-            for method in run["methods"].values():
-                # relative_error and leakage anew, from the pressures alone
-                p = numpy.abs(method["pressure"][:])
-                energy, least = numpy.sum(area * p**2), numpy.sum(inside * wanted**2)
-                error = numpy.sqrt(1 - numpy.sum(inside * p[target] * wanted) ** 2 / (energy * least))
-                self.assertAlmostEqual(method.attrs["relative_error"], error, places=10)
-                leakage = 1 - numpy.sum(inside * p[target] ** 2) / energy
-                self.assertAlmostEqual(method.attrs["leakage"], leakage, places=10)
+            inside = area[target] * run["target/share"][:]
             self.assertLess(run["methods/paper"].attrs["relative_error"], run["methods/fixed"].attrs["relative_error"])
             # No phases give a larger pressure on the central face than those that are in phase there.
             corners = run["mesh/vertices"][:][run["mesh/triangles"][:]].mean(axis=1)[target]
@@ -57,10 +47,7 @@ class RunTest(CommandTest):
             inside = run["field/side/inside"][:].astype(bool)
             self.assertTrue(inside.any() and not inside.all())
             self.assertTrue(numpy.all(field[inside] == 0) and numpy.all(field[~inside] != 0))
-        with open(self.folder / "out/metrics.csv", newline="") as file:
-            rows = list(csv.DictReader(file))
-        self.assertEqual([row["name"] for row in rows], ["paper", "unscattered", "focus", "fixed"])
-        self.assertTrue(math.isnan(float(rows[0]["optimality_gap"])))
+        self.assertEqual([row["name"] for row in rows_of(self.folder / "out/metrics.csv")], ["paper", "unscattered", "focus", "fixed"])
 
     def test_the_report_names_files_that_are_there_and_its_scene_repeats_the_run(self):
         text = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[focus]")
@@ -97,23 +84,6 @@ class RunTest(CommandTest):
         done = self.run_ok("view", "run.h5", env={"PATH": "/nowhere", "TMPDIR": str(self.folder)})
         self.assertIn("xdg-open is not there", done.stdout)
 
-    def test_levels_at_points_stand_beside_published_limits(self):
-        scene = self.write("scene.yaml", FINGER.replace("write: [h5, vtp, vti]", "write: [h5, vti, png]").replace(
-            "[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[focus, unscattered]") +
-            "field: [{name: ear, at_mm: [-80, 0, 400]}, {name: arm, at_mm: [0, 100, 80]}]\n")
-        said = self.run_ok("run", scene, "-o", "out").stdout
-        found = json.loads(self.run_ok("info", "out", "--json").stdout)
-        self.assertEqual([(row["point"], row["method"]) for row in found["sound_levels"]],
-                         [("ear", "focus"), ("ear", "unscattered"), ("arm", "focus"), ("arm", "unscattered")])
-        report = (self.folder / "out/report.html").read_text()
-        table = said[said.index("sound levels, "):]
-        for part in [table, self.run_ok("info", "out").stdout, report]:
-            for row in found["sound_levels"]:
-                self.assertRegex(part, rf"{row['point']} +{row['method']} .*{row['level_db']:.4g}")
-            self.assertRegex(part, "INIRC-IRPA 1984 +public +100")
-        self.assertIn("no assessment of safety", table)
-        self.assertEqual([*(self.folder / "out").glob("*.vti")], [])  # of a point there is nothing to see
-
     def test_twice_in_a_row_without_an_output(self):
         scene = self.write("scene.yaml", FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[focus]"))
         for _ in range(2):
@@ -132,30 +102,6 @@ class RunTest(CommandTest):
                 numpy.testing.assert_allclose(numpy.abs(b["pressure"][:]), numpy.abs(a["pressure"][:]), rtol=3e-6)
                 for metric in ["relative_error", "leakage", "width_mm", "force_target_n", "cost"]:
                     numpy.testing.assert_allclose(b.attrs[metric], a.attrs[metric], rtol=1e-7)
-
-    def test_resolved_scene_runs_to_the_same_result(self):
-        scene = self.write("scene.yaml", FINGER)
-        self.run_ok("run", scene, "-o", "a", "--set", "solve.iterations=5", "--set", "target.pressure_pa=best")
-        self.write("resolved.yaml", self.run_ok("check", scene, "--resolved", "--set", "solve.iterations=5", "--set",
-                                                "target.pressure_pa=best").stdout)
-        self.run_ok("run", "resolved.yaml", "-o", "b")
-        with open_run(self.folder / "a") as a, open_run(self.folder / "b") as b:
-            self.assertEqual(a["scene"][()], b["scene"][()])
-            self.assertEqual(a["provenance"].attrs["scene_hash"], b["provenance"].attrs["scene_hash"])
-            numpy.testing.assert_array_equal(a["methods/paper/phase"][:], b["methods/paper/phase"][:])
-            self.assertEqual(len(a["methods/paper/cost"]), 6)
-
-    def test_random_start_is_seeded(self):
-        scene = self.write("scene.yaml", FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", """
-    - {paper: {as: a, start: {random: 7}}}
-    - {paper: {as: b, start: {random: 7}}}
-    - {paper: {as: c, start: {random: 8}}}"""))
-        self.run_ok("run", scene, "-o", "out")
-        with open_run(self.folder / "out") as run:
-            a, b, c = (run[f"methods/{name}/phase"][:] for name in "abc")
-            self.assertIn("a=7", run["provenance"].attrs["seeds"])
-        numpy.testing.assert_array_equal(a, b)
-        self.assertGreater(numpy.abs(a - c).max(), 0.1)
 
     def start(self, scene, out):
         return subprocess.Popen([PROGRAM, "run", str(scene), "-o", out], cwd=self.folder, stdout=subprocess.PIPE,
@@ -239,21 +185,6 @@ class RunTest(CommandTest):
         self.assertIn("run.h5", record["reason"])
         self.assertIn("what is finished is in out.partial", done.stderr)
         self.assertFalse((self.folder / "out").exists())
-
-    # Pictures
-
-    def test_pictures_need_no_display(self):
-        scene = self.write("scene.yaml", FINGER.replace("write: [h5, vtp, vti]", "write: [h5, png]") +
-                           "field: [{name: side, plane: xz, through_mm: [0, 0, 60], size_mm: [30, 40], spacing_mm: 2}]\n")
-        environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "XAUTHORITY")}
-        done = subprocess.run([PROGRAM, "run", scene, "-o", "out", "--quiet"], cwd=self.folder, env=environment, capture_output=True,
-                              text=True, check=False)
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
-        there = sorted(path.name for path in (self.folder / "out").glob("*.png"))
-        self.assertEqual(there, ["field_side.png", "overview.png"])
-        self.assertLessEqual(set(there), set(json.loads((self.folder / "out/files.json").read_text())["files"]))
-        self.run_ok("run", scene, "-o", "out", "--force", "--set", "write=[h5]")
-        self.assertEqual(list((self.folder / "out").glob("*.png")), [])
 
 
 if __name__ == "__main__":

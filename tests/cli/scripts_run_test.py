@@ -1,4 +1,4 @@
-"""Scripts: `scripts/run` where packages for building are missing, calls from a foreign folder, fuzzers side by side, kept tables."""
+"""Scripts: `scripts/run` where packages for building are missing, calls from a foreign folder, kept tables."""
 
 import os
 import pathlib
@@ -54,12 +54,6 @@ class ScriptsRun(unittest.TestCase):
         self.assertIn("libvtk9-dev", done.stderr)
         self.assertFalse((self.root / "apt").exists(), "apt-get was asked to install")
 
-    def test_a_run_asks_for_no_package_of_the_tests(self):
-        self.script("tools/dpkg-query",
-                    'shift 2\nfor name; do [[ $name == libgtest-dev ]] || echo "installed $name"; done\nexit 1')
-        self.run_scene()  # which ends where the stand-in for cmake does
-        self.assertFalse((self.root / "apt").exists(), "apt-get was asked to install")
-
     def test_they_are_installed_if_it_does_not_start(self):
         self.program("exit 127")
         self.assertNotEqual(self.run_scene().returncode, 0)
@@ -83,13 +77,6 @@ class ScriptsRun(unittest.TestCase):
             self.assertIn("will be skipped", done.stderr)
         self.assertFalse((self.root / "apt").exists(), "apt-get was asked to install")
 
-    def test_a_file_system_without_locks_stops_no_setup(self):
-        self.script("tools/flock", "exit 71")  # as of ENOLCK
-        self.script("tools/dpkg-query", 'shift 2\nfor name; do echo "installed $name"; done')
-        done = self.run_script("setup", "--packages")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("has no locks (flock)", done.stderr)
-
     def test_nothing_is_run_from_the_folder_of_the_call(self):
         foreign = self.root / "foreign"
         foreign.mkdir()
@@ -106,25 +93,6 @@ class ScriptsRun(unittest.TestCase):
                 with self.subTest(script.name):
                     subprocess.run([script, "--help"], cwd=foreign, env={**os.environ, **environment}, capture_output=True, timeout=60, check=False)
         self.assertFalse((self.root / "foreign-ran").exists(), (self.root / "foreign-ran").read_text() if (self.root / "foreign-ran").exists() else "")
-
-
-class RunFuzzers(unittest.TestCase):
-    def test_they_run_side_by_side_whatever_openmp_is_told(self):
-        environment = {name: value for name, value in os.environ.items() if not name.startswith("OMP_")}
-        if int(subprocess.run(["nproc"], env=environment, capture_output=True, text=True, check=True).stdout) < 2:
-            self.skipTest("one processor")
-        with tempfile.TemporaryDirectory(prefix="touchfield-fuzz-") as name:
-            folder = pathlib.Path(name)
-            (folder / "bin").mkdir()
-            for own, other in ["ab", "ba"]:
-                program = folder / f"bin/fuzz_{own}"
-                program.write_text(f"#!/bin/bash\ntouch {folder}/{own}\n"
-                                   f"for i in {{1..100}}; do [[ ! -e {folder}/{other} ]] || exit 0; sleep 0.1; done\nexit 1\n")
-                program.chmod(0o755)
-                (folder / "seeds" / own).mkdir(parents=True)
-            done = subprocess.run([SOURCE / "tests/fuzz/run_fuzzers", folder], env={**environment, "OMP_NUM_THREADS": "1"},
-                                  capture_output=True, text=True, timeout=60, check=False)
-            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
 
 class Tables(unittest.TestCase):

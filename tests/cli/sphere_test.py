@@ -5,13 +5,34 @@ import unittest
 
 import numpy
 
-from meshes import write_stl
-from sphere_runs import SphereRuns
-from sphere_series import K, plane_wave, point_source
-from support import faces, open_run, relative_l2
+from meshes import icosphere, write_ply, write_stl
+from sphere_series import K, plane_wave, plane_wave_errors, point_source
+from support import LONG, CommandTest, faces, open_run, relative_l2
+
+SCENE = """\
+name: sphere
+array: {{plane_wave: {{direction: [0, 0, 1]}}}}
+body: {{mesh: {{file: {mesh}, unit: mm}}}}
+solve: {{methods: [{methods}], resonance_check: never{options}}}
+evaluation: none
+write: [h5]
+"""
 
 
-class Sphere(SphereRuns):
+class Sphere(CommandTest):
+    def errors(self, splits, ka, *schemes, options="", write=write_ply, ending="ply"):
+        """Of each scheme on 20 x 4^splits faces, relative L2 of the complex pressure; and the most steps of GMRES."""
+        mesh = self.folder / f"sphere.{ending}"
+        write(mesh, *icosphere(splits, ka / K * 1e3))
+        methods = ", ".join(f"{{fixed: {{as: {scheme}, scheme: {scheme}, phases_rad: 0}}}}" for scheme in schemes)
+        scene = self.write("sphere.yaml", SCENE.format(mesh=mesh.name, methods=methods,
+                                                       options=options and f", {options}"))
+        self.run_ok("run", scene, "-o", "sphere", "--force", "--quiet")
+        with open_run(self.folder / "sphere") as run:
+            self.assertEqual(len(run["mesh/area"]), 20 * 4**splits)
+            self.assertTrue(numpy.all(run["solves/converged"][:] == 1))
+            return plane_wave_errors(run, ka / K, schemes), int(run["solves/steps"][:].max())
+
     def test_series_is_the_reference(self):
         ends = numpy.array([1.0, 0.0, -1.0])
         numpy.testing.assert_allclose(point_source(8e-3, 0.2, ends), [
@@ -56,6 +77,19 @@ write: [h5]
             p = run["methods/fixed/pressure"][:]
         cosine = centroid[:, 0] / numpy.linalg.norm(centroid, axis=1)
         self.assertLess(relative_l2(area, p, 3 * plane_wave(radius * 1e-3, cosine)), 0.007)
+
+    @LONG
+    def test_ka_25(self):
+        found, steps = self.errors(5, 25, "burton_miller", "burton_miller_polished")
+        self.assertLess(found["burton_miller"], 0.011)
+        self.assertLess(found["burton_miller_polished"], 0.0045)
+        self.assertLessEqual(steps, 20)
+
+    @LONG
+    def test_ka_25_in_few_steps(self):
+        found, steps = self.errors(5, 25, "burton_miller", options="tolerance: 1e-3")
+        self.assertLess(found["burton_miller"], 0.011)
+        self.assertLessEqual(steps, 12)
 
     def test_stl_in_single_precision_gives_the_same(self):
         ply, stl = (self.errors(3, 5.1, "burton_miller_polished", **file)[0]["burton_miller_polished"]

@@ -20,6 +20,9 @@ except ImportError as missing:
 PROGRAM = os.environ["TOUCHFIELD_PROGRAM"]
 SOURCE = pathlib.Path(os.environ["TOUCHFIELD_SOURCE_DIR"])
 
+# Of tests that run under the label `long`, which names them.
+LONG = unittest.skipUnless("TOUCHFIELD_LONG" in os.environ, "TOUCHFIELD_LONG is not set")
+
 # A finger-like capsule small enough for a run of a second, with more than 3 edges a wavelength: nothing to warn of.
 FINGER = (SOURCE / "tests/data/finger.yaml").read_text() + """\
 solve:

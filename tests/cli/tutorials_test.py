@@ -4,7 +4,7 @@
 block before: words unchanged, numbers within 5 %, `..` for anything. A stand-in replaces the board; four of its transducers are walked.
 Two runs without shown figures have no evaluation mesh. Blocks after a line `<!-- not run: REASON -->` are left out and listed;
 docs_test.py checks the names of their commands. After `<!-- picture: FILE -->` the image on the next line is that file of these runs. With
-TOUCHFIELD_PICTURES set it is drawn again. Those in LONG repeat other tests with figures; they run in long_tutorials_test.py.
+TOUCHFIELD_PICTURES set it is drawn again. Those in LONG_ONES repeat other tests with figures.
 """
 
 import os
@@ -18,7 +18,7 @@ import unittest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "hardware"))
 
 from sonicsurface_board import Board  # noqa: E402
-from support import PROGRAM, SOURCE, CommandTest  # noqa: E402
+from support import LONG, PROGRAM, SOURCE, CommandTest  # noqa: E402
 
 PARTS = re.compile(r"^<!-- picture: (?P<picture>[^\n]*) -->\n!\[[^\n]*\]\((?P<image>[^\n]*)\)$"
                    r"|(?:^<!-- not run: (?P<reason>[^\n]*) -->\n)?^```(?P<kind>\w*)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -99,40 +99,16 @@ class Tutorials(Following):
     pass
 
 
-class Claims(CommandTest):
-    """What the pages say that `check` finds."""
-
-    def test_slips_with_a_hand_of_ones_own(self):
-        page = (SOURCE / "docs/tutorials/own-hand.md").read_text()
-        scene = self.write("mine.yaml", re.search(r"^```yaml\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)[1])
-        self.run_ok("hand", "-o", "hand.stl", "--pose", "index_up", "--edge-mm", "3")
-
-        def said(*sets):
-            done = self.touchfield("check", scene, *[f"--set={change}" for change in sets])
-            return done.returncode, done.stdout + done.stderr
-        self.assertEqual(said()[0], 0)
-        self.assertNotIn("facing_away", said()[1])
-        code, text = said("body.mesh.landmarks.pad=[220, 156, -9]")
-        self.assertEqual(code, 2)
-        self.assertRegex(text, r"body\.mesh\.landmarks\.pad: \(220, 156, -9\) mm is 1\d\d mm off the skin")
-        code, text = said("body.mesh.unit=m", "body.mesh.landmarks.pad=[0.022, 0.156, -0.009]")
-        self.assertEqual(code, 2)
-        self.assertIn("set unit: mm", text)
-        code, text = said("body.place.rotate_deg=[180, 0, 0]")
-        self.assertEqual(code, 0)
-        self.assertRegex(text, r"facing_away: .*1[67]\d degrees .*body\.place\.rotate_deg")
+@LONG
+class LongTutorials(Following):
+    pass
 
 
 PAGES = {page.stem: page for page in sorted((SOURCE / "docs/tutorials").glob("*.md"))}
-LONG = ("moving-hand", "own-hand", "pattern")
-
-
-def add_tests(case, names):
-    for name in names:
-        setattr(case, f"test_{name.replace('-', '_')}", lambda self, page=PAGES[name]: self.follow(page))
-
-
-add_tests(Tutorials, [name for name in PAGES if name not in LONG])
+LONG_ONES = ("moving-hand", "own-hand", "pattern")
+for one, path in PAGES.items():
+    setattr(LongTutorials if one in LONG_ONES else Tutorials, f"test_{one.replace('-', '_')}",
+            lambda self, page=path: self.follow(page))
 
 
 if __name__ == "__main__":

@@ -20,7 +20,6 @@ evaluation: none
 write: [h5]
 """
 SOFT = FINGER.replace("array:\n", "array:\n  source_pa_m: 0.4\n")  # far from nonlinear
-BOX = MESH.replace("{mesh: {file: skin.ply, unit: mm}}", "{box: {size_mm: [16, 16, 2]}, edge_mm: 1.6}")
 
 
 def cut(vertices, triangles, weights):
@@ -62,10 +61,6 @@ class Warnings(CommandTest):
         scene = self.write("scene.yaml", text)
         return json.loads(self.run_ok("check", scene, "--json", *[f"--set={change}" for change in sets]).stdout)
 
-    def model_warnings(self, *changes, **scene):
-        """The names that `check` says: a run keeps and prints them as it does those of its results."""
-        return [said.split(":")[0] for said in self.checked(*changes, **scene)["warnings"]]
-
     def test_check_says_those_of_the_model_and_a_run_keeps_them(self):
         self.assertEqual(self.checked()["warnings"], [])
         said = self.checked("body.edge_mm=4")["warnings"]
@@ -73,33 +68,21 @@ class Warnings(CommandTest):
         self.assertIn(said[0], self.run_ok("check", "scene.yaml", "--set", "body.edge_mm=4").stdout)
         self.assertEqual(self.warned(FINGER, "body.edge_mm=4", "solve.methods=[focus]"), ["coarse_mesh"])
 
-    def test_names_of_the_model(self):
-        ball, turned, near = icosphere(2, 6), "array.rotate_deg=[180, 0, 0]", "array.at_mm=[5.08, 5.08, 0]"
-        twice = {apart: {"text": MESH, "mesh": together(ball, (ball[0] + [apart, 0, 0], ball[1]))} for apart in (9, 12.5, 18)}
-        for name, there, changes, scene in [
-                ("slivers", True, [], {"text": MESH, "mesh": cut(*ball, [0.49, 0.49, 0.02])}),
-                # Areas of 0.9 and 0.05 side by side: edges of 4.2 to 1.
-                ("size_jump", True, [], {"text": MESH, "mesh": cut(*ball, [0.05, 0.05, 0.9])}),
-                ("cutting_faces", True, [], twice[9]), ("cutting_faces", False, [], twice[18]),
-                ("narrow_gap", True, [], twice[12.5]), ("narrow_gap", False, [], twice[18]),
-                ("thin_body", True, [], {"text": BOX}), ("thin_body", False, ["body.box.size_mm=[16, 16, 8]"], {"text": BOX}),
-                ("behind_array", True, [turned], {}), ("behind_array", False, [turned, "array.directivity=omni"], {}),
-                ("near_source", True, [near, "body.place.at_mm=[0, 0, 1.3]"], {}),
-                ("near_source", False, [near, "body.place.at_mm=[0, 0, 4]"], {})]:
-            with self.subTest(name, changes=changes):
-                self.assertEqual(name in self.model_warnings(*changes, **scene), there)
-        # Two wavelengths are 17.2 mm; the capsule's lowest line is 5.08 mm off the transducers on both sides of it.
-        for height, notes in [(14, ["near_field"]), (19, [])]:
-            said = self.checked(f"body.place.at_mm=[0, 0, {height}]", "evaluation=none")["notes"]
-            self.assertEqual([line.split(":")[0] for line in said], notes, height)
+    def test_shapes(self):
+        """Those that are not in tests/model/warnings_test.cpp."""
+        ball = icosphere(2, 6)
+        for name, mesh in [("slivers", cut(*ball, [0.49, 0.49, 0.02])), ("size_jump", cut(*ball, [0.05, 0.05, 0.9])),
+                           ("narrow_gap", together(ball, (ball[0] + [12.5, 0, 0], ball[1]))),
+                           (None, together(ball, (ball[0] + [18, 0, 0], ball[1])))]:
+            names = [said.split(":")[0] for said in self.checked(text=MESH, mesh=mesh)["warnings"]]
+            self.assertEqual(name in names, name is not None, names)
 
     def test_facing_away(self):
-        for degrees, names in [(60, []), (-60, []), (84, ["facing_away"]), (180, ["facing_away"])]:
+        for degrees, names in [(-60, []), (84, ["facing_away"]), (180, ["facing_away"])]:
             said = self.checked(f"body.place.rotate_deg=[{degrees}, 0, 0]")["warnings"]
             self.assertEqual([line.split(":")[0] for line in said], names, degrees)
         # The lower side of a finger that is turned right over looks straight up.
         self.assertRegex(said[0], r"^facing_away: .* target\.box is turned 1(79|80) degrees .* body\.place\.rotate_deg, ")
-        self.assertIn(said[0], self.run_ok("check", "scene.yaml", "--set", "body.place.rotate_deg=[180, 0, 0]").stdout)
 
     def test_below_wanted(self):
         self.warned(SOFT, "target.pressure_pa=4000000", "solve.methods=[focus, {fixed: {phases_rad: 0}}]")
@@ -119,26 +102,22 @@ class Warnings(CommandTest):
         self.assertNotIn("fixed", said)
         self.assertIn("reached", (self.folder / "out/metrics.csv").read_text().splitlines()[0])
         self.assertNotIn("below_wanted", self.warned(SOFT, "target.pressure_pa=best", "solve.methods=[focus]"))
-        for wanted, there in (("4000000", True), ("500", False), ("best", False)):
-            said = "\n".join(self.checked(f"target.pressure_pa={wanted}", text=SOFT)["warnings"])
-            self.assertEqual("below_wanted: the array makes at most about " in said, there, said)
+        said = "\n".join(self.checked("target.pressure_pa=4000000", text=SOFT)["warnings"])
+        self.assertIn("below_wanted: the array makes at most about ", said)
 
     def test_a_mesh_too_coarse_to_mean_anything(self):
         ball = "body={sphere: {radius_mm: 20}, edge_mm: 7, place: {landmark: bottom, at_mm: [0, 0, 60]}}"
         coarse = ["--set", ball, "--set", "target.box={at: bottom, size_mm: [20, 20, 8]}"]
         scene = self.write("scene.yaml", FINGER)
-        for command in (["check", scene], ["run", scene, "-o", "out"]):
-            done = self.is_refused(*command, *coarse)
-            self.assertRegex(done.stderr, r"body\.edge_mm: 1\.[0-4]\d edges per wavelength within 15 mm of the target are too few.*"
-                                          r"edges of 2\.9 mm or less.* solve\.allow_coarse_mesh: true")
+        done = self.is_refused("run", scene, "-o", "out", *coarse)
+        self.assertRegex(done.stderr, r"body\.edge_mm: 1\.[0-4]\d edges per wavelength within 15 mm of the target are too few.*"
+                                      r"edges of 2\.9 mm or less.* solve\.allow_coarse_mesh: true")
         self.assertFalse((self.folder / "out").exists())
         done = self.run_ok("check", scene, *coarse, "--set", "solve.allow_coarse_mesh=true", "--json")
         said = json.loads(done.stdout)["warnings"][0]
         self.assertRegex(said, "^coarse_mesh: .*Pressures there are meaningless")
-        # 5 mm are 1.7 per wavelength, 3.5 mm 2.5: what is said is the worse the coarser the mesh.
-        for edge, words in [(5, "errors of 10 % and more"), (3.5, "estimates")]:
-            said = self.checked(ball.replace("edge_mm: 7", f"edge_mm: {edge}"), coarse[3])["warnings"][0]
-            self.assertRegex(said, f"^coarse_mesh: .*{words}")
+        said = self.checked(ball.replace("edge_mm: 7", "edge_mm: 5"), coarse[3])["warnings"][0]
+        self.assertRegex(said, "^coarse_mesh: .*errors of 10 % and more")
         self.is_refused("check", scene, "--set", "evaluation={edge_mm: 8}", says="evaluation.edge_mm: 1.07 edges per wavelength")
 
     def test_what_comes_of_a_motion(self):
@@ -153,18 +132,6 @@ class Warnings(CommandTest):
         done = self.run_ok("live", scene, "--json", "--set", still)
         self.assertEqual(json.loads(done.stdout)["live"]["warnings"], said)
 
-    def test_a_sweep_says_what_its_cases_warn_of(self):
-        self.write("scene.yaml", FINGER)
-        self.write("sweep.yaml", "base: scene.yaml\nset: {body.place.rotate_deg: [180, 0, 0], solve.methods: [focus]}\n"
-                                 "grid: {array.level: [1]}\n")
-        done = self.run_ok("check", "sweep.yaml", "--json")
-        self.assertRegex(json.loads(done.stdout)["first_cases"][0]["warnings"][0], "^facing_away: ")
-        self.run_ok("sweep", "sweep.yaml", "-o", "out", "--quiet")
-        self.assertIn("facing_away", (self.folder / "out/cases/00001/case.json").read_text())
-
-    def note_names(self):
-        return [text.split(":")[0] for text in self.notes]
-
     def test_names_of_results(self):
         fixed = "solve.methods=[{fixed: {phases_rad: 0}}]"
         self.assertEqual(self.warned(FINGER, fixed, "target.box.at=top"), ["facing_away", "deep_shadow"])
@@ -177,9 +144,8 @@ class Warnings(CommandTest):
 
     def test_notes_are_kept_apart_from_warnings(self):
         self.warned(SOFT)
-        self.assertEqual(self.note_names(), ["evaluated_by_itself"])
+        self.assertTrue(len(self.notes) == 1 and self.notes[0].startswith("evaluated_by_itself: "), self.notes)
         self.assertRegex(self.run_ok("info", "out").stdout, rf"(?m)^notes +{re.escape(self.notes[0])}$")
-        self.assertEqual(self.checked(text=SOFT)["notes"], self.notes)
 
     def test_shipped_scenes_pass_their_check_and_explain_what_they_warn_of(self):
         scenes = sorted((SOURCE / "scenes").glob("*.yaml"))

@@ -48,15 +48,8 @@ class Figures(unittest.TestCase):
         checked = self.figures("--check", root=SOURCE)
         self.assertEqual(checked.returncode, 0, checked.stdout + checked.stderr)
 
-    def test_a_page_in_order_is_left_alone(self):
-        checked = self.figures("--check")
-        self.assertEqual((checked.returncode, checked.stdout, checked.stderr), (0, "", ""))
-        self.assertEqual(self.figures().returncode, 0)
-        self.assertEqual(self.page.read_text(), PAGE)
-
     def test_a_number_changed_by_hand_is_found_and_mended(self):
-        for old, new in (("| 0.5 |", "| 0.4 |"), ("3.4 %<", "3.3 %<"), ("0.51 %", "0.5 %"), ("5,120", "5,121"),
-                         ("| split | 720 | - |\n", "")):
+        for old, new in (("| 0.5 |", "| 0.4 |"), ("3.4 %<", "3.3 %<"), ("| split | 720 | - |\n", "")):
             with self.subTest(old=old):
                 self.page.write_text(PAGE.replace(old, new, 1))
                 self.assert_found("docs/page.md:")
@@ -66,36 +59,16 @@ class Figures(unittest.TestCase):
 
     def test_a_number_changed_in_the_results_is_found(self):
         self.table.write_text(TABLE.replace("0.0343", "0.0353"))
-        self.assert_found("the page has `| paper | 5,120 | 3.4 |`, the results `| paper | 5,120 | 3.5 |`")
         self.assert_found("the page has `3.4 %`, the results `3.5 %`")
         self.assertEqual(self.figures().returncode, 0)
         self.assertEqual(self.page.read_text(), PAGE.replace("3.4", "3.5"))
 
-    def test_rows_become_columns(self):
-        self.table.write_text("# made by: scripts/some; revision: 0123abcd\nscheme,faces,error\n"
-                              "paper,180,0.2\nchief,180,0.1\npaper,720,0.04\n")
-        mark = "<!-- table: errors | faces | paper=error:.0% if scheme=paper | chief=100*error:.1f if scheme=chief -->"
-        self.page.write_text(mark + "<!-- /table -->")
-        self.assertEqual(self.figures().returncode, 0)
-        self.assertEqual(self.page.read_text(), mark + "\n| faces | paper | chief |\n|---|---|---|\n| 180 | 20 % | 10.0 |\n"
-                         "| 720 | 4 % | - |\n<!-- /table -->")
-        self.table.write_text(self.table.read_text() + "paper,720,0.05\n")
-        self.assert_found("2 rows of errors with scheme=paper in one line, not one")
-
     def test_marks_that_cannot_be_filled_are_named(self):
         for old, new, said in (("table: errors", "table: mistakes", "no table results/tables/mistakes.csv"),
-                               ("scheme=chief", "scheme=cheif", "0 rows"), ("max errors error:.1%", "errors error:.1%", "3 rows"),
-                               ("error:.1%", "err:.1%", "no such column"), ("<!-- /table -->", "", "not closed")):
+                               ("scheme=chief", "scheme=cheif", "0 rows"), ("<!-- /table -->", "", "not closed")):
             with self.subTest(new=new):
                 self.page.write_text(PAGE.replace(old, new, 1))
                 self.assert_found(said)
-                self.assertEqual(self.figures().returncode, 1)
-
-    def test_results_say_what_made_them(self):
-        self.table.write_text(TABLE.partition("\n")[2])
-        self.assert_found("results/tables/errors.csv:1: not `# made by: COMMAND; revision: REVISION`")
-        self.table.write_text(TABLE + "cut\n")
-        self.assert_found("a row has not 3 cells")
 
 
 if __name__ == "__main__":

@@ -1,9 +1,8 @@
-"""Site: the site is built without a warning; every page is in its navigation, every link and anchor leads somewhere, and nothing
-is fetched from elsewhere. Browser: in Debian's chromium no page is wider than its window or reports an error."""
+"""The site is built without a warning; every page is in its navigation, every link and anchor leads somewhere, and nothing is
+fetched from elsewhere."""
 
 import functools
 import html
-import json
 import os
 import pathlib
 import re
@@ -24,41 +23,20 @@ if MISSING:
     sys.exit(77)
 
 
-# Shows pages in a frame of two widths and lists: page, width, width of its content.
-WIDTHS = """<pre></pre><iframe height=900></iframe><script>
-const frame = document.querySelector("iframe"), said = document.querySelector("pre");
-const shown = page => new Promise(done => { frame.onload = done; frame.src = page; });
-(async () => {
-  for (const page of PAGES) {
-    frame.width = 1400;
-    await shown(page);
-    for (const width of [1400, 400]) {
-      frame.width = width;
-      said.append(`${page} ${width} ${frame.contentDocument.documentElement.scrollWidth}\\n`);
-    }
-  }
-})();
-</script>"""
-
-
 @functools.lru_cache(maxsize=None)
 def anchors(page):
     return set(re.findall(r'\s(?:id|name)="([^"]+)"', page.read_text()))
 
 
-class BuiltSite(unittest.TestCase):
+class Site(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.out = pathlib.Path(tempfile.mkdtemp(prefix="touchfield-site-"))
-        cls.addClassCleanup(shutil.rmtree, cls.out, ignore_errors=True)
-        cls.built = subprocess.run([SOURCE / "scripts/docs", "--as-is", "--out", cls.out], capture_output=True, text=True, check=False)
-        cls.site = cls.out / "site"
+        out = pathlib.Path(tempfile.mkdtemp(prefix="touchfield-site-"))
+        cls.addClassCleanup(shutil.rmtree, out, ignore_errors=True)
+        built = subprocess.run([SOURCE / "scripts/docs", "--as-is", "--out", out], capture_output=True, text=True, check=False)
+        assert (built.returncode, built.stderr) == (0, ""), built.stdout + built.stderr
+        cls.site = out / "site"
 
-    def setUp(self):
-        self.assertEqual((self.built.returncode, self.built.stderr), (0, ""), self.built.stdout)
-
-
-class Site(BuiltSite):
     def test_every_page_is_in_the_navigation(self):
         nav = (SOURCE / "docs/site/mkdocs.yml").read_text().partition("\nnav:\n")[2]
         for page in PAGES:
@@ -93,36 +71,16 @@ class Site(BuiltSite):
 
     def test_references_are_the_programs(self):
         commands = (self.site / "reference/commands.html").read_text()
-        for word in ("touchfield run", "touchfield array walk", "--case-seconds"):
-            self.assertIn(word, commands)
+        self.assertIn("touchfield array walk", commands)
         page = (self.site / "docs/theory.html").read_text()  # formulas are marked for rendering
         self.assertNotIn("$", re.sub(r"<(script|style)\b.*?</\1>", "", page, flags=re.DOTALL))
         model = (self.site / "reference/cpp/structtouchfield_1_1Model.html").read_text()
         self.assertIn("#include &lt;touchfield/sim/model/model.h&gt;", model)
-        self.assertNotIn("&lt; namespace", (self.site / "reference/cpp/namespacetouchfield.html").read_text())
         built = list(SOURCE.glob("build/python/lib/python*/site-packages/touchfield"))
         for page, word in {"python.html": "InputError", "python/methods.html": 'id="problemcost"',
                            "python/parts.html": '<a href="methods.html#solution"><code>Solution</code></a>'}.items():
             self.assertIn(word if built else "setup_python", (self.site / "reference" / page).read_text())
         self.assertIn("import touchfield", re.sub("<.*?>", "", (self.site / "docs/tutorials/notebook.html").read_text()))
-
-
-@unittest.skipUnless(shutil.which("chromium"), "chromium is not there")
-class Browser(BuiltSite):
-    def test_pages_fit_wide_and_narrow_windows(self):
-        pages = [str(page.relative_to(self.site)) for page in sorted(self.site.rglob("*.html"))
-                 if page.name != "404.html" and ("cpp" not in page.parts or page.name.startswith("structtouchfield_1_1M"))]
-        sheet = self.site / "widths.html"
-        sheet.write_text(WIDTHS.replace("PAGES", json.dumps(pages)))
-        self.addCleanup(sheet.unlink)
-        shown = subprocess.run(["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--allow-file-access-from-files",
-                                "--enable-logging=stderr", f"--user-data-dir={self.out / 'chromium'}",
-                                "--virtual-time-budget=1000000", "--dump-dom", sheet.as_uri()],
-                               capture_output=True, text=True, timeout=250, check=True)
-        widths = re.findall(r"^(?:.*<pre>)?(\S+) (\d+) (\d+)$", shown.stdout, re.MULTILINE)
-        self.assertEqual(len(widths), 2 * len(pages))
-        self.assertEqual([row for row in widths if int(row[2]) > int(row[1])], [])
-        self.assertEqual([line for line in shown.stderr.splitlines() if "CONSOLE" in line], [])
 
 
 if __name__ == "__main__":

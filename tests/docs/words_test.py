@@ -1,9 +1,8 @@
 """README, docs and the texts of the program are in plain English, and each word of the list is found."""
 
-import importlib.machinery
-import importlib.util
 import os
 import pathlib
+import runpy
 import shutil
 import subprocess
 import sys
@@ -11,13 +10,6 @@ import tempfile
 import unittest
 
 SOURCE = pathlib.Path(os.environ.get("TOUCHFIELD_SOURCE_DIR", pathlib.Path(__file__).resolve().parents[2]))
-
-
-def loaded(path):
-    loader = importlib.machinery.SourceFileLoader("words", str(path))
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("words", loader))
-    loader.exec_module(module)
-    return module
 
 
 class Words(unittest.TestCase):
@@ -36,7 +28,7 @@ class Words(unittest.TestCase):
         self.assertEqual((checked.returncode, checked.stdout, checked.stderr), (0, "", ""))
 
     def test_every_word_of_the_list_is_found(self):
-        rules = loaded(SOURCE / "scripts/words").RULES
+        rules = runpy.run_path(str(SOURCE / "scripts/words"))["RULES"]
         (self.root / "docs/page.md").write_text("".join(f"# Page\n\nHere is {example}.\n\n" for _, _, example, _ in rules))
         (self.root / "sim/text.cpp").write_text("".join(f'say("Here is {example}");\n\n' for _, _, example, _ in rules))
         said = self.words("--sources")

@@ -17,7 +17,6 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "cli"))
 
 from autd3_units import ASSIGN_ID, FRAME, RESET_ID, Emulator, Wire, sdk_of  # noqa: E402
-from live_test import SCENE as SWING  # noqa: E402
 from support import PROGRAM, SOURCE, CommandTest, unittest  # noqa: E402
 
 SDK = sdk_of(SOURCE)
@@ -25,10 +24,6 @@ COUNT, SEED = 6, 1
 SECONDS = 1.5  # of an emission, after half a second of opening
 CLOSES = 0.02  # s after which a unit has forgotten its number
 RESET, CLEAR, PATTERN = 0, 3, 0x16
-# The ball above one unit: still, and swinging.
-MOVING = SWING.replace("{sonicsurface: {}}", "{autd3: {layout: [1, 1]}}").replace("[0, 0, 80]", "[90, 70, 100]").replace(
-    "[surface, {", "[{").replace("seconds: 2", "seconds: 1").replace("frames_hz: 10", "frames_hz: 20")
-STILL = MOVING[:MOVING.index("motion:")]
 
 
 class Unit(Wire):
@@ -151,30 +146,6 @@ class Senders(CommandTest):
             with self.subTest(f"pair {number} of seed {SEED}", locked=locked, killed=killed, off=off):
                 worst = max(worst, self.pair(chance, locked, killed, off) or 0)
         print(f"two at once for at most {1e3 * worst:.0f} ms in {COUNT} pairs")
-
-    def test_who_is_refused(self):
-        """Every command, and it says which process has the units."""
-        still, moving = self.write("still.yaml", STILL), self.write("moving.yaml", MOVING)
-        self.run_ok("run", still, "-o", "run")
-        with Emulator(SDK, 1) as emulator, Unit(emulator) as unit:
-            holder = Program(unit.port, "array", "test", "--emit", "--seconds", "9", "--json")
-            end = time.monotonic() + 10
-            while not unit.loud(time.monotonic()):
-                self.assertLess(time.monotonic(), end, "it never emitted")
-                time.sleep(0.01)
-            (guard,) = holder.guard()
-            for command in (["send", self.folder / "run", "--emit"], ["live", moving, "--emit", "--quiet"], ["array", "test", "--emit"], ["array", "walk", "--emit", "--count", 1],
-                            ["array", "off"]):
-                second = Program(unit.port, *command)
-                self.assertEqual(second.end()[0], 4, second.text)
-                self.assertIn(f"autd3-udp: the units on [::1] port {unit.port}: busy: process {guard} drives it; `kill {guard}` silences and frees it", second.text)
-            self.assertEqual(len(set(unit.hosts)), 1, "a second one sent something")
-            self.assertTrue(unit.loud(time.monotonic()))
-            os.kill(guard, signal.SIGTERM)
-            self.assertEqual(holder.end()[0], 4)
-            self.assertFalse(unit.loud(time.monotonic()))
-            again = Program(unit.port, "array", "off", "--json")
-            self.assertEqual(again.end(), (0, True), again.text)
 
 
 if __name__ == "__main__":

@@ -29,25 +29,27 @@ def check_same(found, expected):
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.max(np.abs(expected)))
 
 
-def check(run):
-    assert run.attrs["format"] == "touchfield-run"
-    assert run.attrs["format_version"] == 6
-    assert run.attrs["solved_skin"] == "part"
-    assert run.attrs["name"] == "width \u00fc 5mm"
-    assert run.attrs["complete"] == 1
-    assert run.attrs["resonance_check"] == 0.0125
-    assert run.attrs["frequency"] == 40e3 and run.attrs["radiation_per_square"] == 1.75e-6
-    assert run["scene"].asstr()[()] == "name: width\nfrequency_khz: 40\n# \u00e9\n"
+def check_attributes(item, **expected):
+    found = {name: item.attrs[name] for name in expected}
+    assert found == expected, found
 
+
+def check_units(file):
     def has_unit(name, item):
         if isinstance(item, h5py.Dataset):
             assert isinstance(item.attrs["unit"], str), name
 
-    run.visititems(has_unit)
+    file.visititems(has_unit)
+
+
+def check(run):
+    check_attributes(run, format="touchfield-run", format_version=6, solved_skin="part", name="width \u00fc 5mm", complete=1,
+                     resonance_check=0.0125, frequency=40e3, radiation_per_square=1.75e-6)
+    assert run["scene"].asstr()[()] == "name: width\nfrequency_khz: 40\n# \u00e9\n"
+    check_units(run)
 
     vertices, triangles, area = (run["mesh"][name][:] for name in ("vertices", "triangles", "area"))
-    assert vertices.shape == (35, 3) and triangles.shape == (48, 3) and area.shape == (48,)
-    np.testing.assert_allclose(area, 0.5 * 0.01**2)
+    np.testing.assert_allclose(area, [0.5 * 0.01**2] * 48)
     a, b, c = (vertices[triangles[:, i]] for i in range(3))
     normal = np.cross(b - a, c - a)
     np.testing.assert_allclose(0.5 * np.linalg.norm(normal, axis=1), area)
@@ -55,27 +57,22 @@ def check(run):
     assert run["mesh/vertices"].attrs["unit"] == "m" and run["mesh/area"].attrs["unit"] == "m2"
 
     array = run["array"]
-    assert array.attrs["kind"] == "transducers" and array.attrs["directivity"] == "t4010a1"
-    assert array["position"].shape == (6, 3) and array["axis"].shape == (6, 3)
+    check_attributes(array, kind="transducers", directivity="t4010a1")
     np.testing.assert_allclose(array["position"][:, 0], [-0.01, 0, 0.01] * 2, atol=1e-15)
     np.testing.assert_allclose(array["axis"][:], [[0, 0, 1]] * 6)
-    np.testing.assert_allclose(array["amplitude"][:], 0.5 * 4.0)
+    np.testing.assert_allclose(array["amplitude"][:], [0.5 * 4.0] * 6)
     assert array["amplitude"].attrs["unit"] == "Pa m"
-    assert list(array["channel"]) == [0, 1, 2, 3, 4, 5] and list(array["device"]) == [0] * 6
-
-    assert list(run["target/face"]) == [3, 4, 10]
-    assert list(run["target/amplitude"]) == [1000, 2000, 1e-3]
-    assert list(run["target/box"]) == [0, 0, 1]
+    for name, values in {"array/channel": range(6), "array/device": [0] * 6, "target/face": [3, 4, 10],
+                         "target/amplitude": [1000, 2000, 1e-3], "target/box": [0, 0, 1]}.items():
+        assert list(run[name]) == list(values), name
 
     surface = run["methods/surface"]
-    assert surface["pressure"].dtype == np.complex128
     check_same(surface["pressure"][:], made_up(48, 0.25))
     check_same(surface["phase"][:], np.abs(made_up(6, 0.25)) / 400)
     assert list(surface["cost"]) == [3.25, 2.0, 1 / 3]
-    assert surface.attrs["method"] == "paper" and surface.attrs["scheme"] == "chief"
-    assert surface.attrs["status"] == "stalled" and surface.attrs["steps"] == 3
-    assert surface.attrs["relative_error"] == 0.35 and np.isnan(surface.attrs["leakage"])
-    assert surface.attrs["seconds_solve"] == 0.75 and surface.attrs["seconds_apply"] == 1 / 3
+    check_attributes(surface, method="paper", scheme="chief", status="stalled", steps=3, relative_error=0.35, seconds_solve=0.75,
+                     seconds_apply=1 / 3, shock_distance_share=2 / 3)
+    assert np.isnan(surface.attrs["leakage"])
     assert list(surface.attrs["stages"]) == ["solve", "apply"]
     other = run["methods/paper-2"]
     assert "cost" not in other and other.attrs["status"] == "direct"
@@ -87,14 +84,12 @@ def check(run):
     for name, (rows, seed, unit) in {"target": (3, 0.5, "Pa"), "outside": (2, 1.5, "Pa m"), "incident": (3, 2.5, "Pa")}.items():
         check_same(transfer[name][:], made_up(rows * 6, seed).reshape(6, rows).T)
         assert transfer[name].attrs["unit"] == unit
-    assert transfer.attrs["outside_weight"] == 0.25 and transfer.attrs["channels_left_out"] == 1e-5 / 3
-    assert transfer.attrs["outside_left_out"] == 1e-6 / 7
+    check_attributes(transfer, outside_weight=0.25, channels_left_out=1e-5 / 3, outside_left_out=1e-6 / 7)
 
     solves = run["solves"]
-    assert list(solves["stage"].asstr()) == ["pressure", "evaluation"]
-    assert list(solves["scheme"].asstr()) == ["burton_miller_polished", "chief"]
-    assert list(solves["solver"].asstr()) == ["GMRES, matrix-free", "LU"]
-    assert list(solves["precision"].asstr()) == ["single refined", "double"]
+    for name, values in {"stage": ["pressure", "evaluation"], "scheme": ["burton_miller_polished", "chief"],
+                         "solver": ["GMRES, matrix-free", "LU"], "precision": ["single refined", "double"]}.items():
+        assert list(solves[name].asstr()) == values, name
     for name, values in {"unknowns": [10842, 80], "right_hand_sides": [3, 1], "steps": [14, 0], "refinements": [2, 0],
                          "converged": [1, 0]}.items():
         assert solves[name].dtype == np.int64 and list(solves[name]) == values, name
@@ -112,18 +107,13 @@ def check(run):
     assert list(run["warnings"].asstr()) == ["coarse mesh", 'two, with "quotes"']
     assert list(run["notes"].asstr()) == ["beyond: at 50 mm"]
     assert list(run["resonance_checks"].attrs["stages"]) == ["paper_corrected", "paper"]
-    assert run["resonance_checks"].attrs["paper"] == 1 / 3
-    assert run["methods/surface"].attrs["shock_distance_share"] == 2 / 3
-    provenance = run["provenance"].attrs
-    assert provenance["version"] == "0.1.0" and provenance["threads"] == 2 and provenance["seeds"] == ""
-    assert provenance["start"] == "2026-01-01T00:00:00Z" and provenance["scene_hash"] == "abc"
+    check_attributes(run["provenance"], version="0.1.0", threads=2, seeds="", start="2026-01-01T00:00:00Z", scene_hash="abc")
 
 
 def check_own_evaluation(run):
     evaluation = run["evaluation"]
-    assert evaluation.attrs["evaluation"] == "edge" and evaluation.attrs["scheme"] == "burton_miller_polished"
-    assert evaluation["mesh/vertices"].shape == (54, 3) and evaluation["mesh/triangles"].shape == (80, 3)
-    np.testing.assert_allclose(evaluation["mesh/area"][:], 0.5 * 0.0075**2)
+    check_attributes(evaluation, evaluation="edge", scheme="burton_miller_polished")
+    np.testing.assert_allclose(evaluation["mesh/area"][:], [0.5 * 0.0075**2] * 80)
     assert list(evaluation["target/face"]) == [5, 6, 17, 18]
     assert list(evaluation["target/amplitude"]) == [1e-3, 7, 1000, 2000]
     assert list(evaluation["target/box"]) == [0, 0, 0, 1]
@@ -146,19 +136,12 @@ def check_same_evaluation(run):
 
 
 def check_motion(motion):
-    assert motion.attrs["format"] == "touchfield-motion" and motion.attrs["format_version"] == 5
-    assert motion.attrs["solved_skin"] == "whole"
-    assert motion.attrs["complete"] == 1 and motion.attrs["seconds"] == 0.2
-
-    def has_unit(name, item):
-        if isinstance(item, h5py.Dataset):
-            assert isinstance(item.attrs["unit"], str), name
-
-    motion.visititems(has_unit)
+    check_attributes(motion, format="touchfield-motion", format_version=5, solved_skin="whole", complete=1, seconds=0.2)
+    check_units(motion)
     assert motion["mesh/triangles"].shape == (48, 3) and motion["evaluation/mesh/triangles"].shape == (80, 3)
     assert list(motion["methods"]) == ["surface", "paper-2"]
     method = motion["methods/paper-2"]
-    assert method.attrs["method"] == "surface" and method.attrs["scheme"] == "chief" and method.attrs["dropped"] == 3
+    check_attributes(method, method="surface", scheme="chief", dropped=3)
     frames, scores = method["frames"], method["scores"]
     np.testing.assert_allclose(frames["sampled"][:], np.arange(4) / 30)
     np.testing.assert_allclose(frames["shown"][:], np.arange(4) / 20 + 0.022)

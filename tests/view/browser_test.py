@@ -5,7 +5,6 @@ TOUCHFIELD_SCREENSHOTS: a folder for pictures of the pages."""
 import os
 import pathlib
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
@@ -189,23 +188,6 @@ class Pages(unittest.TestCase):
             self.browser.find_element(By.XPATH, "//button[text()='play']").click()
             self.wait("return page.state.skin >= 7")
             self.browser.find_element(By.XPATH, "//button[text()='stop']").click()
-
-    def test_a_live_page_follows_the_loop(self):
-        with subprocess.Popen(
-                [PROGRAM, "live", SOURCE / "scenes/moving.yaml", "--method", "surface", "--view", "0", "--max-seconds",
-                 "300", "--set", "motion.seconds=300"],
-                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as live:
-            self.addCleanup(live.kill)
-            self.browser.get(next(line.split()[-1] for line in live.stderr if "seen at" in line))
-            for _ in range(3):
-                before = self.run_script("return page.skin.time")
-                self.wait(f"return page.skin.time > {before} && page.skin.source.methods[0].p.high > 100")
-            self.assertIn("frames sent", self.run_script("return page.clock.textContent"))
-            self.assertGreater(self.run_script(PIXELS)[0], 100)
-            self.picture("live")
-            live.send_signal(signal.SIGINT)
-            self.wait("return page.clock.textContent === 'the loop has ended'")
-        self.assertEqual(self.browser.get_log("browser"), [])
 
     def test_without_webgl_the_overview_stands_in(self):
         plain = browser("--disable-3d-apis")
