@@ -57,8 +57,6 @@ inline cuda::SurfaceWave gpu_wave(const Complex& wavenumber) {
   return {wavenumber.real(), wavenumber.imag(), kGpuGamma};
 }
 
-inline cuda::Vector gpu_vector(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
-
 inline cuda::Faces gpu_faces(cuda::Context& context, const TriangleMesh& mesh, const Complex& wavenumber) {
   return {context,
           mesh.triangles().data(),
