@@ -1,4 +1,3 @@
-
 #include <gtest/gtest.h>
 
 #include "solvers/linear/linear_operator.h"
