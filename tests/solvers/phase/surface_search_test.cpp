@@ -41,6 +41,15 @@ TEST(AnnealedStart, UnitsAndTheNumberOfThreadsChangeNothing) {
   }
 }
 
+TEST(AnnealedStart, TheLevelIsBelowOneOnlyWhereTheArrayIsFarTooStrong) {
+  SkinProblem problem = trapped(5);
+  EXPECT_DOUBLE_EQ(annealed_starts(problem, true).level, 1.0);
+  problem.amplitudes *= 0.02;
+  const double level = annealed_starts(problem, true).level;
+  EXPECT_LT(level, 0.2);
+  EXPECT_NEAR(best_level(problem, annealed_start(problem, {.level = level})), 1.0, 0.12);
+}
+
 TEST(SurfaceSearch, EndsBelowWhatSingleStartsReachOnAverage) {
   double searched = 0.0;
   double single = 0.0;
