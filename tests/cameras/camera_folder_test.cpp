@@ -317,55 +317,6 @@ TEST_F(Recording, WhatIsHardlyMeantIsWarnedOf) {
               ElementsAre(HasSubstr("fx = 21.3 and fy = 31.35 of left differ by a factor of 1.5")));
 }
 
-TEST_F(Recording, AllCamerasTogetherHaveABoundOfPixels) {
-  for (DepthCamera& camera : cameras_) camera = small_camera(camera.name, 4096, 4096);
-  const std::string text = cameras_text(cameras_);
-  EXPECT_EQ(read_cameras_text(text, "cameras.yaml").size(), 2U);
-  cameras_.push_back(small_camera("third"));
-  EXPECT_THAT(
-      message_of<InputError>([&] { read_cameras_text(cameras_text(cameras_), "cameras.yaml"); }),
-      HasSubstr("cameras.yaml: the images of all cameras have 33554816 pixels together, must be at most 33554432"));
-}
-
-/// Hears what is done, and the largest share of it.
-class Hearing : public Progress {
- public:
-  void begin(std::string_view what) override { begun += std::string(what) + ";"; }
-  void advance(double fraction) override { reached = std::max(reached, fraction); }
-  std::string begun;
-  double reached = 0;
-};
-
-TEST_F(Recording, AFileOfManyRowsIsCheckedOnce) {
-  // As many parts as an image may have: what takes longest to check.
-  std::string bytes = png_begin(24, 16, 16, 0);
-  for (int part = 0; part < 600; ++part) bytes += png_chunk("IDAT", "");
-  write_bytes(file("parts.png"), bytes + png_chunk("IEND", ""));
-  std::string table = "time_s,left,right\n";
-  for (int row = 0; row < 10'000; ++row) table += fmt::format("{},parts.png,\n", row / 30.0);
-  write_bytes(file("times.csv"), table);
-  const auto begun = std::chrono::steady_clock::now();
-  Hearing hearing;
-  EXPECT_EQ(CameraFolder(path(), &hearing).size(), 10'000U);
-  EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(3));
-  EXPECT_EQ(hearing.begun, "check the images of 10000 frames;");
-  EXPECT_EQ(hearing.reached, 1.0);
-  for (int part = 0; part < 200; ++part) bytes += png_chunk("IDAT", "");
-  write_bytes(file("parts.png"), bytes + png_chunk("IEND", ""));
-  EXPECT_THAT(refusal(), AllOf(HasSubstr("times.csv:2: left: "), HasSubstr("chunks, must be an ordinary PNG image"),
-                               EndsWith("10000 of 10000 images are faulty, these are the first 10")));
-}
-
-TEST_F(Recording, ImagesAreCheckedBeforeAnyIsUnpacked) {
-  EXPECT_THAT(refusal_with("times.csv", "left/000001.png", "right/000001.png"),
-              HasSubstr("right/000001.png: 32 x 20 pixels, must be 24 x 16 as its camera has"));
-  const std::string bytes = read_bytes(file("left/000002.png"));
-  write_bytes(file("left/000002.png"), png_begin(24, 16, 8, 0));
-  EXPECT_THAT(refusal(), AllOf(HasSubstr("times.csv:4: left: "), EndsWith("8 bits a pixel, must be 16-bit grey")));
-  write_bytes(file("left/000002.png"), bytes.substr(0, bytes.size() - 20));
-  EXPECT_THAT(refusal(), EndsWith("left/000002.png: cut off"));
-}
-
 TEST_F(Recording, DamageWithinAnImageIsFoundAsItIsRead) {
   std::string bytes = read_bytes(file("left/000001.png"));
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 0x10);

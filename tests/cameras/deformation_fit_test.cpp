@@ -98,41 +98,6 @@ TEST(DeformationFit, GradientIsThatOfTheEnergy) {
   }
 }
 
-/// Where all residuals are 0 the matrix is half of the second derivative, the turns being the best ones.
-TEST(DeformationFit, MatrixIsTheSecondDerivativeAtARigidMotion) {
-  DeformationFit fit = pebble_fit();
-  const RigidMotion motion = small_motion();
-  NodeMotions motions = fit.graph().motions(pebble().vertices(), {});
-  motions.shift = motion(motions.at) - motions.at;
-  fit.graph().turn(motions);
-  SkinTargets none = face_targets(pebble(), pebble(), [](const Vector3&) { return false; });
-  const Eigen::SparseMatrix<double> lower = fit.linearise(none, kRigidOnly, {}, motions).matrix;
-  const Eigen::MatrixXd matrix = Eigen::MatrixXd(lower).selfadjointView<Eigen::Lower>();
-  std::mt19937 random(2);
-  constexpr double kStep = 1e-6;
-  for (int trial = 0; trial < 10; ++trial) {
-    const auto i = static_cast<Eigen::Index>(uniform(random, 0, 1) * static_cast<double>(matrix.cols()));
-    const auto gradient_at = [&](double step) {
-      NodeMotions there = motions;
-      there.shift(i % 3, i / 3) += step;
-      fit.graph().turn(there);
-      return Eigen::VectorXd(fit.linearise(none, kRigidOnly, {}, there).gradient);
-    };
-    const Eigen::VectorXd column = (gradient_at(kStep) - gradient_at(-kStep)) / (2 * kStep);
-    EXPECT_LT((column - matrix.col(i)).norm(), 1e-4 * matrix.col(i).norm());
-  }
-
-  // Targets alone: their matrix is that of the squares of what a shift changes in x'.
-  const SkinTargets targets = face_targets(pebble(), moved_by(pebble(), motion), kAll);
-  const DeformationPriors nothing{.rigid = 0, .rest = 0, .before = 0};
-  const Eigen::SparseMatrix<double> seen = fit.linearise(targets, nothing, {}, motions).matrix;
-  const Eigen::VectorXd direction = Eigen::VectorXd::NullaryExpr(seen.cols(), [&] { return uniform(random, -1, 1); });
-  NodeMotions there = motions;
-  there.shift += direction.reshaped(3, motions.shift.cols());
-  const double energy = fit.linearise(targets, nothing, {}, there).energy;
-  EXPECT_NEAR(direction.dot(seen.selfadjointView<Eigen::Lower>() * direction), energy, 1e-10 * energy);
-}
-
 TEST(DeformationFit, PriorsHoldWhatNothingIsSeenOf) {
   DeformationFit fit = pebble_fit();
   const SkinTargets none = face_targets(pebble(), pebble(), [](const Vector3&) { return false; });
@@ -143,70 +108,6 @@ TEST(DeformationFit, PriorsHoldWhatNothingIsSeenOf) {
   fit.fit(none, {.rigid = 0, .rest = 1, .before = 1}, before, 2, motions);
   EXPECT_LT((DeformationGraph::shifts(motions) - 0.5 * before).cwiseAbs().maxCoeff(), 1e-15);
   EXPECT_THROW(fit.fit(none, {.rigid = 0, .rest = 0, .before = 0}, before, 1, motions), NumericalError);
-}
-
-/// A bump of 2 mm, 12 mm to its slope, from images with noise: nearest points of the skin as it is deformed so far.
-TEST(DeformationFit, FindsABumpThatNoisyImagesShow) {
-  const TriangleMesh body = capsule(30e-3, 80e-3, 4.5e-3).mesh;
-  DeformationFit fit(DeformationGraph(body, 14e-3));
-  const Vector3 peak(0, 5e-3, -30e-3);
-  const TriangleMesh fine = capsule(30e-3, 80e-3, 1.5e-3).mesh;
-  Points bumped = fine.vertices();
-  for (auto x : bumped.colwise()) {
-    const Vector3 out = (x - Vector3(0, std::clamp(x.y(), -40e-3, 40e-3), 0)).normalized();
-    x += 2e-3 * std::exp(-0.5 * (x - peak).squaredNorm() / (12e-3 * 12e-3)) * out;
-  }
-  const TriangleMesh truth(bumped, fine.triangles());
-  const std::vector<DepthCamera> cameras = cameras_round(Vector3::Zero(), 0.2, 0.25, 3);
-  DepthFrame frame = exact_frame(cameras, truth);
-  add_stereo_noise(frame, cameras, 1);
-  const HandPoints seen = PointReader(cameras).read(frame, Box(Vector3::Constant(-0.1), Vector3::Constant(0.1)));
-  ASSERT_GT(seen.size(), 2000);
-
-  NodeMotions motions = fit.graph().motions(body.vertices(), {});
-  for (int round = 0; round < 3; ++round) {
-    Points vertices = body.vertices();
-    fit.graph().apply(motions, vertices);
-    const TriangleMesh skin(vertices, body.triangles());
-    const FaceTree tree(skin);
-    SkinTargets targets{{{}, Points(3, seen.size())},
-                        Points(3, seen.size()),
-                        seen.at,
-                        Points(3, seen.size()),
-                        Eigen::VectorXd::Ones(seen.size())};
-    for (Eigen::Index p = 0; p < seen.size(); ++p) {
-      const SkinPoint foot = tree.nearest(seen.at.col(p));
-      const Vector3 weights = barycentric(skin, foot.face, foot.at);
-      targets.skin.face.push_back(static_cast<int>(foot.face));
-      targets.skin.weights.col(p) = weights;
-      targets.at.col(p) = body.vertices()(Eigen::all, body.triangles().col(foot.face)) * weights;
-      targets.normal.col(p) = skin.normals().col(foot.face);
-    }
-    fit.fit(targets, {}, {}, 2, motions);
-  }
-  Points vertices = body.vertices();
-  fit.graph().apply(motions, vertices);
-  const FaceTree tree(TriangleMesh(vertices, body.triangles()));
-  double square = 0;
-  double undeformed = 0;
-  int count = 0;
-  const FaceTree before(body);
-  for (Eigen::Index v = 0; v < truth.vertex_count(); ++v) {
-    const Vector3 x = truth.vertices().col(v);
-    if ((x - peak).norm() < 25e-3) {
-      square += std::pow(tree.nearest(x).distance, 2);
-      undeformed += std::pow(before.nearest(x).distance, 2);
-      ++count;
-    }
-  }
-  EXPECT_GT(std::sqrt(undeformed / count), 0.9e-3);
-  EXPECT_LT(std::sqrt(square / count), 0.25e-3);
-  // The back, that no camera sees, hardly moves.
-  double back = 0;
-  for (Eigen::Index v = 0; v < body.vertex_count(); ++v) {
-    if (body.vertices()(2, v) > 20e-3) back = std::max(back, (vertices - body.vertices()).col(v).norm());
-  }
-  EXPECT_LT(back, 1e-3);
 }
 
 }  // namespace touchfield::deformation_fit_test

@@ -31,22 +31,6 @@ NodeMotions moved_rigidly(const DeformationGraph& graph, const Points& vertices,
   return motions;
 }
 
-TEST(DeformationGraph, SpreadsNodesAlongTheSkin) {
-  const DeformationGraph& graph = flat_graph();
-  EXPECT_GT(graph.node_count(), 120);
-  EXPECT_LT(graph.node_count(), 400);
-  const Points at = graph.motions(flat_hand().mesh.vertices(), {}).at;
-  for (Eigen::Index i = 0; i < graph.node_count(); ++i) {
-    EXPECT_GE(graph.neighbours(i).size(), 2U);
-    EXPECT_LE(graph.neighbours(i).size(), 12U);
-    for (const int j : graph.neighbours(i)) {
-      EXPECT_LT((at.col(i) - at.col(j)).norm(), 33e-3);  // two cells
-      const auto back = graph.neighbours(j);
-      EXPECT_NE(std::ranges::find(back, i), back.end());
-    }
-  }
-}
-
 TEST(DeformationGraph, CarriesARigidMotionExactly) {
   const DeformationGraph& graph = flat_graph();
   const RigidMotion motion = some_motion(1);

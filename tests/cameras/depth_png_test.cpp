@@ -54,23 +54,6 @@ TEST_F(DepthPng, KeepsDepthsToHalfAUnit) {
   }
 }
 
-TEST_F(DepthPng, EveryNumberOfAPixelIsKept) {
-  DepthImage all{256, 256, {}};
-  for (int number = 0; number < 65536; ++number) all.depth.push_back(static_cast<float>(number * kUnit));
-  write_depth_png(path_, all, kUnit);
-  EXPECT_EQ(read_depth_png(path_, kUnit, 256, 256).depth, all.depth);
-}
-
-TEST_F(DepthPng, DepthsWithoutANumberAreNothing) {
-  const auto unit = static_cast<float>(kUnit);
-  write_depth_png(path_, {4, 1, {65535.4F * unit, 65535.6F * unit, 0.4F * unit, 0.6F * unit}}, kUnit);
-  const auto depth = read_depth_png(path_, kUnit, 4, 1).depth;
-  EXPECT_FLOAT_EQ(depth[0], 65535 * unit);
-  EXPECT_EQ(depth[1], 0.0F);
-  EXPECT_EQ(depth[2], 0.0F);
-  EXPECT_FLOAT_EQ(depth[3], unit);
-}
-
 TEST_F(DepthPng, DepthsThatAreNoneAreRefused) {
   for (const float wrong : {-0.1F, std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
     EXPECT_THAT(message_of<InputError>([&] {
@@ -101,15 +84,6 @@ TEST_F(DepthPng, OtherSizesAreNamedWhateverTheyPromise) {
   EXPECT_THAT(refusal(png_begin(0x7FFFFFFF, 0x7FFFFFFF, 16, 0)),
               EndsWith(": 2147483647 x 2147483647 pixels, must be 24 x 16 as its camera has"));
   EXPECT_THAT(refusal(png_begin(0, 0, 16, 0)), HasSubstr(": 0 x 0 pixels"));
-}
-
-TEST_F(DepthPng, MissingFilesAreNamed) {
-  const auto both = [&](const std::string& path) {
-    EXPECT_NE(message_of<InputError>([&] { check_depth_png(path, 2, 2); }), "");
-    return message_of<InputError>([&] { read_depth_png(path, kUnit, 2, 2); });
-  };
-  EXPECT_THAT(both(path_), EndsWith("left.png: no such file"));
-  EXPECT_THAT(both(folder_.path()), EndsWith(": a directory, must be a file"));
 }
 
 TEST_F(DepthPng, ACutFileIsRefusedWhereverItIsCut) {
@@ -149,19 +123,6 @@ TEST_F(DepthPng, ASecondHeaderIsRefused) {
   const std::string begin = png_begin(kWidth, kHeight, 16, 0);
   const std::string large = png_begin(40000, 40000, 16, 0).substr(8);
   EXPECT_THAT(damage(begin + large + bytes.substr(begin.size())), HasSubstr("left.png: damaged: "));
-}
-
-TEST_F(DepthPng, WhatFollowsOrIsNoDepthIsIgnored) {
-  const std::string bytes = good();
-  const DepthImage image = read();
-  const std::size_t header = png_begin(kWidth, kHeight, 16, 0).size();
-  const std::string others =
-      png_chunk("gAMA", big_endian_bytes(22000)) + png_chunk("tEXt", std::string("Title\0depth", 11)) +
-      png_chunk("sBIT", "\x08") +
-      png_chunk("zTXt", std::string("bomb\0\0", 6) + zlib_packed(std::string(std::size_t{16} << 20U, 'a')));
-  write_bytes(path_, bytes.substr(0, header) + others + bytes.substr(header) + "trailing junk");
-  check_depth_png(path_, kWidth, kHeight);
-  EXPECT_EQ(read().depth, image.depth);
 }
 
 TEST_F(DepthPng, RowsBeyondTheLastAreNotKeptAndNotEndless) {

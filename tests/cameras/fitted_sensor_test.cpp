@@ -163,49 +163,6 @@ TEST_F(Fitted, TheShapeIsLearntWhereTheHandCameIn) {
   EXPECT_TRUE(sensor.sample(0, 0).lost);
 }
 
-TEST_F(Fitted, NoHandIsLostAndSilent) {
-  HandImages empty{images_->cameras,
-                   [](std::int64_t, double seconds) {
-                     DepthFrame frame{seconds, {}};
-                     frame.images.assign(3, {424, 240, std::vector<float>(424 * 240, 0.0F)});
-                     return frame;
-                   },
-                   1};
-  SensedMotion sensed{*scene_, std::make_unique<const MovingModel>(*scene_),
-                      std::make_unique<FittedSensor>(*scene_, std::move(empty), truth_.get())};
-  const Motion motion = play_motion(sensed, {}, silent_);
-  ASSERT_EQ(motion.methods.front().frames.size(), 2U);
-  for (const MotionFrame& frame : motion.methods.front().frames) {
-    EXPECT_TRUE(frame.lost && frame.silent);
-  }
-  EXPECT_THAT(motion.notes, Contains(HasSubstr("its shape is not learnt")));
-}
-
-// A focus follows the patch that is expected. At rest what three cameras get wrong moves it, which a line through two
-// samples makes five times as large 0.1 s on.
-TEST_F(Fitted, AFilterMakesNoiseSmaller) {
-  std::map<std::string, double> spread;
-  std::optional<MovingModel> truth;
-  std::optional<HandImages> images;
-  for (const char* predict : {"linear", "kalman"}) {
-    const Scene scene = scene_from(
-        kFingerBody + kCameras, {"motion.change=[]", "motion.seconds=0.6", "motion.frames_hz=20", "motion.array_ms=50",
-                                 "solve.methods=[focus]", "motion.predict=" + std::string(predict)});
-    if (!images) {
-      images = remembered(simulated_images(truth.emplace(scene)));
-    }
-    const SensedMotion sensed{scene, std::make_unique<const MovingModel>(scene),
-                              std::make_unique<FittedSensor>(scene, *images, &*truth)};
-    const Motion motion = play_motion(sensed, {}, silent_);
-    const std::vector<MotionFrame>& frames = motion.methods.front().frames;
-    for (std::size_t f = frames.size() / 2; f < frames.size(); ++f) {
-      const Eigen::ArrayXd turned = frames[f].solution.phases - frames[f - 1].solution.phases;
-      spread[predict] += turned.sin().square().sum();
-    }
-  }
-  EXPECT_LT(spread["kalman"], 0.1 * spread["linear"]);
-}
-
 // At times that are not the sensor's, and with a beginning of its own.
 TEST_F(Fitted, RecordedImagesArePlayedWithoutScores) {
   const TemporaryDirectory folder;

@@ -105,20 +105,4 @@ TEST(HandSearch, FindsNoHandInNothing) {
   EXPECT_THAT(message_of<InputError>([&] { HandSearch({}); }), HasSubstr("no skin"));
 }
 
-TEST(SkinGrid, KnowsWhatIsNearest) {
-  const TriangleMesh ball = icosphere(30e-3, 12);
-  const FaceTree tree(ball);
-  const SkinGrid grid(ball, 4e-3, 20e-3);
-  std::mt19937 random(4);
-  for (int trial = 0; trial < 200; ++trial) {
-    const Vector3 x = 70e-3 * point_in_cube(random);
-    const SkinGrid::Near& near = grid.near(x);
-    EXPECT_NEAR(near.at.norm(), 30e-3, 0.5e-3);
-    EXPECT_GT(near.normal.dot(near.at), 29e-3);
-    if (x.cwiseAbs().maxCoeff() < 50e-3) {  // within the grid: the middle of a cell is half its diagonal away at most
-      EXPECT_LT((x - near.at).norm() - tree.nearest(x).distance, 2 * 0.5 * std::sqrt(3.0) * 4e-3);
-    }
-  }
-}
-
 }  // namespace touchfield::hand_search_test

@@ -41,14 +41,6 @@ JointAngles bent(const HandPose& pose) {
   return joints;
 }
 
-TEST(HandTemplate, IsItselfWithoutProportionsInItsOwnPose) {
-  const HandTemplate& hand = flat_template();
-  const ShapedHand shape = hand.shaped(HandProportions::Zero());
-  Points vertices;
-  hand.carry(shape, hand.skeleton_at(shape.proportions, joint_angles(hand.pose())), vertices);
-  EXPECT_LT((vertices - hand.mesh().vertices()).cwiseAbs().maxCoeff(), 1e-12);
-}
-
 TEST(HandTemplate, ItsVerticesLieOnTheHandItself) {
   const HandTemplate& hand = flat_template();
   const SoftBody flesh = hand_flesh(posed_skeleton(hand.pose(), hand.hand().length, hand.hand().breadth));
@@ -58,19 +50,6 @@ TEST(HandTemplate, ItsVerticesLieOnTheHandItself) {
     off += std::abs(flesh.distance(x)) > 1e-6 ? 1 : 0;
   }
   EXPECT_LT(static_cast<double>(off), 0.01 * static_cast<double>(hand.mesh().vertex_count()));
-}
-
-TEST(HandTemplate, CarriesItsOwnVerticesAsOtherPoints) {
-  const HandTemplate& hand = flat_template();
-  const HandTemplate::Carrier carrier = hand.carrier(hand.mesh().vertices());
-  const ShapedHand shape = hand.shaped(some_proportions(), some_offset(hand.mesh().vertices()));
-  const HandSkeleton posed = hand.skeleton_at(shape.proportions, bent(hand.pose()));
-  Points vertices;
-  Points carried;
-  hand.carry(shape, posed, vertices);
-  hand.carry(shape, posed, carrier, carried);
-  EXPECT_LT((vertices - carried).cwiseAbs().maxCoeff(), 1e-9);
-  EXPECT_GT((vertices - hand.mesh().vertices()).cwiseAbs().maxCoeff(), 0.02);
 }
 
 TEST(HandTemplate, CarriesAFinerMeshBesideItsOwn) {
@@ -113,14 +92,6 @@ TEST(HandTemplate, LengthAndBreadthAreThoseOfTheBuiltInHand) {
   };
   EXPECT_LT(rms_of(hand.shaped(by).rest), 0.35e-3);
   EXPECT_GT(rms_of(hand.mesh().vertices()), 2e-3);
-}
-
-TEST(HandTemplate, HoldsJointsOfPartsThatTouch) {
-  EXPECT_EQ(flat_template().free_joints().sum(), 21);
-  const HandPose index_up = hand_pose("index_up");
-  const JointAngles free = joints_without_contact(index_up, HandOptions{}.length, HandOptions{}.breadth);
-  EXPECT_EQ(free.segment<4>(5).sum(), 4) << "the index finger";
-  EXPECT_EQ(free.sum(), 4) << "and no other";
 }
 
 TEST(HandTemplate, TheLeftHandIsTheMirrorImage) {

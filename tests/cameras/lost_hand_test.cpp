@@ -2,18 +2,11 @@
 
 #include "sim/cameras/hand_tracker.h"
 #include "sim/hand/shapes.h"
+#include "tests/support/mesh_support.h"
 #include "tests/support/moving_hand_support.h"
 #include "tests/support/skin_error.h"
 
 namespace touchfield::lost_hand_test {
-
-TriangleMesh beside_each_other(const TriangleMesh& one, const TriangleMesh& other) {
-  Points vertices(3, one.vertex_count() + other.vertex_count());
-  vertices << one.vertices(), other.vertices();
-  Triangles triangles(3, one.face_count() + other.face_count());
-  triangles << one.triangles(), (other.triangles().array() + static_cast<int>(one.vertex_count())).matrix();
-  return {vertices, triangles};
-}
 
 enum class Beside { kNothing, kBall, kSleeve };
 
@@ -21,6 +14,7 @@ enum class Beside { kNothing, kBall, kSleeve };
 struct Coming {
   int frames;
   Beside beside;
+  std::array<int, 2> resolution = {640, 360};
 };
 
 class ComingHand : public ::testing::TestWithParam<Coming> {};
@@ -42,10 +36,12 @@ TEST_P(ComingHand, IsNeverWrongWithoutBeingLost) {
   HandShape smaller{.forearm = 0};
   smaller.length = 0.181;
   smaller.breadth = 0.082;
-  static const MovingHand hand(smaller, 4e-3);
+  static const MovingHand hand(smaller, 4.5e-3);
   const TriangleMesh ball = sphere(0.03, 6e-3).mesh;
   const TriangleMesh forearm = capsule(0.032, 0.25, 8e-3).mesh;
-  const SimulatedCameras cameras(cameras_beside_array(), 1);
+  std::vector<CameraSpec> specs = cameras_beside_array();
+  for (CameraSpec& spec : specs) spec.resolution = GetParam().resolution;
+  const SimulatedCameras cameras(specs, 1);
   HandTracker tracker(hand_template, cameras.told(), workspace_above_array());
   const auto scene_at = [&](int frame) {
     const double seconds = frame * kFrameTime;
@@ -53,7 +49,7 @@ TEST_P(ComingHand, IsNeverWrongWithoutBeingLost) {
     const HandState state = hand.state(seconds);
     const auto with = [&](const TriangleMesh& thing, const Vector3& in_hand) {
       const Eigen::Matrix3d along_arm = Eigen::AngleAxisd(-0.5 * std::numbers::pi, Vector3::UnitX()).toRotationMatrix();
-      return beside_each_other(here, transformed(thing, state.place.rotation * along_arm, state.place(in_hand)));
+      return together(here, transformed(thing, state.place.rotation * along_arm, state.place(in_hand)));
     };
     switch (GetParam().beside) {
       case Beside::kBall:
@@ -100,7 +96,7 @@ TEST_P(ComingHand, IsNeverWrongWithoutBeingLost) {
   EXPECT_EQ(lost_in_view, 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Short, ComingHand, ::testing::Values(Coming{100, Beside::kSleeve}));
+INSTANTIATE_TEST_SUITE_P(Short, ComingHand, ::testing::Values(Coming{100, Beside::kSleeve, {424, 240}}));
 INSTANTIATE_TEST_SUITE_P(Full, ComingHand,
                          ::testing::Values(Coming{1000, Beside::kNothing}, Coming{500, Beside::kBall},
                                            Coming{500, Beside::kSleeve}));

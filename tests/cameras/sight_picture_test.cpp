@@ -55,12 +55,4 @@ TEST(SightPicture, MarksHolesInRed) {
   EXPECT_GT(reds(std::vector<CameraSight>(8, sight(false))), 10'000);
 }
 
-TEST(SightPicture, RefusesAnImageOfAnotherSize) {
-  const TemporaryDirectory directory;
-  CameraSight odd = sight(true);
-  odd.depth.pop_back();
-  EXPECT_THROW(draw_sights(directory.file("sight.png"), "", "", plate(), {odd}), InputError);
-  EXPECT_EQ(directory.entries(), 0U);
-}
-
 }  // namespace touchfield::sight_picture_test

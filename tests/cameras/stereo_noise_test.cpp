@@ -80,30 +80,6 @@ TEST(StereoNoise, OfAFlatTargetIsTheFormulas) {
   EXPECT_NEAR(0.36 * 0.08 / camera.disparity_metres(), 1.04e-3, 0.005e-3);
 }
 
-TEST(StereoNoise, IsGaussianAndAlikeAcrossAndDown) {
-  const StereoCamera camera = stereo_camera(upward());
-  StereoEffects effects = StereoEffects::none();
-  effects.noise = true;
-  const double z = 0.4;
-  const DepthImage image = image_of(camera, plate(z, 1), effects);
-  double beyond = 0;
-  double down = 0;
-  double square = 0;
-  for (int j = 0; j + 5 < image.height; ++j) {
-    for (int i = 0; i < image.width; ++i) {
-      const double noise = (camera.disparity_metres() / depth_at(image, i, j) - camera.disparity_metres() / z) / 0.08;
-      const double below =
-          (camera.disparity_metres() / depth_at(image, i, j + 5) - camera.disparity_metres() / z) / 0.08;
-      beyond += std::abs(noise) > 2 ? 1 : 0;
-      square += noise * noise;
-      down += noise * below;
-    }
-  }
-  const double count = image.width * (image.height - 5);
-  EXPECT_NEAR(beyond / count, std::erfc(std::numbers::sqrt2), 0.01);
-  EXPECT_NEAR(down / square, std::exp(-1), 0.05);
-}
-
 TEST(StereoNoise, StepsAddATwelfthOfTheirSquare) {
   const StereoCamera camera = stereo_camera(upward());
   StereoEffects effects = StereoEffects::none();
@@ -186,21 +162,6 @@ TEST(StereoNoise, SecondEyeLeavesHolesOnTheLeft) {
     }
   }
   EXPECT_NEAR(holes_beside, hidden, 1.01);
-}
-
-TEST(StereoNoise, SeesFromTheNearestDepthOn) {
-  const StereoCamera camera = stereo_camera(upward());
-  EXPECT_NEAR(camera.nearest(), 0.22, 0.002);
-  StereoEffects effects = StereoEffects::none();
-  effects.range = true;
-  EXPECT_EQ(depth_at(image_of(camera, plate(camera.nearest() - 1e-4, 1), effects), 400, 100), 0);
-  EXPECT_NEAR(depth_at(image_of(camera, plate(camera.nearest() + 1e-4, 1), effects), 400, 100), camera.nearest() + 1e-4,
-              1e-7);
-  StereoCamera fine = camera;
-  fine.depth_unit = 1e-5;
-  effects.depth_steps = true;
-  EXPECT_EQ(depth_at(image_of(fine, plate(0.66, 1), effects), 400, 100), 0);
-  EXPECT_NEAR(depth_at(image_of(fine, plate(0.65, 1), effects), 400, 100), 0.65, 1e-7);
 }
 
 TEST(StereoNoise, AShareOfAnEdgesPixelsFlies) {

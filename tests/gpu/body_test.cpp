@@ -9,6 +9,7 @@
 #include "sim/hand/shapes.h"
 #include "solvers/linear/blas_product.h"
 #include "tests/gpu/card.h"
+#include "tests/support/mesh_support.h"
 
 namespace touchfield {
 namespace {
@@ -48,14 +49,7 @@ TriangleMesh plate(double thickness) {
 
 /// Two plates a third of a wavelength apart: what is between them resonates.
 TriangleMesh gap() {
-  const TriangleMesh one = plate(0.25);
-  Eigen::Matrix3Xd vertices(3, 2 * one.vertex_count());
-  vertices << one.vertices(), one.vertices();
-  vertices.row(2).head(one.vertex_count()).array() -= 4.5e-3;
-  vertices.row(2).tail(one.vertex_count()).array() += 4.5e-3;
-  Triangles triangles(3, 2 * one.face_count());
-  triangles << one.triangles(), one.triangles().array() + static_cast<int>(one.vertex_count());
-  return {vertices, triangles};
+  return together(shifted(plate(0.25), Vector3(0.0, 0.0, -4.5e-3)), shifted(plate(0.25), Vector3(0.0, 0.0, 4.5e-3)));
 }
 
 TriangleMesh small_hand() {

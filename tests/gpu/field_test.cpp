@@ -1,13 +1,72 @@
+#include <string>
+#include <vector>
+
 #include <gtest/gtest.h>
 
+#include "sim/acoustics/incident_field.h"
 #include "sim/core/errors.h"
+#include "sim/gpu/cuda/sources.cuh"
 #include "sim/gpu/on_card.h"
-#include "tests/gpu/channel_support.h"
 #include "tests/gpu/surface_support.h"
 #include "tests/support/far_field.h"
 
 namespace touchfield {
 namespace gpu_field_test {
+
+/// Arrays of every kind.
+struct GpuChannelCase {
+  std::string name;
+  TransducerArray array;
+  Wave wave;
+};
+
+std::vector<GpuChannelCase> gpu_channel_cases() {
+  const Wave plain(air(293.15), 40e3);
+  Medium damped_air = air(293.15);
+  damped_air.absorption = 3.0;
+  const Wave damped(damped_air, 40e3);
+  const ArrayLayout layout = grid_layout(5, 4, kAutd3Pitch);
+  const auto with = [&](const Directivity& directivity) {
+    return make_array(layout, directivity, 1.0, kAutd3SourceStrength);
+  };
+  TransducerArray uneven = with(Directivity::t4010a1());
+  uneven.response = random_response(uneven.size(), {.phase = 0.5, .gain = 0.1, .dead = 0.1}, 4);
+  const TransducerArray flat = plane_wave(Vector3(0.6, 0.0, 0.8), 2.0);
+  return {{"omni", with(Directivity::omni()), plain},
+          {"spline", with(Directivity::t4010a1()), plain},
+          {"spline damped", with(Directivity::t4010a1()), damped},
+          {"piston", with(Directivity::piston(plain.k(), 4.5e-3)), plain},
+          {"response", uneven, damped},
+          {"plane", flat, plain},
+          {"plane damped", flat, damped}};
+}
+
+using GpuSources = CardTest;
+
+TEST_F(GpuSources, PressuresAndSlopesAreTheCpus) {
+  const TriangleMesh mesh = gpu_mesh(icosphere(8e-3, 6), 1.0);
+  const cuda::Faces faces = gpu_faces(context(), mesh, kGpuWavenumber);
+  for (const GpuChannelCase& given : gpu_channel_cases()) {
+    const TransducerArray& array = given.array;
+    const Eigen::Index n = array.size();
+    const Eigen::VectorXcd response = factors(array.response);
+    const cuda::Sources sources(context(), given.wave.k(), given.wave.wavenumber().imag(),
+                                card_sources(array, response));
+    const Eigen::MatrixXcd pressure = incident_matrix(array, given.wave, mesh.centroids());
+    const Eigen::MatrixXcd slope = incident_derivative_matrix(array, given.wave, mesh.centroids(), mesh.normals());
+    for (const double* directions : {static_cast<const double*>(nullptr), faces.normals()}) {
+      const Eigen::MatrixXcd& expected = directions != nullptr ? slope : pressure;
+      GpuBlock single(context(), faces.size(), n);
+      sources.incident(faces.centroids(), directions, faces.size(), single.data());
+      EXPECT_LT(row_error(single.get(), expected), 1e-6) << given.name;
+      cuda::Array<cuDoubleComplex> there(context(), static_cast<std::size_t>(expected.size()));
+      sources.incident(faces.centroids(), directions, faces.size(), there.data());
+      Eigen::MatrixXcd found(expected.rows(), expected.cols());
+      there.download(reinterpret_cast<cuDoubleComplex*>(found.data()), there.size());
+      EXPECT_LT((found - expected).norm(), 1e-9 * expected.norm()) << given.name;
+    }
+  }
+}
 
 /// A field to compute: a body 0.2 m above an array.
 struct Asked {

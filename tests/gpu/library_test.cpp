@@ -1,6 +1,3 @@
-#include <numeric>
-
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "sim/core/errors.h"
@@ -19,17 +16,6 @@ TEST(GpuLibrary, NamesACardThatIsNotThere) { EXPECT_THROW(open_gpu(gpu_library()
 
 using GpuContext = CardTest;
 
-TEST_F(GpuContext, CopiesThereAndBack) {
-  std::vector<double> values(1000);
-  std::iota(values.begin(), values.end(), 0.5);
-  cuda::Array<double> there(context());
-  there.upload(values);
-  std::vector<double> back(values.size());
-  there.download(back.data(), back.size());
-  EXPECT_EQ(back, values);
-  EXPECT_EQ(gpu().taken(), values.size() * sizeof(double));
-}
-
 TEST_F(GpuContext, KeepsToItsCap) {
   GpuLimits limits;
   limits.memory = std::size_t{1} << 20U;
@@ -40,15 +26,6 @@ TEST_F(GpuContext, KeepsToItsCap) {
   EXPECT_EQ(capped->taken(), limits.memory / 2);
   half.reset();
   EXPECT_EQ(capped->taken(), 0U);
-}
-
-TEST_F(GpuContext, FailsWhereItIsAskedTo) {
-  GpuLimits limits;
-  limits.fail_after = 1;
-  const auto broken = open_gpu(0, limits);
-  auto& context = dynamic_cast<cuda::Context&>(*broken);
-  context.synchronize();
-  EXPECT_THROW(context.synchronize(), GpuFailure);
 }
 
 }  // namespace

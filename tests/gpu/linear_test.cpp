@@ -90,22 +90,6 @@ TEST_F(GpuHermitian, AgreesWithTheProcessors) {
   }
 }
 
-TEST_F(GpuHermitian, RefusesWhatIsNotFiniteAndRepeats) {
-  cuda::HermitianSolver solver(context());
-  const MatrixXcd half = in_double(random(64, 64, 139));
-  MatrixXcd a = half * half.adjoint();
-  const HermitianEigen first = solve_there(solver, a);
-  const std::size_t taken = gpu().taken();
-  for (int i = 0; i < 20; ++i) {
-    const HermitianEigen again = solve_there(solver, a);
-    ASSERT_EQ(again.values, first.values);
-    ASSERT_EQ(again.vectors, first.vectors);
-  }
-  EXPECT_EQ(gpu().taken(), taken);
-  a(63, 2) = std::numeric_limits<double>::infinity();
-  EXPECT_THROW(solve_there(solver, a), std::domain_error);
-}
-
 using GpuProducts = LinearCardTest;
 
 TEST_F(GpuProducts, MultipliesAsTheProcessorsDo) {
@@ -149,48 +133,6 @@ TEST_F(GpuProducts, MultipliesAsTheProcessorsDo) {
       EXPECT_LE((found - expected).norm(), 1e-14 * expected.norm());
     }
   }
-}
-
-TEST_F(GpuProducts, Tf32IsTakenWhereItIsNamed) {
-  const int n = 512;
-  const MatrixXcf a = random(n, n, 173);
-  const MatrixXcd expected = in_double(a) * in_double(a);
-  const Matrix a_there = put(a);
-  Matrix c(context(), a_there.size());
-  const auto error = [&](cuda::Arithmetic arithmetic) {
-    cuda::multiply(context(), CUBLAS_OP_N, CUBLAS_OP_N, n, n, n, {1.0F, 0.0F}, a_there.data(), n, a_there.data(), n,
-                   {0.0F, 0.0F}, c.data(), n, arithmetic);
-    return (in_double(get(c, n)) - expected).norm() / expected.norm();
-  };
-  EXPECT_LE(error(cuda::Arithmetic::kSingle), 1e-6);
-  EXPECT_LE(error(cuda::Arithmetic::kTf32), 2e-3);
-  EXPECT_EQ(error(cuda::Arithmetic::kTf32) > 1e-5, context().has_tf32());
-}
-
-TEST_F(GpuProducts, GramMatricesAreHermitian) {
-  for (const int columns : {1, 7, 64, 129}) {
-    const MatrixXcf a = random(500, columns, 163);
-    const Matrix a_there = put(a);
-    Matrix c(context(), static_cast<std::size_t>(columns) * static_cast<std::size_t>(columns));
-    cuda::gram(context(), 500, columns, a_there.data(), 500, c.data(), columns);
-    const MatrixXcf found = get(c, columns);
-    const MatrixXcd expected = in_double(a).adjoint() * in_double(a);
-    EXPECT_LE((in_double(found) - expected).norm(), 1e-6 * expected.norm()) << columns;
-    EXPECT_EQ(found, found.adjoint()) << columns;
-  }
-}
-
-TEST_F(GpuProducts, ConvertsBetweenPrecisions) {
-  const MatrixXcf narrow = random(1000, 3, 167);
-  const Matrix from = put(narrow);
-  cuda::Array<cuDoubleComplex> wide(context(), from.size());
-  cuda::convert(context(), from.data(), wide.data(), from.size());
-  MatrixXcd found(1000, 3);
-  wide.download(reinterpret_cast<cuDoubleComplex*>(found.data()), wide.size());
-  EXPECT_EQ(found, in_double(narrow));
-  Matrix back(context(), from.size());
-  cuda::convert(context(), wide.data(), back.data(), wide.size());
-  EXPECT_EQ(get(back, 1000), narrow);
 }
 
 }  // namespace

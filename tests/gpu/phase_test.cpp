@@ -8,7 +8,6 @@
 #include "solvers/phase/surface.h"
 #include "tests/gpu/card.h"
 #include "tests/support/fake_phase_device.h"
-#include "tests/support/phase_device_support.h"
 #include "tests/support/skin_support.h"
 
 namespace touchfield {
@@ -183,8 +182,6 @@ TEST_F(Phase, TheSearchEndsAsLow) {
   EXPECT_NEAR(found, expected, 0.05 * expected);  // annealing in single precision may end in another trap as good
 }
 
-TEST_F(Phase, StepsThatSinglePrecisionCannotDoAreInDouble) { expect_step_in_double(gpu()); }
-
 TEST_F(Phase, ValuesThatAreNotFiniteAreRefusedAndNeverLoopForEver) {
   SkinProblem problem = random_problem(4, 2, 6, 0.3, 37);
   const SkinProblem sound = moved(problem);
@@ -233,47 +230,6 @@ TEST_F(Phase, PaperStepsOfAlmostSingularMatricesAreInDouble) {
       EXPECT_NEAR(found.cost_history.at(i), expected.cost_history[i], 1e-13 / tau * expected.cost_history[0]) << tau;
     }
   }
-}
-
-TEST_F(Phase, MatricesThatAreNotPositiveDefiniteAreSaidToBe) {
-  for (const int size : {3, 64, 65, 200}) {
-    Eigen::MatrixXcd q = Eigen::MatrixXcd::Identity(size, size);
-    q(size - 1, size - 1) = -1.0;
-    const auto device = on_card(q);
-    const Eigen::VectorXcd z = Eigen::VectorXcd::Ones(size);
-    for (const bool in_double : {false, true}) {
-      EXPECT_FALSE(device->factorise(z.data(), 0.5, in_double)) << size;
-      EXPECT_TRUE(device->factorise(z.data(), 1.5, in_double)) << size;
-      const Eigen::VectorXcd lost = Eigen::VectorXcd::Constant(size, std::nan(""));
-      EXPECT_FALSE(device->factorise(lost.data(), 1.5, in_double)) << size;
-    }
-  }
-}
-
-TEST_F(Phase, GramOfThePaperIsThatOfItsRows) {
-  constexpr int kRows = 70;
-  constexpr int kTargets = 6;
-  constexpr int kChannels = 40;
-  Uniform uniform(43);
-  const Eigen::MatrixXcf columns = random_matrix(kRows, kTargets, uniform).cast<std::complex<float>>();
-  const Eigen::MatrixXcf g = random_matrix(kRows, kChannels, uniform).cast<std::complex<float>>();
-  const Eigen::VectorXd weights = Eigen::VectorXd::LinSpaced(kRows, 0.5, 2.0);
-  const Eigen::VectorXd amplitudes = Eigen::VectorXd::LinSpaced(kTargets, 1.0, 3.0);
-  cuda::Array<cuComplex> columns_there(context());
-  cuda::Array<cuComplex> g_there(context());
-  columns_there.upload(reinterpret_cast<const cuComplex*>(columns.data()), static_cast<std::size_t>(columns.size()));
-  g_there.upload(reinterpret_cast<const cuComplex*>(g.data()), static_cast<std::size_t>(g.size()));
-  Eigen::MatrixXcd c(kRows, kTargets + kChannels);
-  c << columns.cast<Complex>() * amplitudes.asDiagonal(), -g.cast<Complex>();
-  c = weights.cwiseSqrt().asDiagonal() * c;
-  const Eigen::MatrixXcd expected = c.adjoint() * c;
-  cuda::Array<cuDoubleComplex> q = cuda::paper_gram(
-      context(), {kRows, kTargets, kChannels, columns_there.data(), g_there.data(), amplitudes.data(), weights.data()});
-  Eigen::MatrixXcd found(kTargets + kChannels, kTargets + kChannels);
-  q.download(reinterpret_cast<cuDoubleComplex*>(found.data()), static_cast<std::size_t>(found.size()));
-  EXPECT_LT(relative(found, expected), 1e-6);
-  const auto device = cuda::make_gram_device(context(), std::move(q), kTargets + kChannels);
-  EXPECT_NEAR(device->largest_diagonal(), expected.diagonal().real().maxCoeff(), 1e-6 * expected.norm());
 }
 
 // ---- What a long run needs

@@ -9,6 +9,7 @@
 #include "sim/hand/hand.h"
 #include "sim/hand/shapes.h"
 #include "tests/gpu/card.h"
+#include "tests/support/mesh_support.h"
 
 namespace touchfield {
 
@@ -24,21 +25,11 @@ inline TriangleMesh gpu_mesh(const TriangleMesh& mesh, double factor) {
   return {vertices, mesh.triangles()};
 }
 
-/// One mesh beside another.
-inline TriangleMesh both_meshes(const TriangleMesh& one, const TriangleMesh& other) {
-  Points vertices(3, one.vertex_count() + other.vertex_count());
-  vertices << one.vertices(), other.vertices();
-  Triangles triangles(3, one.face_count() + other.face_count());
-  triangles << one.triangles(), other.triangles().array() + static_cast<int>(one.vertex_count());
-  return {vertices, triangles};
-}
-
 /// Two equal boxes with a gap between them of a fifth of their edges: every face has one right opposite, and many
 /// distances are the same.
 inline TriangleMesh gpu_gap() {
   const TriangleMesh plate = box(Vector3(0.018, 0.012, 0.003), 1.5e-3).mesh;
-  const Points above = plate.vertices().colwise() + Vector3(0.0, 0.0, 3.3e-3);
-  return both_meshes(plate, {above, plate.triangles()});
+  return together(plate, shifted(plate, Vector3(0.0, 0.0, 3.3e-3)));
 }
 
 inline std::vector<GpuSurface> gpu_surfaces() {
@@ -56,8 +47,6 @@ inline constexpr double kGpuGamma = 1.0 / 732.28;
 inline cuda::SurfaceWave gpu_wave(const Complex& wavenumber) {
   return {wavenumber.real(), wavenumber.imag(), kGpuGamma};
 }
-
-inline cuda::Vector gpu_vector(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
 inline cuda::Faces gpu_faces(cuda::Context& context, const TriangleMesh& mesh, const Complex& wavenumber) {
   return {context,

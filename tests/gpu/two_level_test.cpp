@@ -81,27 +81,5 @@ TEST_F(GpuTwoLevel, FewStepsToTheSameSolution) {
   }
 }
 
-// A solution that takes more steps than it is worth stops where it is asked to.
-TEST_F(GpuTwoLevel, GmresStopsWhereItIsEnough) {
-  const TriangleMesh mesh = gpu_gap();
-  const int count = static_cast<int>(mesh.face_count());
-  const cuda::Faces faces = gpu_faces(context(), mesh, kGpuWavenumber);
-  cuda::Boundary boundary(faces, cuda::Equation::kBurtonMiller, {cuda::NearRule{}, std::size_t{1} << 30U});
-  const cuda::BlockProduct apply = [&](const cuComplex* x, cuComplex* y, int columns, const double*) {
-    boundary.apply(false, x, y, columns, 0);
-  };
-  GpuBlock b(context(), random_block(count, 1, 11));
-  GpuBlock x(context(), count, 1);
-  cuda::BlockGmres gmres(context());
-  cuda::GmresLimits limits;
-  limits.enough = [](int steps, double) { return steps == 3; };
-  const cuda::GmresReport report = gmres.solve(apply, count, 1, b.data(), x.data(), limits, false);
-  EXPECT_EQ(report.steps, 3);
-  EXPECT_FALSE(report.converged);
-  limits.enough = {};
-  const cuda::GmresReport rest = gmres.solve(apply, count, 1, b.data(), x.data(), limits, true);
-  EXPECT_TRUE(rest.converged);
-}
-
 }  // namespace gpu_two_level_test
 }  // namespace touchfield

@@ -37,15 +37,6 @@ TEST(Attention, EndsAtTheFirstGapThatIsTooLong) {
   EXPECT_THAT(attention.fault(), HasSubstr("did not supervise the array for 2.00 s (at most 0.25 s)"));
 }
 
-TEST(Attention, TheTimeBeforeItBeginsIsNoGap) {
-  Attention attention;
-  attention.begin(0);
-  EXPECT_FALSE(attention.look(0.02, kTurn));
-  attention.begin(30);
-  EXPECT_FALSE(attention.look(30.02, kTurn));
-  EXPECT_EQ(attention.gaps().count, 0U);
-}
-
 TEST(Patience, IsOverWhenItsTimeIs) {
   Patience patience(0.1, 5);
   double now = 5;

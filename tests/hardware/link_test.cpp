@@ -108,11 +108,6 @@ TEST(Sonicsurface, ModulationOfTheTactileFirmware) {
   EXPECT_EQ(sonicsurface::modulation_byte(31), 0xBF);
 }
 
-TEST(DryRun, NamesItsFiles) {
-  EXPECT_EQ((DryRunFiles{"a/b.txt", 1, false}.of(0)), "a/b.txt");
-  EXPECT_EQ((DryRunFiles{"a/b.txt", 2, false}.of(1)), "a/b-0002.txt");
-}
-
 template <class Value>
 Value brought_back(const Value& value) {
   return unpacked<Value>(packed(value));

@@ -21,12 +21,6 @@ TEST(Modulation, TwoHundredHertz) {
   EXPECT_EQ(bytes[15], 0);
 }
 
-TEST(Modulation, DepthLeavesTheTopWhereItIs) {
-  const auto bytes = modulation_samples(SineModulation{200, 0.5}, kBuffer);
-  EXPECT_EQ(bytes[5], 255);
-  EXPECT_EQ(bytes[15], 128);  // 127.5 to the next
-}
-
 // Whole periods in the fewest samples: 150 Hz: 80 samples for 3 periods; 30 Hz: 400 for 3.
 TEST(Modulation, FewestSamplesOfWholePeriods) {
   EXPECT_EQ(modulation_samples(SineModulation{150, 1}, kBuffer).size(), 80U);
@@ -38,11 +32,6 @@ TEST(Modulation, FewestSamplesOfWholePeriods) {
     const double m = 0.5 + 0.5 * std::sin(2 * std::numbers::pi * 150 * static_cast<double>(k) / 4000);
     EXPECT_NEAR(bytes[k], 255 * m, 0.5 + 1e-9) << k;
   }
-}
-
-TEST(Modulation, OtherKinds) {
-  EXPECT_THAT(modulation_samples(StaticModulation{}, kBuffer), ElementsAre(255));
-  EXPECT_THAT(modulation_samples(SampledModulation{{1, 2, 3}, 4000}, kBuffer), ElementsAre(1, 2, 3));
 }
 
 TEST(Modulation, RefusesWhatABufferCannotHold) {

@@ -168,25 +168,6 @@ TEST_F(Player, IsStopped) {
   EXPECT_THAT(link_.numbers, ElementsAre(0, 1, 2));
 }
 
-// No frame is counted twice by rounding, at a rate that no binary number hits.
-TEST_F(Player, KeepsCountOverTime) {
-  const PlayReport report = played(200, numbered, link_, {30, 200 / 30.0, false}, pace_);
-  EXPECT_EQ(report.sent, 200U);
-  EXPECT_EQ(report.dropped, 0U);
-}
-
-TEST_F(Player, RefusesWhatCannotBePlayed) {
-  EXPECT_THROW(played(0, numbered, link_, {10, 1, false}, pace_), InputError);
-  EXPECT_THROW(played(1, numbered, link_, {0, 1, false}, pace_), InputError);
-  EXPECT_THROW(played(1, numbered, link_, {10, 0, false}, pace_), InputError);
-  EXPECT_THAT(
-      [&] {
-        played(1, numbered, link_, {51, 1, false}, pace_);
-      },
-      ThrowsMessage<InputError>(HasSubstr("<= 50 Hz, the limit of noting link")));
-  EXPECT_THAT(link_.numbers, IsEmpty());
-}
-
 /// A stream that has a new frame whenever it is asked, of what was seen `age` ago.
 class Stream : public Player {
  protected:
@@ -248,22 +229,6 @@ TEST_F(Stream, IsSilencedByAnError) {
   EXPECT_THROW(played(stream(), link_, 1, pace_), InputError);
   EXPECT_EQ(link_.numbers.size(), 5U);
   EXPECT_EQ(link_.silenced, 1);
-}
-
-TEST_F(Stream, TellsWhatWasDoneUntilAnError) {
-  last_ = 5;
-  PlayReport report;
-  EXPECT_THROW(play(stream(), link_, 1, pace_, report), InputError);
-  EXPECT_EQ(report.sent, 5U);
-  EXPECT_NEAR(report.seconds, 5 / 50.0, 2e-3);
-}
-
-TEST_F(Stream, RefusesWhatIsNoTime) {
-  FrameStream never_fresh = stream();
-  never_fresh.stale = 0;
-  EXPECT_THROW(played(never_fresh, link_, 1, pace_), InputError);
-  EXPECT_THROW(played(stream(), link_, -1, pace_), InputError);
-  EXPECT_EQ(asked_, 0U);
 }
 
 TEST(PlayStored, StoresAllThenPlaysAndLooksAfterIt) {

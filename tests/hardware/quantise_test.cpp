@@ -76,19 +76,6 @@ TEST(Quantise, LossIsThatOfTheShapeAlone) {
   EXPECT_EQ(quantise(phases, ones(8), 0.3, {256, 3}, "device").report.worst_drive_loss, 1);
 }
 
-TEST(Quantise, ReportsOfSeveralPatternsTogether) {
-  const Eigen::Vector2d exact(0, kPi);
-  const Eigen::Vector2d off(0.01, kPi - 0.03);
-  QuantisationReport sum;
-  sum.add(quantise(exact, ones(2), 1, {32, 2}, "device").report);
-  sum.add(quantise(off, ones(2), 1, {32, 2}, "device").report);
-  EXPECT_EQ(sum.count, 4U);
-  EXPECT_NEAR(sum.worst_phase_error, 0.03, 1e-12);
-  EXPECT_NEAR(sum.rms_phase_error, std::sqrt((0.01 * 0.01 + 0.03 * 0.03) / 4), 1e-12);
-  // Errors +-0.02 about their mean: 1 - cos^2(0.02).
-  EXPECT_NEAR(sum.worst_drive_loss, std::pow(std::sin(0.02), 2), 1e-12);
-}
-
 TEST(Quantise, ADeviceOfOnAndOffRefusesTheRest) {
   const Eigen::VectorXd phases = Eigen::VectorXd::Zero(2);
   EXPECT_THAT(quantise(phases, Eigen::Vector2d(1, 0), 1, {32, 2}, "board").frame.intensity, ElementsAre(1, 0));

@@ -22,9 +22,4 @@ TEST(SceneChanges, NameTheKeyPath) {
   EXPECT_EQ(changes("", ""), "");
 }
 
-TEST(SceneChanges, ATextThatIsNoSceneNamesTheRun) {
-  EXPECT_THAT(message_of<InputError>([] { scene_changes("a: 1\n", "a: [1\n"); }),
-              HasSubstr("the scene that B holds cannot be read"));
-}
-
 }  // namespace touchfield::scene_changes_test

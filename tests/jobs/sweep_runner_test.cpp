@@ -131,14 +131,6 @@ TEST(Sweep, WorkersTakeCardsInTurnAndShareTheThreads) {
   EXPECT_THAT(threads.run(options), Each(Pair(::testing::_, "ok: 3")));
 }
 
-TEST(WorkerProcess, SaysHowItEnded) {
-  const TemporaryDirectory folder;
-  WorkerProcess program({"/bin/sh", "-c", "exit 3"}, folder.file("log"));
-  EXPECT_EQ(program.how_it_ended(), "exit code 3");
-  WorkerProcess missing({"/nowhere/program"}, folder.file("log"));
-  EXPECT_EQ(missing.how_it_ended(), "exit code 127");
-}
-
 TEST(Sweep, ComputesEveryCaseOnce) {
   Sweep sweep(std::vector<std::string>(50, "works"));
   EXPECT_THAT(sweep.run(options_for(3)), AllOf(::testing::SizeIs(50), Each(Pair(::testing::_, "ok: works"))));

@@ -38,13 +38,6 @@ TEST(Steered, AFocusInFreeAirGoesAlongExactly) {
   EXPECT_LT((steered(focused(before), array, wave, before, now) - focused(now)).cwiseAbs().maxCoeff(), 1e-10);
 }
 
-TEST(Steered, APlaneWaveHasNoPlaces) {
-  const TransducerArray array = plane_wave(Vector3(0, 0, 1), 1.0);
-  const Wave wave(air(kRoomTemperature), 40e3);
-  const Eigen::VectorXd phases = Eigen::VectorXd::Constant(1, 0.3);
-  EXPECT_EQ(steered(phases, array, wave, Vector3::Zero(), Vector3::Ones()), phases);
-}
-
 TEST(DrivesOfMotion, LeaveLittleOutAnywhereOnTheWay) {
   const MovingModel moving(scene_from(kMovingCapsule, {"array.grid.count=[30, 24]"}));
   const Scheme scheme = moving.first().fixed->scene.solve.scheme;
@@ -127,25 +120,6 @@ TEST(FrameSolver, FollowsTheLeastOfTheSameCostAsFramesByDrives) {
 double cost_of_run(Model model, const MethodSpec& method) {
   own_part(model).scene.solve.methods = {method};
   return last_cost(solve_model(model).methods.front().solution);
-}
-
-// Kept within 10 mm, frames follow without a transfer matrix.
-TEST(FrameSolver, FramesStayWhereARunEnds) {
-  for (const std::string kept : {"null", "10"}) {
-    const Scene scene =
-        scene_from(kMovingCapsule, {"target.pressure_pa=300", "evaluation=none", "body.keep_within_mm=" + kept});
-    const MovingModel moving(scene);
-    const MethodSpec& method = scene.solve.methods.front();
-    FrameSolver solver(moving, method, drives_for(ExactSensor(moving), method));
-    solver.begin();
-    double frames = 0;
-    double runs = 0;
-    for (const double seconds : {0.0, 0.1, 0.2}) {
-      frames += last_cost(frame_at(solver, moving, seconds).solution);
-      runs += cost_of_run(moving.at(moving.state(seconds)), method);
-    }
-    EXPECT_LT(frames, 1.05 * runs) << kept;
-  }
 }
 
 // Sideways the unsteered pattern lies beside the new patch, by half a wavelength of 8.6 mm and more.

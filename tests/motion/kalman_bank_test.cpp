@@ -141,26 +141,4 @@ TEST(KalmanBank, CommutesWithWhatIsLinear) {
   }
 }
 
-TEST(KalmanBank, BeginsAnewWhereItIsRestarted) {
-  KalmanBank bank(kBetweenSamples);
-  KalmanBank fresh(kBetweenSamples);
-  for (int k = 0; k < 20; ++k) bank.see(k * kBetweenSamples, Eigen::Vector2d(k, -k), 2);
-  bank.restart();
-  for (int k = 30; k < 35; ++k) {
-    for (KalmanBank* one : {&bank, &fresh}) {
-      one->see(k * kBetweenSamples, Eigen::Vector3d(1, 2, 0.1 * k * k), 3);
-    }
-    EXPECT_EQ(bank.at(1.3), fresh.at(1.3));
-  }
-  bank.restart();
-  bank.see(2, Eigen::Vector2d(4, 5), 2);
-  EXPECT_LT((bank.at(2.1) - Eigen::Vector2d(4, 5)).norm(), 1e-14) << "no velocity is known";
-}
-
-TEST(KalmanBank, OfNothingThatChangesNothingIsExpected) {
-  KalmanBank bank(kBetweenSamples);
-  for (int k = 0; k < 300; ++k) bank.see(k * kBetweenSamples, Eigen::Vector2d(0, 0), 2);
-  EXPECT_EQ(bank.at(11), Eigen::Vector2d(0, 0));
-}
-
 }  // namespace touchfield::kalman_bank_test

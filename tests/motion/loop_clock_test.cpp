@@ -108,17 +108,6 @@ TEST(LoopClock, ASlowSolveDelaysOneFrameAndDropsTheSlotsBefore) {
   EXPECT_EQ(clock.frames(), 5);
 }
 
-TEST(LoopClock, AnAlwaysSlowSolverRunsBackToBack) {
-  LoopClock clock(loop(1));
-  const Played played = play(clock, {120 * kMs});
-  for (std::size_t i = 1; i < played.frames.size(); ++i) {
-    EXPECT_EQ(played.frames[i].start.at, static_cast<Tick>(i) * 120 * kMs);
-  }
-  EXPECT_EQ(clock.frames(), 9);
-  EXPECT_EQ(clock.late(), 8 - 1);                   // that of 600 ms is on time
-  EXPECT_EQ(clock.frames() + clock.dropped(), 20);  // the slots of a second
-}
-
 TEST(LoopClock, ASolveThatOutlastsTheMotionDropsTheRest) {
   LoopClock clock(loop(0.3));
   const Played played = play(clock, {400 * kMs});
@@ -146,33 +135,6 @@ TEST(LoopClock, EqualRatesNeverBeat) {
     }
     EXPECT_EQ(clock.late() + clock.dropped(), 0);
   }
-}
-
-TEST(LoopClock, NothingIsAccumulatedOverAnHour) {
-  MotionSpec motion = loop(3600);
-  motion.sensor.hz = 30;
-  motion.frames_hz = 10;
-  LoopClock clock(motion);
-  std::optional<FrameStart> last;
-  while (const auto frame = clock.next()) {
-    last = frame;
-    clock.finished(20 * kMs);
-  }
-  EXPECT_EQ(last->at, 3'599'900'000);
-  EXPECT_EQ(last->sampled, last->at);  // 107,997 thirds of a tenth of a second
-}
-
-TEST(LoopClock, ScoresAt61HzAreAtTheirNearestTicks) {
-  LoopClock clock(loop(1));
-  const Played played = play(clock, {20 * kMs});
-  ASSERT_EQ(played.scores.size(), 61U);
-  EXPECT_EQ(played.scores[1].at, 16'393);    // 16,393.44
-  EXPECT_EQ(played.scores[2].at, 32'787);    // 32,786.89
-  EXPECT_EQ(played.scores[60].at, 983'607);  // 983,606.56
-  EXPECT_FALSE(played.scores[1].frame);      // the first frame comes on at 21 ms
-  EXPECT_EQ(played.scores[2].frame->start.number, 0);
-  EXPECT_EQ(played.scores[4].frame->start.number, 0);  // 65.6 ms
-  EXPECT_EQ(played.scores[5].frame->start.number, 1);  // 82.0 ms
 }
 
 TEST(LoopClock, PredictsForTheMiddleOfTheTimeShown) {
@@ -207,23 +169,6 @@ TEST(LoopClock, ExpectsTheMedianOfMeasuredSolves) {
   EXPECT_EQ(clock.expected_solve(), 1);
   for (std::size_t i = 0; i < RunningMedian::kRemembered; ++i) solve(70);  // and the first are forgotten
   EXPECT_EQ(clock.expected_solve(), 70);
-}
-
-TEST(LoopClock, RefusesWhatIsNoLoop) {
-  const auto refused = [](auto change) {
-    MotionSpec motion = loop(1);
-    change(motion);
-    return message_of<InputError>([&] { LoopClock clock(motion); });
-  };
-  EXPECT_EQ(refused([](MotionSpec& m) { m.frames_hz = 0; }), "motion.frames_hz = 0 must be > 0");
-  EXPECT_EQ(refused([](MotionSpec& m) { m.sensor.hz = -30; }), "motion.sensor.hz = -30 must be > 0");
-  EXPECT_THAT(refused([](MotionSpec& m) { m.score_hz = std::nan(""); }), HasSubstr("motion.score_hz"));
-  EXPECT_EQ(refused([](MotionSpec& m) { m.solve = -1; }), "motion.solve_ms = -1 must be >= 0");
-  LoopClock clock(loop(1));
-  EXPECT_THROW(clock.finished(1), std::logic_error);
-  clock.next();
-  EXPECT_THROW(clock.next(), std::logic_error);
-  EXPECT_THROW(clock.finished(-1), std::logic_error);
 }
 
 TEST(RecordedTimes, InAnotherUnitAreSaid) {

@@ -49,33 +49,4 @@ TEST(MeshSequence, RefusesOtherTriangles) {
   EXPECT_THAT(refused(tetrahedron(0)), HasSubstr("without volume"));
 }
 
-/// A tetrahedron in a file of many points.
-std::string with_points(int count) {
-  std::string text = tetrahedron(10);
-  for (int i = 0; i < count; ++i) text += "v " + std::to_string(i) + " 2 3\n";
-  return text;
-}
-
-TEST(MeshSequence, ReadsAFileOnce) {
-  const TemporaryDirectory folder;
-  MeshShape shape = series(folder, {{0, with_points(100'000)}});
-  std::vector<MeshSeries::Mesh>& meshes = shape.series->meshes;
-  for (int i = 1; i < 20'000; ++i) {  // 48 GB and an hour if each were read
-    meshes.push_back({meshes.front().file, 0.01 * i});
-  }
-  const MeshSequence sequence(shape);
-  EXPECT_EQ(sequence.state(150.005), sequence.state(0));
-}
-
-TEST(MeshSequence, ForetellsItsMemory) {
-  const TemporaryDirectory folder;
-  MeshShape shape = series(folder, {{0, with_points(200'000)}});
-  shape.series->times = "times.csv";
-  for (int i = 1; i < 200'000; ++i) {  // 960 GB
-    shape.series->meshes.push_back({"nowhere" + std::to_string(i), 0.01 * i});
-  }
-  EXPECT_THAT(message_of<InputError>([&] { MeshSequence{shape}; }),
-              StartsWith("times.csv: 200000 files of 200004 vertices take 894 GiB; at most"));
-}
-
 }  // namespace touchfield::mesh_sequence_test

@@ -34,26 +34,4 @@ TEST(MotionInstants, AreWithinAMicrometreAndATenThousandth) {
   expect_same(rounded(thin).mesh, thin.mesh);
 }
 
-// 16,000 faces that move: half a vertex and a pressure per face are 28 bytes as they are computed.
-TEST(MotionInstants, TakeLittleRoomInAFile) {
-  const TemporaryDirectory directory;
-  const std::string path = directory.file("motion.h5");
-  Motion motion = long_motion({"surface"});
-  motion.mesh = sheet(100, 80, 0.2);
-  motion.evaluation.reset();
-  motion.instants.clear();
-  write_motion_file(path, motion);
-  const std::size_t before = read_bytes(path).size();
-  for (int i = 0; i < 8; ++i) {
-    const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.1 * i, Vector3(1, 2, 3).normalized()).toRotationMatrix();
-    motion.instants.push_back(
-        rounded({.time = 0.1 * i,
-                 .mesh = transformed(motion.mesh, turn, Vector3(0.01 * i, 0, 0.2)),
-                 .pressure = {{"surface", made_up_pressure(motion.mesh.face_count(), 0.1 * i)}}}));
-  }
-  write_motion_file(path, motion);
-  expect_same(motion, read_motion_file(path));
-  EXPECT_LT(static_cast<double>(read_bytes(path).size() - before) / (8 * 16'000), 8.0);
-}
-
 }  // namespace touchfield::motion_instants_test

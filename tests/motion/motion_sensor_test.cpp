@@ -91,15 +91,6 @@ TEST(NoisySensor, TheBoxStandsOnTheSkinThatIsSeen) {
   EXPECT_EQ(model.own_frame.shift, truth.own_frame.shift);
 }
 
-TEST(NoisySensor, NamesTheSampleThatIsNoSkin) {
-  const std::vector<std::string> much = {"motion.sensor.noise.noise_mm_rms=3", "motion.sensor.noise.correlation_mm=2"};
-  EXPECT_THAT(message_of<InputError>([&] { sensed_motion(noisy_scene(much)); }),
-              HasSubstr("motion.sensor: sample 0 at 0.000 s: sensing: noise of 3 mm rms"));
-  const MovingModel truth(noisy_scene());
-  NoisySensor sensor(truth, {3e-3, 2e-3});
-  EXPECT_THAT(message_of<InputError>([&] { sensor.sample(3, 0.1); }), HasSubstr("motion.sensor: sample 3 at 0.100 s"));
-}
-
 TEST(NoisySensor, DrivesOfTheMotionSpanWhatIsSeen) {
   const SensedMotion sensed = sensed_motion(noisy_scene({"array.grid.count=[30, 24]"}));
   const Model& model = sensed.solved().first();
@@ -251,20 +242,6 @@ TEST(PlayMotion, AFilterSeesEverySample) {
   ASSERT_NEAR(last.sampled, 0.4, 1e-6);
   const Model model = solved.at(prediction.at(last.pose_time));
   EXPECT_NEAR((model.boxes.front().centre - solved.first().boxes.front().centre).x(), 0.05 * last.pose_time, 1e-7);
-}
-
-TEST(PlayMotion, WithoutATruthNothingIsScored) {
-  Faked fake = faked();
-  fake.sensed.truth.reset();
-  Progress silent;
-  const Motion motion = play_motion(fake.sensed, {}, silent);
-  EXPECT_FALSE(motion.evaluation);
-  ASSERT_EQ(motion.methods.size(), 3U);
-  for (const MotionMethod& method : motion.methods) {
-    EXPECT_EQ(method.frames.size(), 6U);
-    EXPECT_TRUE(method.scores.empty());
-  }
-  EXPECT_THAT(motion.notes, Contains(HasSubstr("nothing is scored")));
 }
 
 TEST(SampleStore, TakesEverySampleOnceAndInOrder) {

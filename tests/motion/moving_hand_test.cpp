@@ -81,21 +81,6 @@ TEST(MovingHand, SkinBeyondMovesWithTheHand) {
   EXPECT_GT((centres - begin.beyond.centres()).colwise().norm().minCoeff(), 3 * kMillimetre);
 }
 
-TEST(MovingHand, FramesFollowABendingFinger) {
-  const MovingModel& moving = bending();
-  const MethodSpec& method = moving.first().fixed->scene.solve.methods.front();
-  FrameSolver solver(moving, method, drives_for(ExactSensor(moving), method));
-  double warm = 0;
-  for (int i = 0; i <= 10; ++i) {
-    warm = solver.solve(moving.at(moving.state(0.05 * i))).solution.cost_history.back();
-  }
-  Scene cold_scene = scene_from(kBendingFinger, {"motion.iterations=30"});
-  const MovingModel cold(cold_scene);
-  FrameSolver from_zero(cold, method, drives_for(ExactSensor(cold), method));
-  const double settled = from_zero.solve(cold.at(cold.state(0.5))).solution.cost_history.back();
-  EXPECT_LT(warm, 1.03 * settled);
-}
-
 TEST(MovingHand, FingersThatComeIntoContactAreNamedWithTheTime) {
   const std::string message = message_of<InputError>([] {
     MovingModel(scene_from(kBendingFinger, {"body.hand.pose=flat",
@@ -105,18 +90,6 @@ TEST(MovingHand, FingersThatComeIntoContactAreNamedWithTheTime) {
   EXPECT_THAT(message, HasSubstr("motion: at 0."));
   EXPECT_THAT(message, HasSubstr("index finger"));
   EXPECT_THAT(message, HasSubstr("middle finger"));
-}
-
-TEST(FrameBudget, ASettingIsPutIntoTheScene) {
-  const Scene scene = scene_from(kBendingFinger, {"motion.frame={budget_ms: 50}"});
-  const FrameSetting setting{3e-3, 7e-3, Scheme::kPaperCorrected, 3};
-  const Scene chosen = with_setting(scene, setting);
-  EXPECT_EQ(chosen.bodies.front().edge->near_target, 3e-3);
-  EXPECT_EQ(chosen.bodies.front().edge->far, 7e-3);
-  EXPECT_EQ(chosen.solve.methods.front().scheme, Scheme::kPaperCorrected);
-  EXPECT_EQ(chosen.motion->iterations, 3);
-  EXPECT_FALSE(chosen.motion->frame);
-  EXPECT_EQ(chosen.evaluation.scheme, scene.evaluation.scheme);
 }
 
 TEST(FrameBudget, TakesTheQuickestForNoTimeAndTheNearestForMuch) {
@@ -158,15 +131,6 @@ TEST(WholeSkin, IsTheHandThatTheSolverSeesAPartOf) {
     }
     EXPECT_LT(farthest, 0.5 * kMillimetre);
   }
-}
-
-TEST(WholeSkin, IsOfBodiesWithoutJointsToo) {
-  const MovingModel moving(scene_from(kMovingCapsule));
-  const MotionState state = moving.state(0.2);
-  const Model model = moving.at(state);
-  const TriangleMesh skin = WholeSkin(moving.first()).at(model, state);
-  EXPECT_NEAR(skin.signed_volume(), model.body.mesh.signed_volume(), 0.02 * skin.signed_volume());
-  EXPECT_NEAR(skin.centroids().row(0).mean(), 0.01, 1e-4);
 }
 
 }  // namespace touchfield::moving_hand_test

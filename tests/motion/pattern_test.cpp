@@ -48,14 +48,6 @@ TEST(PatternClock, HasWholePeriodsAndWholeFrames) {
   EXPECT_EQ(pattern_clock(spec).frames, 50);
 }
 
-TEST(PatternClock, WhatNeverRepeatsIsRefused) {
-  PatternSpec spec;
-  spec.path = CirclePath{.at = "x", .hz = std::numbers::pi};
-  EXPECT_NE(message_of<InputError>([&] { pattern_clock(spec); }).find("give seconds"), std::string::npos);
-  spec.seconds = 0.0123;
-  EXPECT_NE(message_of<InputError>([&] { pattern_clock(spec); }).find("12.3 frames"), std::string::npos);
-}
-
 TEST(PatternSpots, GoRoundTheCircleOnTheSkin) {
   const Model model = circling();
   const PatternSpec spec = spec_of(model);
@@ -116,14 +108,6 @@ TEST(PatternSpots, StayAsLongAtEachPointAndRunToAndFroOnALine) {
   const PatternSpots there = pattern_spots(line, pattern_clock(line), pattern_points(line, model), model);
   ASSERT_EQ(there.middle.size(), 8U);
   for (std::size_t k = 1; k < 4; ++k) EXPECT_EQ(there.middle[k], there.middle[8 - k]);
-}
-
-TEST(PatternSpots, ASpotSmallerThanTheMeshIsRefused) {
-  const Model model = circling({"pattern.diameter_mm=0.1"});
-  const PatternSpec spec = spec_of(model);
-  const std::string said =
-      message_of<InputError>([&] { pattern_spots(spec, pattern_clock(spec), pattern_points(spec, model), model); });
-  EXPECT_NE(said.find("pattern.diameter_mm: the box about"), std::string::npos) << said;
 }
 
 // Errors by rows of H and R are those of all faces by a solution of their own.
@@ -243,11 +227,6 @@ TEST(SolvedPattern, SlowTransducersCostError) {
     EXPECT_GT(pattern.frames[k].ring_error, pattern.motion.methods.front().scores[k].metrics.relative_error);
   }
   EXPECT_TRUE(std::isnan(circling_pattern().frames[0].ring_error));
-}
-
-TEST(SolvedPattern, NeedsTheSkinOutsideOfIt) {
-  EXPECT_NE(message_of<InputError>([] { solved(circling({"solve.outside_weight=0"})); }).find("solve.outside_weight"),
-            std::string::npos);
 }
 
 }  // namespace

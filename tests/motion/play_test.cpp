@@ -105,26 +105,6 @@ TEST_P(PlayedAhead, MeetsAConstantVelocity) {
   EXPECT_GE(met, 3);
 }
 
-// 20 frames a second, 50 mm/s: five steps on from the frame before against thirty from zero.
-TEST(PlayMotion, FiveStepsFromTheFrameBeforeAreAsGoodAsThirtyFromZero) {
-  const Motion warm = played({"motion.seconds=0.4"});
-  const Motion cold = played({"motion.seconds=0.4", "motion.start=zero", "motion.iterations=30"});
-  for (std::size_t m = 0; m < 2; ++m) {  // surface and paper
-    const auto mean = [&](const Motion& motion) {
-      double sum = 0;
-      int count = 0;
-      for (const MotionScore& score : motion.methods[m].scores) {
-        if (score.frame >= 4) {
-          sum += score.metrics.relative_error;
-          ++count;
-        }
-      }
-      return sum / count;
-    };
-    EXPECT_LT(mean(warm), mean(cold) + 0.005) << warm.methods[m].name;
-  }
-}
-
 TEST(PlayMotion, KeepsInstantsWithTheSkinThatTheSensorSawForTheFrameThatIsShown) {
   const Scene scene =
       scene_from(kMovingCapsule, {"motion.seconds=1", "motion.score_hz=100", "solve.methods=[focus]",

@@ -168,15 +168,6 @@ TEST(Trajectory, AppliesARadiationPressure) {
   EXPECT_EQ(now.target->quantity, TargetQuantity::kRadiation);
 }
 
-// A key of 200 mm is the same double as the scene's own 200 mm.
-TEST(Trajectory, KeysAreTheNumbersThatAScenesTextGives) {
-  for (const double z : {10.16, 200.0, 200.3, 199.99}) {
-    const Scene scene =
-        moving({{"body.place.at_mm[2]", KeysLaw{{{0, z}}}}}, {"body.place.at_mm.2=" + std::to_string(z)});
-    EXPECT_EQ(Trajectory(scene).state(1)(0), scene.bodies[0].place.at.z());
-  }
-}
-
 TEST(Trajectory, KnowsBodiesAndBoxesByNumber) {
   const Scene scene = scene_from(
       "name: two\narray: {grid: {}}\n"
@@ -196,18 +187,6 @@ TEST(Trajectory, KnowsBodiesAndBoxesByNumber) {
   EXPECT_EQ(now.bodies[0].place.at.x(), 0);
   EXPECT_NEAR(now.target->boxes[0].offset.y(), 2e-3, 1e-15);
   EXPECT_NEAR(now.target->boxes[1].centre.z(), 6e-3, 1e-15);
-}
-
-// As sweeps and --set change a motion.
-TEST(Trajectory, LawsAreChangedByTheirPaths) {
-  const std::string changes =
-      "motion.change=[{path: body.place.at_mm.0, rate: 5}, {path: target.pressure_pa, rate: 1}]";
-  const Scene scene = scene_from(kHand, {changes, "motion.change[0].rate=7", "motion.change.1.rate=null",
-                                         "motion.change.1.keys=[[0, 3], [1, 4]]", "motion.seconds=1"});
-  const Eigen::VectorXd state = Trajectory(scene).state(1);
-  EXPECT_NEAR(state(0), 7.1e-3, 1e-15);
-  EXPECT_EQ(state(1), 4);
-  EXPECT_EQ(scene.motion->seconds, 1);
 }
 
 TEST(Trajectory, RefusesWhatCannotVary) {

@@ -93,14 +93,6 @@ TEST(Figures, RadiationPressureIsShownWhereAllMethodsHaveIt) {
   shows_sound();
 }
 
-// Seen along +z with +y up, +x lies to the left.
-TEST(Figures, TheSkinIsSeenFromTheArraysSide) {
-  const RunData run = graded_run();
-  const SkinView view = overview_parts(run)[0].view;
-  EXPECT_GT(view.pixel(Vector3(-0.01, 0, 0.2)).x(), view.pixel(Vector3(0.01, 0, 0.2)).x());
-  EXPECT_GT(view.pixel(Vector3(0, 0.01, 0.2)).y(), view.pixel(Vector3(0, -0.01, 0.2)).y());
-}
-
 TEST(Figures, WhatIsWantedEndsAtTheTargetsBorder) {
   const TemporaryDirectory directory;
   RunData run = graded_run();
@@ -195,19 +187,6 @@ TEST(Figures, PressureThatIsNoNumberIsBlueUpToItsFace) {
                 smooth_colour(run, run.methods[0].pressure.cwiseAbs(), 4, 800.0));
 }
 
-TEST(Figures, ARunWithNothingToDrawGivesNoFile) {
-  const TemporaryDirectory directory;
-  EXPECT_TRUE(draw_figures(directory.path(), bare_run(sheet(1, 1, 0.01))).empty());
-  EXPECT_EQ(directory.entries(), 0U);
-}
-
-TEST(Figures, APictureIsFoundByItsName) {
-  const RunData run = full_run();
-  EXPECT_THAT(draw_figure("field_side", run), StartsWith("\x89PNG"));
-  EXPECT_THAT(message_of<InputError>([&] { draw_figure("target", run); }),
-              HasSubstr("no picture is called 'target'; the pictures are overview, field_side"));
-}
-
 // The ends and the middle of the published map (its entries 0, 255, and the mean of 127 and 128).
 TEST(ColourMap, IsViridis) {
   expect_colour(viridis(0.0), {68, 1, 84});
@@ -216,71 +195,6 @@ TEST(ColourMap, IsViridis) {
   EXPECT_EQ(viridis(-1.0), viridis(0.0));
   EXPECT_EQ(viridis(7.0), viridis(1.0));
   EXPECT_EQ(viridis(std::numeric_limits<double>::quiet_NaN()), kNoValue);
-}
-
-// Brighter means more, all the way, on the map of a plane; the skin goes from its grey to dark violet. The luma is that
-// of Rec. 601, 1 the rounding of the three channels.
-TEST(ColourMap, GrowsBrighterOfAPlaneAndDarkerOfTheSkin) {
-  const auto luma = [](const Colour& c) { return 0.299 * c[0] + 0.587 * c[1] + 0.114 * c[2]; };
-  for (int i = 0; i < 100; ++i) {
-    EXPECT_GT(luma(viridis((i + 1) / 100.0)), luma(viridis(i / 100.0)) - 1.0) << i;
-    EXPECT_LT(luma(skin_colour((i + 1) / 100.0)), luma(skin_colour(i / 100.0)) + 1.0) << i;
-  }
-  EXPECT_GT(luma(viridis(1.0)), luma(viridis(0.0)) + 150.0);
-  EXPECT_LT(luma(skin_colour(1.0)), luma(skin_colour(0.0)) - 170.0);
-  EXPECT_EQ(skin_colour(std::numeric_limits<double>::quiet_NaN()), kNoSkinValue);
-}
-
-TEST(PictureParts, RoundNumbers) {
-  EXPECT_DOUBLE_EQ(round_above(3000.0), 3000.0);
-  EXPECT_DOUBLE_EQ(round_above(3001.0), 4000.0);
-  EXPECT_DOUBLE_EQ(round_above(8.1e-3), 1e-2);
-  EXPECT_DOUBLE_EQ(round_above(0.0), 1.0);
-  EXPECT_DOUBLE_EQ(round_above(std::numeric_limits<double>::quiet_NaN()), 1.0);
-  EXPECT_DOUBLE_EQ(tick_step(3000.0, 8), 500.0);  // six pieces; steps of 200 would be fifteen
-  EXPECT_DOUBLE_EQ(tick_step(0.24, 10), 0.05);
-  EXPECT_DOUBLE_EQ(tick_step(1.0, 1), 1.0);
-}
-
-TEST(PictureParts, TheFirstTickOfABarIsNotMinusZero) {
-  using ::testing::DoubleEq;
-  using ::testing::ElementsAre;
-  const std::vector<double> ticks = even_ticks(0.0, 8000.0, 8);
-  ASSERT_EQ(ticks.size(), 9);
-  EXPECT_FALSE(std::signbit(ticks[0]));
-  EXPECT_DOUBLE_EQ(ticks[8], 8000.0);
-  EXPECT_THAT(even_ticks(275.0, 330.0, 8), ElementsAre(DoubleEq(280.0), DoubleEq(290.0), DoubleEq(300.0),
-                                                       DoubleEq(310.0), DoubleEq(320.0), DoubleEq(330.0)));
-}
-
-TEST(PictureParts, QuantileIgnoresWhatIsNotFinite) {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(quantile({5, nan, 1, 3, HUGE_VAL}, 0.5), 3.0);
-  EXPECT_EQ(quantile({5, 1, 3}, 0.999), 5.0);
-  EXPECT_EQ(quantile({nan}, 0.5), 0.0);
-  std::vector<double> many(10'000, 1.0);
-  many[17] = 1e6;  // one in ten thousand lies above the 99.9th percentile
-  EXPECT_EQ(quantile(many, 0.999), 1.0);
-}
-
-TEST(SkinView, ArraysThatFaceEachOtherLookAtTheBody) {
-  TransducerArray array = bare_run(sheet(1, 1, 0.01)).array;
-  array.positions = Points::Zero(3, 2);
-  array.axes = Points(3, 2);
-  array.axes.col(0) = Vector3::UnitX();
-  array.axes.col(1) = -Vector3::UnitX();
-  EXPECT_TRUE(facing(array, Vector3(0, 0.3, 0)).isApprox(Vector3::UnitY()));
-  EXPECT_TRUE(facing(array, Vector3::Zero()).isApprox(Vector3::UnitZ()));
-}
-
-TEST(SkinView, LookingAlongYStillHasAnUp) {
-  Points points(3, 2);
-  points.col(0) = Vector3(-1, 0, -2);
-  points.col(1) = Vector3(1, 5, 2);
-  const SkinView view = fitted_view({0, 0, 100, 100}, Vector3::UnitY(), points, 1.0);
-  EXPECT_TRUE(view.up.isApprox(Vector3::UnitX()));
-  EXPECT_DOUBLE_EQ(view.scale, 0.04);  // 4 m over 100 pixels
-  EXPECT_TRUE(view.pixel(Vector3(1, 9, 0)).isApprox(Eigen::Vector2d(50, 75)));
 }
 
 // A box about the middle of a flat sheet cuts it along a rectangle as large as itself, though it holds other faces.
@@ -307,19 +221,6 @@ double outline_length(const TriangleMesh& mesh, const std::vector<TargetBox>& bo
   double length = 0.0;
   for (Eigen::Index e = 0; e < lines.cols(); e += 2) length += (lines.col(e) - lines.col(e + 1)).norm();
   return length;
-}
-
-// The pieces of a line overlap, and the sides within it are left out.
-TEST(SkinPicture, TheOutlineOfALineIsItsBorder) {
-  const TriangleMesh mesh = sheet(120, 80, 0.5e-3);
-  const Vector3 middle = 0.5 * (mesh.vertices().rowwise().minCoeff() + mesh.vertices().rowwise().maxCoeff());
-  const SkinStrokes skin(mesh);
-  const auto at = [&](double x, double y) -> Vector3 { return middle + 1e-3 * Vector3(x, y, 0); };
-  const std::vector<TargetBox> line = skin.strip({at(-13, 0), at(12, 0)}, 4.1e-3, 1.0, "line");
-  ASSERT_GT(line.size(), 4U);
-  EXPECT_NEAR(outline_length(mesh, line), 2.0 * (25e-3 + 4.1e-3), 1e-3);
-  const std::vector<TargetBox> bent = skin.strip({at(-13, 0), at(0, 0), at(0, 13)}, 4.1e-3, 1.0, "line");
-  EXPECT_NEAR(outline_length(mesh, bent), 2.0 * (26e-3 + 4.1e-3), 2e-3);
 }
 
 TEST(SkinPicture, TheOutlinePartsTwoPressures) {

@@ -39,14 +39,6 @@ TEST(MotionPicture, HasALineAMethodInEveryPanel) {
   }
 }
 
-TEST(MotionPicture, WithoutAScoreThereIsNone) {
-  const TemporaryDirectory directory;
-  Motion motion = long_motion({"surface"});
-  motion.methods[0].scores.clear();
-  EXPECT_FALSE(draw_motion(directory.file("motion.png"), motion));
-  EXPECT_EQ(directory.entries(), 0U);
-}
-
 /// A sheet that moves to the left as it is seen, a target of 1000 Pa on its middle square, |p| the same everywhere.
 std::vector<MotionInstant> instants_of(const std::vector<std::pair<std::string, double>>& methods) {
   std::vector<MotionInstant> instants;

@@ -84,19 +84,6 @@ TEST(Plot, PointsAreWhereTheyAreMeant) {
   EXPECT_FALSE(has_colour(at(6, 9), line_colour(0)));  // not joined
 }
 
-TEST(SweepPicture, ValuesThatDifferByRoundingAreDrawn) {
-  const TemporaryDirectory directory;
-  for (const double least : {0x1.73fad0088b45dp-1, 0.5, 0.7}) {
-    std::vector<SweepRecord> line;
-    for (int i = 0; i < 4; ++i) {
-      const double error = i == 0 ? std::nextafter(least, 1.0) : least;
-      line.push_back(record(i + 1, {{"z", std::to_string(i)}}, error));
-      line.back().methods.pop_back();
-    }
-    EXPECT_EQ(draw_sweep(directory.file("line.png"), summary_of({"z"}, line), "relative_error"), "");
-  }
-}
-
 /// Cases of every value of a number with every one of another input; the error is first + second.
 SweepSummary crossed(const std::string& second, const std::vector<std::pair<std::string, double>>& values) {
   std::vector<SweepRecord> records;
@@ -146,17 +133,6 @@ TEST(SweepPicture, WhatCannotBeToldApartIsNotDrawn) {
   EXPECT_EQ(why(13), "13 combinations of name are more than the 12 that a plot can show; sweep.csv has them");
   EXPECT_EQ(draw_sweep(directory.file("none.png"), summary_of({}, {record(1, {}, 0.1)}), "relative_error"),
             "no input is a number in every case, and differs");
-}
-
-TEST(SweepPicture, WithoutAParameterOrAMetricThereIsNone) {
-  const TemporaryDirectory directory;
-  const std::string path = directory.file("sweep.png");
-  const SweepSummary same = summary_of({"z"}, {record(1, {{"z", "10"}}, 0.3), record(2, {{"z", "10"}}, 0.4)});
-  EXPECT_NE(draw_sweep(path, same, "relative_error"), "");
-  const SweepSummary words = summary_of({"z"}, {record(1, {{"z", "a"}}, 0.3), record(2, {{"z", "b"}}, 0.4)});
-  EXPECT_NE(draw_sweep(path, words, "relative_error"), "");
-  EXPECT_THAT(message_of<InputError>([&] { draw_sweep(path, words, "beauty"); }), HasSubstr("beauty"));
-  EXPECT_EQ(directory.entries(), 0U);
 }
 
 }  // namespace touchfield::sweep_picture_test

@@ -138,15 +138,4 @@ TEST(ArrayTruth, RoundedPhasesAreThoseThatSound) {
   EXPECT_LT(apart(fine.methods.front().evaluation_pressure, fine.methods.front().pressure), 2e-3);
 }
 
-TEST(ArrayTruth, AnotherMeshEvaluatesItToo) {
-  for (const char* evaluation : {"evaluation={edge_mm: 1.8}", "evaluation={split: 1}"}) {
-    const RunData ideal = solved({evaluation});
-    const RunData weak = solved({evaluation, calibration(0.5, 0.4, "truth")});
-    EXPECT_EQ(weak.evaluation, ideal.evaluation);
-    EXPECT_LT(apart(weak.methods.front().evaluation_pressure,
-                    std::polar(0.5, 0.4) * ideal.methods.front().evaluation_pressure),
-              1e-3);
-  }
-}
-
 }  // namespace touchfield::array_truth_test

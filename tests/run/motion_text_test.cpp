@@ -61,15 +61,6 @@ TEST(FramesCsv, HasALineAFrameAndMethod) {
   EXPECT_EQ(silent[16], "nan");
 }
 
-TEST(Percentile, IsLinearBetweenValues) {
-  EXPECT_EQ(percentile({4, 1, 3, 2}, 0.5), 2.5);
-  EXPECT_EQ(percentile({7}, 0.95), 7.0);
-  EXPECT_EQ(percentile({1, 2}, 0.0), 1.0);
-  EXPECT_EQ(percentile({1, 2}, 1.0), 2.0);
-  EXPECT_DOUBLE_EQ(percentile({0, 1, 2, 3}, 0.95), 2.85);
-  EXPECT_TRUE(std::isnan(percentile({}, 0.5)));
-}
-
 // Of the second method: errors 0.575, 0.675, 0.775, 0.875 (and two NaN), levels 1200 to 1500.
 TEST(MotionSummary, IsThatOfTheScoresAndFrames) {
   const MotionSummary over = summary(full_motion().methods[1]);

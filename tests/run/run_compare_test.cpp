@@ -20,15 +20,6 @@ RunDifference changed(const std::function<void(RunData&)>& change) {
   return compared(full_run(), run);
 }
 
-TEST(RelativeChange, IsRelativeToTheLarger) {
-  EXPECT_EQ(relative_change(0.0, -0.0), 0.0);
-  EXPECT_EQ(relative_change(4.0, 5.0), 0.2);
-  EXPECT_EQ(relative_change(5.0, 4.0), 0.2);
-  EXPECT_EQ(relative_change(1.0, -1.0), 2.0);
-  EXPECT_EQ(relative_change(kNan, -kNan), 0.0);
-  EXPECT_EQ(relative_change(kNan, 1.0), kInfinity);
-}
-
 TEST(NumbersDifference, IsTheLargestOverTheLargest) {
   const std::vector<double> a = {1.0, kNan, -4.0, kInfinity};
   std::vector<double> b = a;
@@ -66,22 +57,6 @@ TEST(ComplexDifference, NoOtherPhaseBringsThemNearer) {
   const Difference back = compare_complex(b, a, weights);
   EXPECT_NEAR(back.relative, found.relative, kRoundingOfSums);
   EXPECT_NEAR(back.turn, -found.turn, kRoundingOfSums);
-}
-
-TEST(ComplexDifference, WhatIsNoNumberInBothIsLeftOut) {
-  Eigen::VectorXcd a = made_up_pressure(5, 0.5);
-  a(1) = {kNan, 1.0};
-  a(2) = {kInfinity, 0.0};
-  Eigen::VectorXcd b = a;
-  EXPECT_TRUE(compare_complex(a, b).identical);
-  b(3) *= 1.0 + 1e-9;
-  EXPECT_GT(compare_complex(a, b).relative, 1e-11);
-  EXPECT_LT(compare_complex(a, b).relative, 1e-9);
-  b(1) = 1.0;
-  EXPECT_EQ(compare_complex(a, b).relative, kInfinity);
-  const Eigen::VectorXcd silence = Eigen::VectorXcd::Zero(4);
-  EXPECT_EQ(compare_complex(silence, made_up_pressure(4, 1.0)).relative, 1.0);
-  EXPECT_EQ(compare_complex(silence, -silence).relative, 0.0);
 }
 
 TEST(PhasesDifference, IsWrappedAndFreeOfTheCommonPhase) {
@@ -181,18 +156,6 @@ TEST(CompareRuns, RoundingIsTold) {
   EXPECT_EQ(compared(single, other).verdict(), "same_to_rounding");
   scale(1.0 + 1e-3)(other);
   EXPECT_EQ(compared(single, other).verdict(), "different");
-}
-
-// Where the evaluation is the solving model, a method's own pressure is the evaluation's unless there is another.
-TEST(CompareRuns, TheEvaluationsPressureMayBeTheMethodsOwn) {
-  const RunData a = self_evaluated_run();
-  RunData b = a;
-  b.methods[1].evaluation_pressure = b.methods[1].pressure;
-  RunData c = a;
-  c.methods[1].evaluation_pressure.resize(0);
-  EXPECT_EQ(compared(b, c).verdict(), "identical");
-  EXPECT_FALSE(compared(a, c).methods[0].evaluation_pressure);
-  EXPECT_FALSE(compared(a, c).methods[1].evaluation_pressure->identical);
 }
 
 }  // namespace touchfield::run_compare_test

@@ -62,13 +62,6 @@ TEST(RunField, TakesTheFarPartFromTheCard) {
   EXPECT_LT((found.pressure - expected.pressure).cwiseAbs().maxCoeff(), 3e-4 * expected.pressure.cwiseAbs().maxCoeff());
 }
 
-TEST(RunField, LeavesSmallFieldsToTheProcessor) {
-  const auto& [model, run, points] = solved();
-  FieldCard card([](const GpuField&) { FAIL() << "the card was asked"; });
-  const Points few = points.leftCols(10);
-  EXPECT_EQ(run_field(run, model.fixed->wave, few, &card).pressure, run_field(run, model.fixed->wave, few).pressure);
-}
-
 TEST(RunField, TellsWantOfMemoryFromFailure) {
   const auto& [model, run, points] = solved();
   FieldCard full([](const GpuField&) { throw GpuMemoryFailure("full"); });

@@ -24,49 +24,6 @@ TEST(Describe, SaysWhatThereIs) {
   EXPECT_THAT(text, Not(HasSubstr(" nan")));
 }
 
-TEST(Describe, ATableOfMethodsFitsAScreenOf100Columns) {
-  RunData run = full_run();
-  for (MethodResult& method : run.methods) {
-    for (const MetricField& field : metric_fields()) {
-      method.metrics.*field.value = field.share ? 0.999 : 12.34;
-    }
-    method.metrics.seconds_total = 12345.6;
-    method.metrics.force_target_n = 0.0176;
-    method.metrics.abs_force_elsewhere_n = 0.00176;
-  }
-  run.methods.front().name = "unscattered";
-  EXPECT_THAT(
-      methods_table(run),
-      ContainsRegex("\n  unscattered  99.9 %  99.9 % +100 % +12.3 +12.3  17.6 mN  1.76 mN +12.34  12345.6  99.9 %\n"));
-  std::istringstream table(methods_table(run));
-  for (std::string line; std::getline(table, line);) EXPECT_LE(line.size(), 100U) << line;
-}
-
-TEST(Describe, SaysHowChannelsDifferFromTheirDesign) {
-  RunData run = full_run();
-  EXPECT_THAT(describe_run(run), Not(HasSubstr("true response")));
-  run.array_truth = {{Eigen::VectorXd::Constant(6, 0.9), Eigen::VectorXd::Constant(6, 0.1)}, 16};
-  run.array_truth->response.gain(0) = 0;
-  EXPECT_THAT(describe_run(run),
-              AllOf(ContainsRegex("\nresponse +as designed\n"), ContainsRegex("\ntrue phase levels +16\n"),
-                    ContainsRegex("\ntrue response +gain 0.900 .- 0.000, phase 5.73 deg rms, 1 of 6 dead\n")));
-}
-TEST(Report, ItsMethodsSectionSaysWhatWasSolvedWithTheLargestResidualOfEach) {
-  RunData run = full_run();
-  const auto solved = [](const char* stage, const char* solver, double residual) {
-    return SolveRecord{
-        .stage = stage, .scheme = "chief", .solver = solver, .precision = "double", .residual = residual};
-  };
-  run.solves = {solved("transfer", "LU", 1e-15), solved("pressure of focus", "LU", 2e-15), solved("focus", "LU", 3e-14),
-                solved("resonance_check", "GMRES, matrix-free", 0.5), solved("evaluation", "GMRES, FFT", 7e-5)};
-  EXPECT_THAT(run_report(run),
-              AllOf(HasSubstr("boundary elements: the transfer matrix by scheme chief (LU, double precision, largest "
-                              "relative residual 1.0e-15); the pressures of the methods by scheme chief (LU, double "
-                              "precision, largest relative residual 3.0e-14); the evaluation by scheme chief (GMRES, "
-                              "FFT, double precision, largest relative residual 7.0e-05). "),
-                    Not(HasSubstr("5.0e-01")), HasSubstr("separate mesh of 80 triangular faces (mean edge")));
-}
-
 /// A run at a frequency with fields of one point.
 RunData with_points(double frequency) {
   RunData run = full_run();

@@ -25,20 +25,6 @@ double relative(const VectorXcd& found, const VectorXcd& expected) {
   return (found - expected).norm() / expected.norm();
 }
 
-VectorXcd own_method(const SkinProblem& problem, int steps) {
-  const MatrixXcd& h = problem.target;
-  const MatrixXcd& r = problem.outside;
-  const MatrixXcd gram = h.adjoint() * problem.weights.asDiagonal() * h + r.adjoint() * r;
-  VectorXcd q = VectorXcd::Ones(problem.channel_count());
-  for (int step = 0; step < steps; ++step) {
-    const VectorXcd p = h * q;
-    const VectorXcd goal = problem.weights.array() * problem.amplitudes.array() * p.array() / p.array().abs();
-    q += (h.adjoint() * goal - gram * q) / gram.norm();
-    q.array() /= q.array().abs();
-  }
-  return q;  // skin_cost(problem, q) is its cost
-}
-
 TEST(RunTransfer, GivesBackTheRunsOwnCostsAndPressures) {
   const RunData run =
       reread({"solve.methods=[surface, lbfgs, paper]", "solve.optimality_bound=true", "write=[transfer]"});
@@ -73,18 +59,6 @@ TEST(RunTransfer, HoldsTheIncidentPressures) {
     }
   }
   EXPECT_GT((transfer.incident - transfer.problem.target).norm(), 0.1 * transfer.incident.norm());
-}
-
-TEST(RunTransfer, AMethodOfOnesOwnNearsThatOfTheProgram) {
-  const RunData run = reread({"solve.methods=[{surface: {start: zero}}]", "write=[transfer]"});
-  const SkinProblem& problem = run.transfers.front().problem;
-  double before = skin_cost(problem, own_method(problem, 0));
-  for (const int steps : {1, 2, 10, 100, 1000}) {
-    const double cost = skin_cost(problem, own_method(problem, steps));
-    EXPECT_LT(cost, before) << steps;
-    before = cost;
-  }
-  EXPECT_LT(before, 1.1 * run.methods.front().solution.cost_history.back());
 }
 
 TEST(RunTransfer, IsOfTheScenesSchemeAndOfThoseOfMethodsOnTheSkin) {

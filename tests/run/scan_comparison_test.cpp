@@ -119,17 +119,4 @@ TEST(ScanComparison, PointsInTheBodyAndOnItsSkinAreNamedAndLeftOut) {
   EXPECT_THAT(table_text(scan_points(found, true, true)), HasSubstr("0, 0, 56  "));
 }
 
-TEST(ScanComparison, WhatCannotBeComparedIsRefused) {
-  MeasuredPoints measured = solved().scan(0, 1.0, 0.0, false);
-  const auto said = [&](const MeasuredPoints& points, const std::string& method) {
-    return message_of<InputError>([&] { compare_scan(solved().run, solved().model.fixed->wave, method, points); });
-  };
-  EXPECT_EQ(said(measured, "gs"), "method gs: the run has no method of that name");
-  MeasuredPoints silent = measured;
-  silent.pressure.setZero();
-  EXPECT_THAT(said(silent, "paper"), HasSubstr("the measured pressure is 0 at every point"));
-  measured.points.colwise() = Vector3(0, 0, 56e-3);
-  EXPECT_THAT(said(measured, "paper"), HasSubstr("0 of 100 measured points can be compared"));
-}
-
 }  // namespace touchfield::scan_comparison_test

@@ -26,27 +26,6 @@ TEST(SolveModel, ShowsTheRunAfterEachMethod) {
   EXPECT_FALSE(run.provenance.end.empty());
 }
 
-TEST(SolveModel, WhatTheObserverThrowsEndsIt) {
-  Progress progress;
-  int shown = 0;
-  const auto full_disk = [&](const touchfield::Run&) {
-    ++shown;
-    throw IoError("the disk is full");
-  };
-  EXPECT_EQ(message_of<IoError>([&] { solve_model(small_model(), {}, full_disk, progress); }), "the disk is full");
-  EXPECT_EQ(shown, 1);
-}
-
-TEST(SolveModel, ScatteringIsWhatTheMethodsDifferIn) {
-  const touchfield::Run run = solved(small_model());
-  ASSERT_EQ(run.methods.size(), 3U);
-  EXPECT_EQ(run.methods[0].scheme, "burton_miller_polished");
-  EXPECT_EQ(run.methods[1].scheme, "none");
-  EXPECT_LT(run.methods[0].metrics.relative_error, run.methods[1].metrics.relative_error);
-  EXPECT_GT(run.methods[2].metrics.mean_inside_pa,
-            run.methods[0].metrics.mean_inside_pa);  // a focus is as loud as can be
-}
-
 // As a program does that brings phases of its own.
 TEST(SolveModel, PhasesThatAreGivenToTheModelMustFitTheChannels) {
   Model model = small_model({"target=null", "solve.methods=[{fixed: {phases_rad: 0}}]"});

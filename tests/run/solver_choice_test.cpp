@@ -70,36 +70,7 @@ TEST(SolverChoice, PrecisionAndToleranceDecideWhatAGridIsMadeIn) {
   EXPECT_EQ(precision({.solver = SolverChoice::kFft, .precision = PrecisionChoice::kDouble}), Precision::kDouble);
 }
 
-// A hand of 20,000 faces goes through a grid, a fingertip of 3,000 does not.
-TEST(SolverChoice, ABodysGridSecondsAreThoseOfItsSize) {
-  const Wave wave(air(293.15), 40e3);
-  const GridBody hand{{0.09, 0.2, 0.04}, 0.037, 20000};
-  const GridBody fingertip{{0.02, 0.03, 0.02}, 0.002, 2000};
-  EXPECT_LT(body_cost(hand, wave, {}).grid.seconds, 0.5 * direct_seconds(20000, 1));
-  EXPECT_GT(body_cost(fingertip, wave, {}).grid.seconds, direct_seconds(2000, 1));
-  EXPECT_GT(body_cost(hand, wave, {.tolerance = 1e-6}).grid.seconds, body_cost(hand, wave, {}).grid.seconds);
-}
-
-TEST(SolverChoice, ThePreconditionerIsMadeWhereItSavesMoreThanItTakes) {
-  const auto two_level = [](double faces, Eigen::Index columns, Scheme scheme, SolverChoice solver) {
-    const BodyCost cost = body_cost({{0.09, 0.2, 0.04}, 0.04, faces}, Wave(air(293.15), 40e3), {});
-    const auto unknowns = static_cast<Eigen::Index>(faces);
-    return choose_solver({.solver = solver}, scheme, unknowns, 100.0 * kGibibyte, columns, cost).options.two_level;
-  };
-  EXPECT_TRUE(two_level(100e3, 1, Scheme::kBurtonMillerPolished, SolverChoice::kAuto));
-  EXPECT_FALSE(two_level(10e3, 1, Scheme::kBurtonMillerPolished, SolverChoice::kAuto));
-  EXPECT_TRUE(two_level(10e3, 6, Scheme::kBurtonMiller, SolverChoice::kMatrixFree));
-  EXPECT_FALSE(two_level(10e3, 400, Scheme::kBurtonMiller, SolverChoice::kLu));
-  EXPECT_FALSE(two_level(100e3, 1, Scheme::kPaperCorrected, SolverChoice::kFft));
-}
-
 TEST(SolverChoice, ChiefHasNoIteration) { EXPECT_EQ(chosen(Scheme::kChief, 20000, 1, 0.1).kind, SolverKind::kLu); }
-
-TEST(SolverChoice, SmallFactorisationsAreInDouble) {
-  EXPECT_EQ(precision_name(chosen(Scheme::kPaper, 3000)), "double");
-  EXPECT_EQ(precision_name(chosen(Scheme::kPaper, 3001)), "single refined");
-  EXPECT_EQ(precision_name(chosen(Scheme::kBurtonMiller, 300)), "single refined");
-}
 
 TEST(SolverChoice, TheSceneIsObeyed) {
   const SolverSpec spec{.solver = SolverChoice::kGmres,
@@ -153,21 +124,5 @@ TEST(DeviceChoice, TextIsReadAndWritten) {
     EXPECT_FALSE(compute_device(text)) << text;
   }
 }
-
-TEST(LargestBlock, MethodsThatNeedEveryChannelCountInTheirOwnScheme) {
-  const Scene plain = small_scene();
-  EXPECT_EQ(largest_block(plain, plain.solve.scheme, 64), 1);
-  EXPECT_EQ(largest_block(plain, plain.solve.scheme, 64, true), 6);  // two a method
-  const Scene surface = small_scene({"solve.methods=[surface, {paper: {scheme: paper}}]"});
-  EXPECT_EQ(largest_block(surface, surface.solve.scheme, 64), 64);
-  EXPECT_EQ(largest_block(surface, surface.solve.scheme, 1496), 400);
-  EXPECT_EQ(largest_block(surface, Scheme::kPaper, 1496), 1);
-  const Scene bounded = small_scene({"solve.optimality_bound=true"});
-  EXPECT_EQ(largest_block(bounded, bounded.solve.scheme, 64), 64);
-  const Scene written = small_scene({"write=[transfer]"});
-  EXPECT_EQ(largest_block(written, written.solve.scheme, 64), 64);
-}
-
-TEST(AvailableMemory, IsThatOfAComputer) { EXPECT_GT(available_memory(), 1e6); }
 
 }  // namespace touchfield::solver_choice_test

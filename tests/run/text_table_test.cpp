@@ -41,22 +41,6 @@ TEST(LinesText, HasUnitsAndFewDigits) {
             "                 three\n");
 }
 
-TEST(LinesText, ALongObjectIsIndentedAndAnArrayOfObjectsIsATable) {
-  EXPECT_THAT(
-      lines_text({{"part", {{"first", std::string(60, 'x')}, {"second", std::string(60, 'y')}}},
-                  {"rows",
-                   {{{"name", "a"}, {"edge_mm", 2.5}, {"error", 0.1}},
-                    {{"name", "longer"}, {"edge_mm", 10}, {"error", 0.02}}}}}),
-      AllOf(HasSubstr("part\n  first   xxx"), HasSubstr("rows\n  name    edge [mm]  error\n  a             2.5   10 %\n"
-                                                        "  longer         10    2 %\n")));
-}
-
-TEST(TableText, SaysHowManyRowsItLeavesOut) {
-  const Json rows(50, Json{{"number", 1}});
-  EXPECT_THAT(table_text(rows), HasSubstr("\n  and 10 more\n"));
-  EXPECT_THAT(table_text(rows, 50), Not(HasSubstr("more")));
-}
-
 TEST(CsvText, HasEveryDigit) {
   const Json row = {{"name", "a, b"}, {"number", 1.0 / 3}, {"count", 12345}, {"flag", true}, {"none", std::nan("")}};
   EXPECT_EQ(csv_text(row, Json::array({row})),

@@ -29,16 +29,6 @@ TEST(MotionView, HasEverySkinAndCurve) {
                                            "age [ms]", "latency [ms]", "|p| at places [Pa]"}));
 }
 
-TEST(MotionView, NothingComputedBreaksALine) {
-  const Motion motion = long_motion({"surface", "paper"});
-  const ViewData data = motion_view(motion);
-  EXPECT_TRUE(data.skins.empty());
-  ASSERT_EQ(data.curves[1].line, "paper");
-  for (std::size_t i = 0; i < data.curves[0].values.size(); ++i) {
-    EXPECT_EQ(std::isnan(data.curves[0].values[i]), i < 2 || (i >= 60 && i <= 70)) << i;
-  }
-}
-
 TEST(MotionView, HasTheRadiationPressureOfItsScenesWave) {
   Motion motion = full_motion();
   motion.scene = resolved_yaml(small_scene());
@@ -54,20 +44,6 @@ TEST(MotionView, HasTheRadiationPressureOfItsScenesWave) {
   EXPECT_EQ(data.methods[0].caption, "error of P 41.0 %, median");
   EXPECT_THAT(data.methods[1].caption, StartsWith("error of |p| "));
   EXPECT_TRUE(std::ranges::find(data.curves, "error of P [%]", &ViewCurve::label) != data.curves.end());
-}
-
-TEST(MotionView, AScenesTextThatCannotBeReadLeavesNoRadiationPressure) {
-  Motion motion = full_motion();
-  motion.scene = "no scene";
-  const ViewData data = motion_view(motion);
-  EXPECT_TRUE(std::isnan(data.radiation_per_square));
-  EXPECT_TRUE(data.skins[0].radiation.empty());
-}
-
-TEST(MotionView, StandsOnAPageWithItsTableAndRemarks) {
-  const std::string page = motion_page(full_motion(), "");
-  EXPECT_THAT(page, AllOf(HasSubstr("<h2>Results</h2>"), HasSubstr("off [mm]"), HasSubstr("<h2>Provenance</h2>")));
-  EXPECT_THAT(motion_page(full_motion(), "", "a < b"), HasSubstr("<pre>a &lt; b</pre>"));
 }
 
 TEST(MotionView, ALongLineKeepsItsPeaks) {

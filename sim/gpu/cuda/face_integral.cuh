@@ -9,8 +9,7 @@
 
 namespace touchfield::cuda {
 
-/// The kernels of pairs of points, for the card and, in tests, for the host. Lengths are in half wavelengths, so that
-/// k r = pi u.
+/// The kernels of pairs of points, for the card. Lengths are in half wavelengths, so that k r = pi u.
 
 /// Wavenumber k + i alpha [1/m] and coupling gamma [m], eta = i gamma, of a surface.
 struct SurfaceWave {
@@ -66,7 +65,7 @@ __host__ __device__ inline void pair_kernel(const PairConstants<Real>& constants
   pair_kernel<kLayer, kDamped>(constants, d, m.x, m.y, m.z, n.x, n.y, n.z, re, im);
 }
 
-/// Integrals over flat faces by the rules of sim/bem/quadrature.h, for the card and, in tests, for the host.
+/// Integrals over flat faces by the rules of sim/bem/quadrature.h.
 
 struct FaceGeometry {
   Vector centroid, normal;

@@ -5,8 +5,7 @@
 
 namespace touchfield::cuda {
 
-/// The field of one channel at unit drive, by the formulas of sim/acoustics/incident_field.h, for the card and, in
-/// tests, for the host.
+/// The field of one channel at unit drive, by the formulas of sim/acoustics/incident_field.h.
 
 enum class Pattern { kOmni, kPiston, kSpline };
 

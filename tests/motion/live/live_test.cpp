@@ -315,19 +315,6 @@ TEST_F(Live, TakesEachRecordedImageAtItsOwnTime) {
   EXPECT_EQ(loop_->report().overtaken, 0);
 }
 
-TEST_F(Live, CountsRecordedImagesThatAreOvertaken) {
-  std::vector<double> images;
-  for (int k = 0; k < 20; ++k) images.push_back(k / 30.0);
-  recorded_.emplace(images);
-  motion_.seconds = 1.5;
-  sensing_ = [this](double) { pass(0.05); };
-  play_it();
-  ASSERT_TRUE(ended(*loop_, time_));
-  const LiveReport report = loop_->report();
-  EXPECT_EQ(report.sensed.size() + static_cast<std::size_t>(report.overtaken), images.size());
-  EXPECT_NEAR(static_cast<double>(report.overtaken), 7, 1);  // a sample in 50 ms, an image in 33
-}
-
 TEST_F(Live, IsSilentAtTheEnd) {
   play_it();
   EXPECT_EQ(link_.sent.back().number, -1);
@@ -546,14 +533,6 @@ TEST_F(LiveScene, IsSolvedForThePoseThatIsExpected) {
     EXPECT_EQ(found.frame.seconds.front().first, "pose");
     EXPECT_NEAR(found.residual, reference.worst_residual(), 0.1 * reference.worst_residual());
   }
-}
-
-TEST_F(LiveScene, GoesThroughItsMotion) {
-  const MotionSpec& motion = *moving_.first().fixed->scene.motion;
-  LiveLoop loop(
-      motion, [&](std::int64_t number, double seconds) { return sensor_.sample(number, seconds); },
-      [&] { return live_solver(sensor_, method_, first_); }, pace_.time);
-  play_it(loop, motion, [](const Drive&) { return DriveFrame{{1}, {255}}; });
 }
 
 // The fit's model of the hand is carried on in one thread while phases are found on it in the other.

@@ -1,5 +1,3 @@
-#include <stdexcept>
-
 #include <gtest/gtest.h>
 
 #include "solvers/linear/linear_operator.h"
@@ -32,22 +30,6 @@ TYPED_TEST(DenseOperatorTest, MultipliesBlocks) {
     EXPECT_LT((this->operator_.apply(x) - this->exact_ * x).norm(), allowed) << columns;
     EXPECT_LT((this->operator_.apply_transpose(x) - this->exact_.transpose() * x).norm(), allowed) << columns;
   }
-}
-
-TYPED_TEST(DenseOperatorTest, HandlesEmptyBlocksAndOneUnknown) {
-  EXPECT_EQ(this->operator_.apply(Eigen::MatrixXcd(this->kSize, 0)).rows(), this->kSize);
-  const DenseOperator<TypeParam> none{typename DenseOperator<TypeParam>::Matrix(0, 0)};
-  EXPECT_EQ(none.apply_transpose(Eigen::MatrixXcd(0, 2)).cols(), 2);
-  const DenseOperator<TypeParam> one{
-      DenseOperator<TypeParam>::Matrix::Constant(1, 1, std::complex<TypeParam>(0, TypeParam{2}))};
-  EXPECT_EQ(one.apply(Eigen::MatrixXcd::Ones(1, 1))(0, 0), std::complex<double>(0, 2));
-}
-
-TYPED_TEST(DenseOperatorTest, RefusesOtherShapes) {
-  using Matrix = typename DenseOperator<TypeParam>::Matrix;
-  EXPECT_THROW(DenseOperator<TypeParam>(Matrix::Zero(3, 4)), std::invalid_argument);
-  EXPECT_THROW(this->operator_.apply(Eigen::MatrixXcd::Zero(this->kSize + 1, 1)), std::invalid_argument);
-  EXPECT_THROW(this->operator_.apply_transpose(Eigen::MatrixXcd::Zero(1, 1)), std::invalid_argument);
 }
 
 }  // namespace touchfield::dense_operator_test

@@ -142,12 +142,4 @@ TEST(DualFactor, MovesThePositivePartOfDWhereTheRowsReachAllChannels) {
   EXPECT_LT((factor.mutual_responses() - mutual).norm(), 1e-10 * mutual.norm());
 }
 
-TEST(DualFactor, RefusesADiagonalThatIsNotPositive) {
-  const Example e = example(30, 4, 3, 0, 3);
-  DualFactor factor(e.relaxation);
-  factor.weigh(e.g);
-  EXPECT_FALSE(factor.factorise(e.d, e.d.maxCoeff()));
-  EXPECT_FALSE(factor.factorise(e.d, std::nan("")));
-}
-
 }  // namespace touchfield::dual_factor_test

@@ -39,29 +39,6 @@ TEST(PhaseDescent, ItsCostIsThatOfTheSkinProblemAndFallsToWhatLevenbergMarquardt
   EXPECT_LT(found.cost_history.back(), best.cost_history.back() + 0.02 * silent);
 }
 
-// Each problem differs from the one before by 1 % of its entries.
-TEST(PhaseDescent, ItsMemoryServesTheNextProblems) {
-  const SkinProblem from = random_problem(12, 30, 80, 0.5, 6);
-  const SkinProblem to = random_problem(12, 30, 80, 0.5, 7);
-  PhaseDescent remembering;
-  Eigen::VectorXd with = remembering.descend(mapped(from), zero(from), 200, false).phases;
-  Eigen::VectorXd without = with;
-  double remembered = 0;
-  double forgotten = 0;
-  for (int i = 1; i <= 20; ++i) {
-    SkinProblem problem = from;
-    problem.target += 0.01 * i * (to.target - from.target);
-    problem.outside += 0.01 * i * (to.outside - from.outside);
-    const PhaseSolution a = remembering.descend(mapped(problem), with, 3, false);
-    const PhaseSolution b = PhaseDescent().descend(mapped(problem), without, 3, false);
-    with = a.phases;
-    without = b.phases;
-    remembered += a.cost_history.back();
-    forgotten += b.cost_history.back();
-  }
-  EXPECT_LT(remembered, forgotten);
-}
-
 TEST(PhaseDescent, AnArrayThatIsTooStrongIsTurnedDownToTheBestLevel) {
   const SkinProblem problem = random_problem(4, 30, 10, 0.01, 8);  // more faces than drives: none can be silent
   PhaseDescent descent;

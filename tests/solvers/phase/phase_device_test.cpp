@@ -7,10 +7,10 @@
 #include "solvers/phase/baselines.h"
 #include "solvers/phase/incident_problem.h"
 #include "solvers/phase/optimality_bound.h"
+#include "solvers/phase/skin_jacobian.h"
 #include "solvers/phase/skin_problem.h"
 #include "solvers/phase/surface.h"
 #include "tests/support/fake_phase_device.h"
-#include "tests/support/phase_device_support.h"
 #include "tests/support/skin_support.h"
 
 namespace touchfield::phase_device_test {
@@ -79,16 +79,30 @@ TEST(PhaseDevice, TakesBaselinesAndTheBoundWithoutSilentChannels) {
   EXPECT_NEAR(prove_bound(on_device, {}).bound, bound, 1e-3 * bound);
 }
 
+// J J^T of two equal rows is singular but for a damping that single precision does not see.
 TEST(PhaseDevice, AsksForDoubleWhereSinglePrecisionFails) {
-  FakePhaseDevice device;
-  const SkinProblem on_device = expect_step_in_double(device);
+  SkinProblem problem = random_problem(4, 0, 30, 0.3, 8);
+  problem.target.row(1) = problem.target.row(0);
+  problem.weights(1) = problem.weights(0);
+  const SkinProblem on_device = moved(problem);
+  std::vector<Eigen::VectorXd> steps;
+  for (const SkinProblem* of : {&std::as_const(problem), &on_device}) {
+    SkinJacobian jacobian(*of);
+    SkinField field;
+    const Eigen::VectorXcd q = random_start(30, 4);
+    send(*of, q, field);
+    jacobian.set(field, q);
+    jacobian.set_radial({2, 7});
+    DampedStep step;
+    const double mu = 1e-10 * jacobian.largest_row();
+    EXPECT_TRUE(step.solve(jacobian, Eigen::VectorXd::Constant(32, mu), steps.emplace_back()));
+    EXPECT_EQ(step.double_count(), 1);
+    Eigen::VectorXd again;
+    EXPECT_TRUE(step.solve_again(jacobian, jacobian.residual(), again));
+    EXPECT_LT((again - steps.back()).norm(), 1e-6 * again.norm());
+  }
+  EXPECT_LT((steps[0] - steps[1]).norm(), 1e-4 * steps[0].norm());
   EXPECT_EQ(device_of(on_device).in_double, 1);
-}
-
-TEST(PhaseDevice, ValuesThatAreNotFiniteAreRefused) {
-  SkinProblem problem = random_problem(4, 2, 6, 0.3, 9);
-  problem.outside(1, 2) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(solve_surface(moved(problem), random_start(6, 1), {}), std::invalid_argument);
 }
 
 IncidentProblem incident(Eigen::Index rows, Eigen::Index unknowns, Eigen::Index targets, unsigned seed) {

@@ -1,7 +1,6 @@
 #include "solvers/phase/phase_sequence.h"
 
 #include <numbers>
-#include <stdexcept>
 
 #include <gtest/gtest.h>
 
@@ -115,17 +114,6 @@ TEST(PhaseSequence, AClosedOneKeepsTheLimitFromItsLastFrameToItsFirst) {
   for (std::size_t k = 1; k < closed.size(); ++k) {
     EXPECT_LE(last_turn({closed[k - 1], closed[k]}), kMost + 1e-12) << k;
   }
-}
-
-TEST(PhaseSequence, WhatDoesNotFitIsRefused) {
-  PhaseSequence sequence = ring(3);
-  EXPECT_THROW(solve_sequence(sequence, {.iterations = 0}), std::invalid_argument);
-  EXPECT_THROW(solve_sequence(sequence, {.most_turn = 0.0}), std::invalid_argument);
-  sequence.middle[1] = 99;
-  EXPECT_THROW(solve_sequence(sequence, {}), std::invalid_argument);
-  sequence = ring(3);
-  sequence.weights.conservativeResize(48, 2);
-  EXPECT_THROW(solve_sequence(sequence, {}), std::invalid_argument);
 }
 
 }  // namespace

@@ -1,11 +1,11 @@
 #include "solvers/phase/radiation.h"
 
 #include <random>
-#include <stdexcept>
+
+#include <gtest/gtest.h>
 
 #include "solvers/phase/phase_solution.h"
 #include "tests/support/radiation_support.h"
-#include "tests/support/testing.h"
 
 namespace touchfield::radiation_test {
 
@@ -162,49 +162,6 @@ TEST(Radiation, FromSilenceThereAreNoNumbersThatAreNone) {
       EXPECT_GE(found.cost_history.back(), silent_cost(problem.skin) * (1 - 1e-6));
     }
   }
-}
-
-TEST(Radiation, RefusesProblemsThatDoNotFit) {
-  struct Change {
-    const char* says;
-    std::function<void(RadiationProblem&)> change;
-  };
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  for (const auto& [says, change] : {
-           Change{"sizes do not fit", [](auto& p) { p.skin.weights.conservativeResize(8); }},
-           {"sizes do not fit", [](auto& p) { p.skin.energies.conservativeResize(3); }},
-           {"sizes do not fit", [](auto& p) { p.rows.conservativeResize(8, Eigen::NoChange); }},
-           {"sizes do not fit", [](auto& p) { p.outside.conservativeResize(Eigen::NoChange, 29); }},
-           {"sizes do not fit", [](auto& p) { p.skin.slopes.reset(); }},
-           {"sizes do not fit", [](auto& p) { p.skin.slopes = std::make_shared<SkinSlopes>(18, 17); }},
-           {"sizes do not fit", [](auto& p) { p.skin.slopes = std::make_shared<SkinSlopes>(17, 18); }},
-           {"sizes do not fit", [](auto& p) { p.skin.deviations = Eigen::VectorXd::Zero(8); }},
-           {"at least one face", [](auto& p) { p.skin.wanted.resize(0); }},
-           {"at least one face", [](auto& p) { p.rows.resize(14, 0); }},
-           {"not finite", [nan](auto& p) { p.rows(13, 29) = nan; }},
-           {"not finite", [nan](auto& p) { p.outside(0, 0) = nan; }},
-           {"not finite", [nan](auto& p) { p.skin.wanted(0) = nan; }},
-           {"not finite", [nan](auto& p) { p.skin.constant = nan; }},
-           {"must be >= 0", [](auto& p) { p.skin.weights(3) = -1.0; }},
-           {"must be >= 0", [](auto& p) { p.skin.energies(3) = -1.0; }},
-       }) {
-    RadiationProblem problem = random_radiation_problem(9, 5, 4, 30, 0.2, 3);
-    EXPECT_NO_THROW(require_valid(problem, "who"));
-    change(problem);
-    EXPECT_THAT(message_of<std::invalid_argument>([&] { require_valid(problem, "who"); }),
-                AllOf(StartsWith("who: "), HasSubstr(says)));
-  }
-}
-
-TEST(Radiation, RefusesStartsAndOptionsThatDoNotFit) {
-  const RadiationProblem problem = random_radiation_problem(9, 5, 4, 30, 0.2, 3);
-  const Eigen::MatrixXcd start = random_start(30, 1);
-  EXPECT_THROW(solve_radiation(problem, random_start(29, 1)), std::invalid_argument);
-  EXPECT_THROW(solve_radiation(problem, Eigen::MatrixXcd(30, 0)), std::invalid_argument);
-  EXPECT_THROW(solve_radiation(problem, std::numeric_limits<double>::infinity() * start), std::invalid_argument);
-  EXPECT_THROW(solve_radiation(problem, start, {.iterations = 0}), std::invalid_argument);
-  EXPECT_THROW(solve_radiation(problem, start, {.trial = 0}), std::invalid_argument);
-  EXPECT_THROW(solve_radiation(problem, start, {.standstill = -1.0}), std::invalid_argument);
 }
 
 }  // namespace touchfield::radiation_test

@@ -1,5 +1,3 @@
-#include <stdexcept>
-
 #include <gtest/gtest.h>
 
 #include "solvers/phase/skin_problem.h"
@@ -52,18 +50,6 @@ TEST(AnnealedStart, TheLevelIsBelowOneOnlyWhereTheArrayIsFarTooStrong) {
   EXPECT_NEAR(best_level(problem, annealed_start(problem, {.level = level})), 1.0, 0.12);
 }
 
-TEST(AnnealedStart, RefusesOptionsOutOfRange) {
-  const SkinProblem problem = trapped(6);
-  for (const AnnealingOptions& options : {AnnealingOptions{.width = 1},
-                                          {.width = 9},
-                                          {.descent = 0},
-                                          {.stage = 0},
-                                          {.level = 0.0},
-                                          {.level = std::nan("")}}) {
-    EXPECT_THROW(annealed_start(problem, options), std::invalid_argument);
-  }
-}
-
 TEST(SurfaceSearch, EndsBelowWhatSingleStartsReachOnAverage) {
   double searched = 0.0;
   double single = 0.0;
@@ -103,13 +89,6 @@ TEST(SurfaceSearch, TurnsAnArrayDownThatIsFarTooStrong) {
   EXPECT_LT(reached(reduced), 0.5 * reached(full));
   EXPECT_NEAR(reached(reduced), skin_cost(problem, drive(reduced)), 1e-12 * reached(reduced));
   EXPECT_NEAR(best_level(problem, drive(reduced)), 1.0, 1e-9);
-}
-
-TEST(SurfaceSearch, TheNumberOfThreadsChangesNothingBeyondRounding) {
-  const SkinProblem problem = trapped(13);
-  const double one = with_threads(1, [&] { return reached(search_surface(problem, Eigen::MatrixXcd(48, 0), {})); });
-  const double three = with_threads(3, [&] { return reached(search_surface(problem, Eigen::MatrixXcd(48, 0), {})); });
-  EXPECT_NEAR(one, three, 1e-6 * one);
 }
 
 // Eleven rows and 30 free amplitudes: a weak pattern can be made exactly, and the search finds it.

@@ -1,8 +1,6 @@
 #include "solvers/phase/surface.h"
 
 #include <numbers>
-#include <numeric>
-#include <stdexcept>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -10,7 +8,6 @@
 #include <Eigen/QR>
 #include <gtest/gtest.h>
 
-#include "solvers/linear/factorisations.h"
 #include "solvers/phase/skin_jacobian.h"
 #include "solvers/phase/skin_problem.h"
 #include "tests/support/skin_support.h"
@@ -24,48 +21,6 @@ constexpr double kPi = std::numbers::pi;
 SurfaceOptions options_of(int iterations, bool free_amplitudes = false) {
   const SurfaceOptions options{.iterations = iterations, .free_amplitudes = free_amplitudes};
   return options;
-}
-
-/// Sound of a piston of 4.5 mm radius that looks along z, 40 kHz, on a surface of normal n: the lit side hears twice
-/// the free field, the other side little. Not a solution of anything, but with the matrices' spectrum and scale.
-Complex piston(const Eigen::Vector3d& source, const Eigen::Vector3d& x, const Eigen::Vector3d& n) {
-  constexpr double kWaveNumber = 732.28;
-  const Eigen::Vector3d way = x - source;
-  const double distance = way.norm();
-  const double argument = kWaveNumber * 4.5e-3 * std::hypot(way.x(), way.y()) / distance;
-  const double directivity = argument < 1e-6 ? 1.0 : 2.0 * std::cyl_bessel_j(1, argument) / argument;
-  const double lit = std::max(1.0 - n.dot(way) / distance, 0.02);
-  return std::polar(0.17 * directivity * lit / distance, kWaveNumber * distance);
-}
-
-/// rows x columns of points on the underside of a cylinder along x, 200 mm above the array and off its axes.
-Eigen::MatrixXcd cylinder_rows(double radius, double length, double arc, int rows, int columns) {
-  Eigen::MatrixXcd h(rows * columns, 44 * 34);
-#pragma omp parallel for
-  for (int c = 0; c < 44 * 34; ++c) {
-    const Eigen::Vector3d source((c % 44 - 21.5) * 0.01016 - 0.007, (c / 44 - 16.5) * 0.01016 + 0.004, 0.0);
-    for (int j = 0; j < rows * columns; ++j) {
-      const double angle = arc / radius * ((j % columns + 0.5) / columns - 0.5);
-      const Eigen::Vector3d n(0.0, std::sin(angle), -std::cos(angle));
-      const Eigen::Vector3d axis(length * ((j / columns + 0.5) / rows - 0.5), 0.0, 0.2 + radius);
-      h(j, c) = piston(source, axis + radius * n, n);
-    }
-  }
-  return h;
-}
-
-/// A square target of the given size on a finger of 8 mm radius, the whole finger outside, r by eigen-decomposition.
-SkinProblem finger_problem(double size) {
-  constexpr int kSide = 8;
-  SkinProblem problem;
-  problem.target = cylinder_rows(8e-3, size, size, kSide, kSide);
-  problem.weights = Eigen::VectorXd::Constant(kSide * kSide, size * size / (kSide * kSide));
-  problem.amplitudes = Eigen::VectorXd::Constant(kSide * kSide, 0.4 * problem.target.cwiseAbs().rowwise().sum().mean());
-  const Eigen::MatrixXcd outside = std::sqrt(60e-3 * 24e-3 / 336) * cylinder_rows(8e-3, 60e-3, 24e-3, 28, 12);
-  const HermitianEigen eigen = hermitian_eigen(outside * outside.adjoint());
-  const Eigen::Index rank = (eigen.values.array() > 1e-6 * eigen.values.maxCoeff()).count();
-  problem.outside = eigen.vectors.rightCols(rank).adjoint() * outside;
-  return problem;
 }
 
 // ---- The linear model
@@ -223,30 +178,6 @@ TEST(SkinJacobian, RowsLeftOutAreMissingFromItButNotFromTheGradient) {
   EXPECT_EQ(jacobian.rows(), 17);
 }
 
-TEST(SkinJacobian, LeavesOutRowByRowOnlyWhereRowsAreOrthogonal) {
-  SkinProblem problem = random_problem(3, 6, 20, 0.4, 145);
-  problem.outside.rowwise().normalize();
-  const Eigen::HouseholderQR<Eigen::MatrixXcd> qr(problem.outside.adjoint());
-  const Eigen::MatrixXcd basis = qr.householderQ() * Eigen::MatrixXcd::Identity(20, 6);
-  SkinJacobian together(problem);
-  together.leave_out_up_to(2.5);
-  EXPECT_EQ(together.rows(), 3 + 2 * 4);  // two of six rows of norm 1
-  problem.outside = basis.adjoint();
-  problem.outside.row(0) *= 2.0;
-  SkinJacobian apart(problem);
-  apart.leave_out_up_to(2.5);
-  EXPECT_EQ(apart.rows(), 3 + 2 * 1);
-  apart.leave_out_up_to(0.5);
-  EXPECT_EQ(apart.rows(), 3 + 2 * 6);
-  // Two strongest rows alike, the weak ones still orthogonal to them and to each other: the sum counts again.
-  problem.outside.row(1) = 0.5 * problem.outside.row(0);
-  SkinJacobian alike(problem);
-  alike.leave_out_up_to(2.5);
-  EXPECT_EQ(alike.rows(), 3 + 2 * 4);
-  problem.outside.row(5).setZero();
-  EXPECT_EQ(SkinJacobian(problem).rows(), 3 + 2 * 6);
-}
-
 TEST(DampedStep, SolvesTheNormalEquationsOnEitherSide) {
   // 13 rows against 20, 12 and 13 + 5 columns.
   for (const auto& [channels, radial] :
@@ -392,14 +323,6 @@ TEST(Surface, EndsWhereNoAllowedMoveLowersTheCost) {
   EXPECT_GT(inside, 5);  // the case of free amplitudes did occur
 }
 
-TEST(Surface, FewIterationsReachTheEndOnAFinger) {
-  const SkinProblem problem = finger_problem(5e-3);
-  const Eigen::VectorXcd zero = Eigen::VectorXcd::Ones(problem.channel_count());
-  const PhaseSolution long_run = solve_surface(problem, zero, options_of(100));
-  EXPECT_LT(long_run.cost_history[10], 1.015 * long_run.cost_history.back());  // 0.5 % above
-  EXPECT_LT(long_run.cost_history.back(), 0.65 * silent_cost(problem));
-}
-
 // ---- Symmetries
 
 TEST(Surface, UnitsChangeNothing) {
@@ -479,53 +402,6 @@ TEST(Surface, StopsByItsTolerances) {
   ASSERT_EQ(flat.status, PhaseStatus::kConverged);
   EXPECT_LE(skin_half_gradient(problem, drive(flat)).cwiseAbs().maxCoeff(), 1.001e-3 * flat.cost_history.back());
   EXPECT_LT(flat.iterations, solve_surface(problem, start, options_of(1000)).iterations);
-}
-
-TEST(Surface, CallsBackOncePerIteration) {
-  const SkinProblem problem = random_problem(5, 3, 12, 0.3, 750);
-  std::vector<double> heard;
-  const PhaseSolution solution =
-      solve_surface(problem, random_start(12, 8), options_of(4), [&](int iteration, double cost) {
-        EXPECT_EQ(iteration, static_cast<int>(heard.size()) + 1);
-        heard.push_back(cost);
-      });
-  EXPECT_EQ(solution.status, PhaseStatus::kIterationLimit);
-  ASSERT_EQ(heard.size(), 4U);
-  EXPECT_TRUE(std::equal(heard.begin(), heard.end(), solution.cost_history.begin() + 1));
-}
-
-TEST(Surface, StartsFromAmplitudesClippedToOne) {
-  const SkinProblem problem = random_problem(3, 2, 3, 0.3, 760);
-  const Eigen::Vector3cd start(Complex(0.0, 3.0), 0.25, 0.0);
-  const PhaseSolution freed = solve_surface(problem, start, options_of(1, true));
-  EXPECT_NEAR(freed.cost_history.front(), skin_cost(problem, Eigen::Vector3cd(Complex(0.0, 1.0), 0.25, 0.0)),
-              1e-12 * freed.cost_history.front());
-  const PhaseSolution fixed = solve_surface(problem, start, options_of(1));
-  EXPECT_NEAR(fixed.cost_history.front(), skin_cost(problem, Eigen::Vector3cd(Complex(0.0, 1.0), 1.0, 1.0)),
-              1e-12 * fixed.cost_history.front());
-}
-
-TEST(Surface, RefusesWhatIsNoProblem) {
-  const SkinProblem problem = random_problem(3, 2, 4, 0.3, 770);
-  const Eigen::VectorXcd start = Eigen::VectorXcd::Ones(4);
-  const auto solve = [&](auto change) {
-    SurfaceOptions options;
-    change(options);
-    solve_surface(problem, start, options);
-  };
-  EXPECT_THROW(solve([](SurfaceOptions& o) { o.iterations = 0; }), std::invalid_argument);
-  EXPECT_THROW(solve([](SurfaceOptions& o) { o.initial_damping = 0.0; }), std::invalid_argument);
-  EXPECT_THROW(solve([](SurfaceOptions& o) { o.gradient_tolerance = -1.0; }), std::invalid_argument);
-  EXPECT_THROW(solve([](SurfaceOptions& o) { o.step_tolerance = std::nan(""); }), std::invalid_argument);
-  EXPECT_THROW(solve([](SurfaceOptions& o) { o.cost_tolerance = -1.0; }), std::invalid_argument);
-  EXPECT_THROW(solve_surface(problem, Eigen::VectorXcd::Ones(5), {}), std::invalid_argument);
-  EXPECT_THROW(solve_surface(problem, Eigen::VectorXcd::Constant(4, std::nan("")), {}), std::invalid_argument);
-  SkinProblem bad = problem;
-  bad.target(0, 1) = std::nan("");
-  EXPECT_THROW(solve_surface(bad, start, {}), std::invalid_argument);
-  EXPECT_THROW(adjoint_start(bad), std::invalid_argument);
-  EXPECT_THROW(spectral_start(bad), std::invalid_argument);
-  EXPECT_THROW(random_start(-1, 1), std::invalid_argument);
 }
 
 // ---- Starts
@@ -630,14 +506,6 @@ TEST(SurfaceStarts, FittedSolvesTheLinearProblemOfItsOwnPhases) {
   SkinProblem silent = random_problem(4, 6, 30, 0.3, 857);
   silent.amplitudes.setZero();
   EXPECT_EQ(fitted_start(silent), Eigen::VectorXcd::Zero(30));
-}
-
-TEST(SurfaceStarts, RandomFollowsItsSeedAndFillsTheCircle) {
-  EXPECT_EQ(random_start(50, 3), random_start(50, 3));
-  EXPECT_GT((random_start(50, 3) - random_start(50, 4)).norm(), 1.0);
-  // The mean of N unit vectors of random angle is below 4 / sqrt(N) but for one seed in ten million.
-  EXPECT_LT(std::abs(random_start(10000, 5).mean()), 4.0 / 100.0);
-  EXPECT_EQ(random_start(0, 1).size(), 0);
 }
 
 }  // namespace touchfield::surface_test
