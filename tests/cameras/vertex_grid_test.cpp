@@ -23,7 +23,7 @@ TEST(VertexGrid, FindsWhatASearchOfAllFinds) {
         .select(squared + 2 * 1e-4 * (1 - (normals.transpose() * normal).array()), 1.0)
         .minCoeff(&best);
     if (squared.minCoeff() < reach * reach) {
-      EXPECT_EQ(grid.squared_distance(at), squared.minCoeff());
+      EXPECT_DOUBLE_EQ(grid.squared_distance(at), squared.minCoeff());
       EXPECT_EQ(grid.nearest(at, normal), best);
     } else {
       ++none;
