@@ -126,6 +126,26 @@ TEST(SkinStrokes, ALineOnAHandStaysOnOneSideOfTheFinger) {
   }
 }
 
+TEST(SkinStrokes, PiecesOfABendEndWhereTheirOuterCornersMeet) {
+  const double width = 8e-3;
+  const double angle = 0.4;
+  const Vector3 bend(0, 0, -60e-3);
+  const std::vector<Vector3> points = {bend - 10e-3 * Vector3::UnitX(), bend,
+                                       bend + 10e-3 * Vector3(std::cos(angle), std::sin(angle), 0)};
+  const SkinStrokes strokes(icosphere(60e-3, 60));
+  int pieces = 0;
+  for (const TargetBox& box : strokes.strip(points, width, 1.0, "target.lines[0]")) {
+    const Vector3 at = box.rotation.transpose() * (strokes.on_skin(bend, "").at - box.centre);
+    const double behind = 0.5 * box.size.y() - std::abs(at.y());
+    if (behind > 0) {
+      ++pieces;
+      EXPECT_GT(behind, 0.5 * std::tan(0.5 * angle) * width);
+      EXPECT_LT(behind, (0.5 * std::tan(0.5 * angle) + 0.1) * width);
+    }
+  }
+  EXPECT_EQ(pieces, 2);
+}
+
 TEST(SkinStrokes, AClosedPathHasNoGapAtItsCorners) {
   const TriangleMesh mesh = icosphere(60e-3, 60);
   std::vector<Vector3> points;

@@ -108,6 +108,10 @@ TEST(PatternSpots, StayAsLongAtEachPointAndRunToAndFroOnALine) {
   const PatternSpots there = pattern_spots(line, pattern_clock(line), pattern_points(line, model), model);
   ASSERT_EQ(there.middle.size(), 8U);
   for (std::size_t k = 1; k < 4; ++k) EXPECT_EQ(there.middle[k], there.middle[8 - k]);
+  for (std::size_t k = 0; k < 5; ++k) {
+    const Eigen::Index face = there.faces[static_cast<std::size_t>(there.middle[k])];
+    EXPECT_NEAR(model.body.mesh.centroids()(0, face), (1.5 * static_cast<double>(k) - 3) * 1e-3, 1e-3) << k;
+  }
 }
 
 // Errors by rows of H and R are those of all faces by a solution of their own.
