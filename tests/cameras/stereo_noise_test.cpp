@@ -218,4 +218,19 @@ TEST(StereoNoise, DependsOnItsKeyAlone) {
   }
 }
 
+TEST(StereoNoise, SeesFromTheNearestDepthOn) {
+  const StereoCamera camera = stereo_camera(upward());
+  EXPECT_NEAR(camera.nearest(), 0.22, 0.002);
+  StereoEffects effects = StereoEffects::none();
+  effects.range = true;
+  EXPECT_EQ(depth_at(image_of(camera, plate(camera.nearest() - 1e-4, 1), effects), 400, 100), 0);
+  EXPECT_NEAR(depth_at(image_of(camera, plate(camera.nearest() + 1e-4, 1), effects), 400, 100), camera.nearest() + 1e-4,
+              1e-7);
+  StereoCamera fine = camera;
+  fine.depth_unit = 1e-5;
+  effects.depth_steps = true;
+  EXPECT_EQ(depth_at(image_of(fine, plate(0.66, 1), effects), 400, 100), 0);
+  EXPECT_NEAR(depth_at(image_of(fine, plate(0.65, 1), effects), 400, 100), 0.65, 1e-7);
+}
+
 }  // namespace touchfield::stereo_noise_test

@@ -68,4 +68,27 @@ TEST(PhaseDescent, APressureThatIsNotFiniteIsAnError) {
   EXPECT_THROW(descent.descend(mapped(problem), zero(problem), 10, false), std::domain_error);
 }
 
+// Each problem differs from the one before by 1 % of its entries.
+TEST(PhaseDescent, ItsMemoryServesTheNextProblems) {
+  const SkinProblem from = random_problem(12, 30, 80, 0.5, 6);
+  const SkinProblem to = random_problem(12, 30, 80, 0.5, 7);
+  PhaseDescent remembering;
+  Eigen::VectorXd with = remembering.descend(mapped(from), zero(from), 200, false).phases;
+  Eigen::VectorXd without = with;
+  double remembered = 0;
+  double forgotten = 0;
+  for (int i = 1; i <= 20; ++i) {
+    SkinProblem problem = from;
+    problem.target += 0.01 * i * (to.target - from.target);
+    problem.outside += 0.01 * i * (to.outside - from.outside);
+    const PhaseSolution a = remembering.descend(mapped(problem), with, 3, false);
+    const PhaseSolution b = PhaseDescent().descend(mapped(problem), without, 3, false);
+    with = a.phases;
+    without = b.phases;
+    remembered += a.cost_history.back();
+    forgotten += b.cost_history.back();
+  }
+  EXPECT_LT(remembered, forgotten);
+}
+
 }  // namespace touchfield::phase_descent_test
