@@ -15,7 +15,8 @@ TEST(VertexGrid, FindsWhatASearchOfAllFinds) {
   VertexGrid grid;
   grid.build(vertices, normals, reach);
   int none = 0;
-  for (const Vector3& at : Points(1.3 * Points::Random(3, 2000)).colwise()) {
+  const Points asked = 1.3 * Points::Random(3, 2000);
+  for (const Vector3& at : asked.colwise()) {
     const Vector3 normal = Vector3::Random().normalized();
     const Eigen::ArrayXd squared = (vertices.colwise() - at).colwise().squaredNorm();
     Eigen::Index best = 0;
