@@ -249,7 +249,7 @@ void HandTracker::evaluate(const DepthFrame& frame, const HandPoints& points, Ha
   const bool cut = !(workspace_.contains(round));
   const HandPoints beyond = cut ? reader_.read(frame, round) : HandPoints();
   const HandPoints& evaluated = cut ? beyond : points;
-  fit_.match(shape_, evaluated, fit.state, kNear, kSharp);
+  fit_.match_placed(evaluated, kNear, kSharp);
   const Eigen::Matrix3d back = fit.state.place.rotation.transpose();
   const auto counts = [&](int point) {
     return (back * (evaluated.at.col(point) - fit.state.place.shift)).y() > kBehindWrist;
@@ -290,7 +290,7 @@ void HandTracker::evaluate(const DepthFrame& frame, const HandPoints& points, Ha
                (learnt_ ? 2 * fit_.model_error() : kUnknownSkinError);
   fit.oddity = learnt_ ? 0 : shape_.proportions.norm() / options_.learning.size;
   if (cut) {
-    fit_.match(shape_, points, fit.state, kNear, kSharp);
+    fit_.match_placed(points, kNear, kSharp);
   }
   check_sight(cameras(), frame, fit_.vertices(), fit_.normals(), kSightTolerance, options_.points.baseline, check_);
   fit.placed = true;

@@ -113,6 +113,10 @@ bool PoseFit::match_point(const HandPoints& points, int i, int vertex, SkinMatch
 double PoseFit::match(const ShapedHand& shape, const HandPoints& points, const HandState& state, double reach,
                       double scale, int stride) {
   place_skin(shape, state);
+  return match_placed(points, reach, scale, stride);
+}
+
+double PoseFit::match_placed(const HandPoints& points, double reach, double scale, int stride) {
   grid_.build(vertices_, normals_, reach);
   matches_.clear();
   const double most = scale * scale;

@@ -94,8 +94,10 @@ class PoseFit {
 
   /// Places the skin of a state: vertices() and normals() are then its.
   void place_skin(const ShapedHand& shape, const HandState& state);
-  /// Matches points with the skin of a state; vertices(), normals(), matches() and rows() are then its.
+  /// Matches points with the skin that was placed last; matches() and rows() are then its.
   /// returns   the sum of robust squares, points without a match counted with the most that rho can be
+  double match_placed(const HandPoints& points, double reach, double scale, int stride = 1);
+  /// place_skin, then match_placed.
   double match(const ShapedHand& shape, const HandPoints& points, const HandState& state, double reach, double scale,
                int stride = 1);
   /// Derivatives of what the last match() found.
