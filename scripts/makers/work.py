@@ -58,8 +58,8 @@ class Work:
         own = [] if isinstance(words[0], pathlib.Path) else [self.program]
         with tempfile.TemporaryFile("w+") as said, tempfile.TemporaryFile("w+") as errors:
             begun = time.monotonic()
-            process = subprocess.Popen([*prefix, *own, *map(str, words)], cwd=ROOT, env=(self.environment or os.environ) | (env or {}), stdin=stdin or subprocess.DEVNULL,
-                                       stdout=said, stderr=errors)
+            process = subprocess.Popen([*prefix, *own, *map(str, words)], cwd=ROOT, stdin=stdin or subprocess.DEVNULL, stdout=said,
+                                       stderr=errors, env=(self.environment or os.environ) | (env or {}))
             try:
                 _, status, usage = os.wait4(process.pid, 0)
             except KeyboardInterrupt:
