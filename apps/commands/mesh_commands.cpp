@@ -1,4 +1,3 @@
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -10,7 +9,6 @@
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
-#include "apps/commands/standard_streams.h"
 #include "sim/acoustics/medium.h"
 #include "sim/core/errors.h"
 #include "sim/core/json.h"

@@ -1,7 +1,6 @@
 #include "hardware/links/sonicsurface_link.h"
 
 #include <cerrno>
-#include <chrono>
 #include <cstring>
 #include <fcntl.h>
 #include <numeric>

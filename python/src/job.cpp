@@ -7,7 +7,6 @@
 #include <cstdlib>
 #include <exception>
 #include <mutex>
-#include <nanobind/nanobind.h>
 #include <pthread.h>
 #include <thread>
 #include <unistd.h>

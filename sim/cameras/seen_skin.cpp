@@ -1,6 +1,5 @@
 #include "sim/cameras/seen_skin.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -9,7 +8,6 @@
 
 #include "sim/cameras/vertex_grid.h"
 #include "sim/core/require.h"
-#include "sim/core/units.h"
 
 namespace touchfield {
 

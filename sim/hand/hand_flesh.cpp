@@ -7,7 +7,6 @@
 #include <limits>
 #include <numbers>
 #include <utility>
-#include <vector>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>

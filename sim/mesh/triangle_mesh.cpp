@@ -1,7 +1,6 @@
 #include "sim/mesh/triangle_mesh.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include <Eigen/Geometry>

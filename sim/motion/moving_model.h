@@ -1,10 +1,7 @@
 #pragma once
 
 #include <algorithm>
-#include <functional>
-#include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include <Eigen/Core>

@@ -10,7 +10,6 @@
 #include <asio/steady_timer.hpp>
 #include <asio/write.hpp>
 #include <atomic>
-#include <chrono>
 #include <pthread.h>
 #include <set>
 #include <string_view>

@@ -1,14 +1,11 @@
 #include "sim/mesh/io/mesh_files.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <numeric>
-#include <string>
 #include <system_error>
-#include <utility>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>

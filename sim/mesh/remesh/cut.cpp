@@ -25,7 +25,6 @@
 #include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/remesh/creases.h"
 #include "sim/mesh/remesh/edit_mesh.h"
-#include "sim/mesh/remesh/mesh_quality.h"
 #include "sim/mesh/remesh/remesh.h"
 #include "sim/mesh/remesh/surface_remesh.h"
 #include "sim/mesh/topology.h"
