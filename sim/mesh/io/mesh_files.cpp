@@ -95,12 +95,6 @@ bool has_no_area(const FileSurface& surface, const std::vector<std::int64_t>& co
   return !(area > kNoArea * extent);
 }
 
-void add_fan(FileSurface& surface, const std::vector<std::int64_t>& corners) {
-  for (std::size_t i = 2; i < corners.size(); ++i) {
-    surface.triangles.push_back({corners[0], corners[i - 1], corners[i]});
-  }
-}
-
 void add_as_triangles(FileSurface& surface, const std::vector<std::int64_t>& corners, const std::string& face) {
   const auto count = static_cast<vtkIdType>(corners.size());
   vtkNew<vtkPolygon> polygon;
@@ -278,7 +272,9 @@ void add_polygons(FileSurface& surface, const std::vector<std::vector<std::int64
               corner, points);
     }
     if (corners.size() == 3 || has_no_area(surface, corners)) {
-      add_fan(surface, corners);
+      for (std::size_t i = 2; i < corners.size(); ++i) {
+        surface.triangles.push_back({corners[0], corners[i - 1], corners[i]});
+      }
     } else {
       add_as_triangles(surface, corners, face);
     }
