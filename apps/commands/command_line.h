@@ -16,7 +16,6 @@
 
 namespace touchfield {
 
-/// Flags that every command takes.
 struct CommonFlags {
   int threads = 0;       // 0: as many as the machine offers (or OMP_NUM_THREADS)
   bool quiet = false;    // errors and results only

@@ -12,7 +12,6 @@ namespace touchfield {
 
 namespace {
 
-/// A point of a rule on a triangle.
 struct TrianglePoint {
   double weight;  // of the triangle's area
   double u;

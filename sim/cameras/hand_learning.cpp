@@ -102,7 +102,6 @@ FrameSystem frame_system(const HandTemplate& hand, const ShapedHand& shape, cons
   return system;
 }
 
-/// A step of all poses and of the proportions.
 ShapedHand proportions_step(const HandTemplate& hand, const ShapedHand& shape, const std::vector<HandPoints>& frames,
                             std::vector<HandState>& states, const std::optional<PosePrior>& prior, double reach,
                             const HandProportions& expected, const HandProportions& deviation, PoseFit& fit) {

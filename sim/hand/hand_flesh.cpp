@@ -58,7 +58,6 @@ Vector3 direction_of(int i, int count) {
   return {radius * std::cos(angle), radius * std::sin(angle), z};
 }
 
-/// The skin nearest to a point inside the flesh.
 Vector3 nearest_skin(const SoftBody& flesh, const Vector3& start) {
   constexpr int kDirections = 600;  // 8 degrees apart
   double least = std::numeric_limits<double>::infinity();

@@ -126,7 +126,6 @@ class Rest {
   Clock::time_point next_;
 };
 
-/// The names of all files that a motion may write.
 std::vector<std::string> motion_files(const SensedMotion& sensed) {
   const Scene& scene = sensed.scene;
   std::vector<std::string> files = {"play.log", "failed.json", "motion.csv", "frames.csv"};

@@ -119,7 +119,6 @@ class MovingSkin {
   std::vector<Part> parts_;
 };
 
-/// A scene's model while it moves.
 class MovingModel {
  public:
   /// Checks the whole motion as well, every 10 ms of it at which any number has moved by a thousandth of its range

@@ -15,7 +15,6 @@ constexpr ArchiveFormat kRunArchive = {"run", kRunFormatVersion};
 
 // Below, Io is GroupWriter or GroupReader, and what is written or read a const or a plain reference.
 
-/// A target, if there is one.
 template <class Io, class Optional>
 void optional_target(const Io& io, Optional& target) {
   io.part("target", target.has_value(), [&](const Io& part) {

@@ -49,7 +49,6 @@ Eigen::VectorXcd picked(const std::vector<ScanPoint>& points, Complex ScanPoint:
   return values.head(used);
 }
 
-/// The run with this method alone.
 Run run_of_method(Run run, const std::string& method) {
   const auto found = std::ranges::find(run.methods, method, &MethodResult::name);
   require(found != run.methods.end(), "method {}: the run has no method of that name", method);

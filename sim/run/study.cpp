@@ -78,7 +78,6 @@ class Reference {
 
   const TriangleMesh& mesh() const { return scattering_.system().mesh(); }
 
-  /// The focused pressure at another mesh's centroids.
   Eigen::VectorXcd focus_at(const TriangleMesh& other) const {
     return EvaluationComparison(other, mesh(), std::nullopt).at_centroids(focus_);
   }
