@@ -2,12 +2,12 @@
 
 #include <nlohmann/json.hpp>
 
+#include "sim/bem/rigid_sphere.h"
 #include "sim/core/json.h"
 #include "sim/field/metrics.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/run/run_text.h"
 #include "sim/run/solve_model.h"
-#include "tests/support/rigid_sphere.h"
 #include "tests/support/solve_support.h"
 #include "tests/support/testing.h"
 

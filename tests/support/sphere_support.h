@@ -3,10 +3,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/bem/rigid_sphere.h"
 #include "sim/bem/scattering_solver.h"
 #include "sim/bem/scattering_system.h"
 #include "sim/hand/shapes.h"
-#include "tests/support/rigid_sphere.h"
 
 namespace touchfield {
 

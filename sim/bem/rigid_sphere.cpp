@@ -1,17 +1,17 @@
-#pragma once
+#include "sim/bem/rigid_sphere.h"
 
 #include <cmath>
 #include <numbers>
 #include <vector>
 
-#include "sim/acoustics/medium.h"
 #include "sim/core/require.h"
 
 namespace touchfield {
-inline namespace support {
+
+namespace {
 
 /// h_0 ... h_order at x: spherical Hankel functions of the first kind.
-inline std::vector<Complex> spherical_hankel(int order, double x) {
+std::vector<Complex> spherical_hankel(int order, double x) {
   std::vector<Complex> h;
   for (int n = 0; n <= order; ++n) {
     const auto degree = static_cast<unsigned>(n);
@@ -21,21 +21,21 @@ inline std::vector<Complex> spherical_hankel(int order, double x) {
 }
 
 /// Beyond, the terms of a plane wave vanish.
-inline int highest_order(double ka) { return static_cast<int>(std::ceil(ka + 10.0 + 6.0 * std::cbrt(ka))); }
+int highest_order(double ka) { return static_cast<int>(std::ceil(ka + 10.0 + 6.0 * std::cbrt(ka))); }
 
 /// i / (x^2 h_n'(x)) with h_n' = n/x h_n - h_(n+1).
-inline Complex surface_factor(const std::vector<Complex>& h, int n, double x) {
+Complex surface_factor(const std::vector<Complex>& h, int n, double x) {
   const auto at = static_cast<std::size_t>(n);
   return Complex(0, 1) / (x * x * (static_cast<double>(n) / x * h[at] - h[at + 1]));
 }
 
-inline void require_sphere(const Wave& wave, double radius) {
+void require_sphere(const Wave& wave, double radius) {
   require(radius > 0, "rigid sphere: radius = {} m must be > 0", radius);
   require(wave.medium().absorption == 0, "rigid sphere: the series holds for a medium without absorption");
 }
 
 /// sum_n (2n+1) c_n P_n(cos theta).
-inline Eigen::VectorXcd legendre_sum(const std::vector<Complex>& c, const Eigen::VectorXd& cos_theta) {
+Eigen::VectorXcd legendre_sum(const std::vector<Complex>& c, const Eigen::VectorXd& cos_theta) {
   Eigen::VectorXcd sum = Eigen::VectorXcd::Zero(cos_theta.size());
   for (Eigen::Index i = 0; i < cos_theta.size(); ++i) {
     double previous = 0.0;
@@ -51,18 +51,9 @@ inline Eigen::VectorXcd legendre_sum(const std::vector<Complex>& c, const Eigen:
   return sum;
 }
 
-/// Pressure of a rigid sphere in a plane wave of amplitude 1, on its surface.
-///
-///   p(theta) = sum_n (2n+1) i^n P_n(cos theta) i / ((ka)^2 h_n'(ka))
-///
-/// wave        k from a Medium and a frequency; its absorption must be 0
-/// radius      a [m], > 0
-/// cos_theta   M values, theta from the direction of travel; the lit pole is -1
-/// returns     M complex pressures; phase 0 at the centre in the wave's absence; absolute error below 1e-10 for
-///             ka <= 100
-/// throws      InputError if radius <= 0 or the medium absorbs
-/// source      Bowman, Senior, Uslenghi, Electromagnetic and Acoustic Scattering by Simple Shapes, ch. 10
-inline Eigen::VectorXcd rigid_sphere_plane_wave(const Wave& wave, double radius, const Eigen::VectorXd& cos_theta) {
+}  // namespace
+
+Eigen::VectorXcd rigid_sphere_plane_wave(const Wave& wave, double radius, const Eigen::VectorXd& cos_theta) {
   require_sphere(wave, radius);
   const double ka = wave.k() * radius;
   const int order = highest_order(ka);
@@ -76,14 +67,8 @@ inline Eigen::VectorXcd rigid_sphere_plane_wave(const Wave& wave, double radius,
   return legendre_sum(c, cos_theta);
 }
 
-/// The same for a point source g = exp(ikr)/(4 pi r) at distance r0 >= 1.5 a from the centre,
-///
-///   p(theta) = (ik / 4 pi) sum_n (2n+1) h_n(k r0) P_n(cos theta) i / ((ka)^2 h_n'(ka))
-///
-/// cos_theta   theta from the direction of the source
-/// accuracy    relative error below 1e-9 for ka <= 100; InputError if r0 < 1.5 a or k r0 > 1e4
-inline Eigen::VectorXcd rigid_sphere_point_source(const Wave& wave, double radius, double source_distance,
-                                                  const Eigen::VectorXd& cos_theta) {
+Eigen::VectorXcd rigid_sphere_point_source(const Wave& wave, double radius, double source_distance,
+                                           const Eigen::VectorXd& cos_theta) {
   require_sphere(wave, radius);
   // Nearer, the terms vanish so slowly that h_n(ka) overflows first.
   require(source_distance >= 1.5 * radius, "rigid sphere: source_distance = {} m must be >= 1.5 radii of {} m",
@@ -108,15 +93,7 @@ inline Eigen::VectorXcd rigid_sphere_point_source(const Wave& wave, double radiu
   return legendre_sum(c, cos_theta);
 }
 
-/// Time-averaged force of a plane wave of amplitude p0 on a rigid sphere that is held still, along its travel [N].
-///
-///   F = pi a^2 p0^2 / (2 rho c^2) Y,   Y = -(4 / (ka)^2) sum_n (n+1) (Re(s_n + s_(n+1)) + 2 Re(s_n conj(s_(n+1)))),
-///   s_n = -j_n'(ka) / h_n'(ka)
-///
-/// amplitude   p0 [Pa]
-/// accuracy    relative error below 1e-9 for 0.1 <= ka <= 100
-/// source      Hasegawa, Saka, Inoue, Matsuzawa, J. Acoust. Soc. Jpn. (E) 9, 1988; King 1934 for small ka
-inline double rigid_sphere_force(const Wave& wave, double radius, double amplitude) {
+double rigid_sphere_force(const Wave& wave, double radius, double amplitude) {
   require_sphere(wave, radius);
   const double ka = wave.k() * radius;
   const int order = highest_order(ka);
@@ -138,5 +115,4 @@ inline double rigid_sphere_force(const Wave& wave, double radius, double amplitu
   return -4.0 / (ka * ka) * sum * std::numbers::pi * radius * radius * energy_density;
 }
 
-}  // namespace support
 }  // namespace touchfield
