@@ -49,15 +49,6 @@ void require_sine(const SineModulation& sine) {
   }
 }
 
-void require_samples(const SampledModulation& samples) {
-  if (samples.samples.empty()) {
-    throw InputError("modulation: it has no sample");
-  }
-  if (!(samples.rate > 0) || !std::isfinite(samples.rate)) {
-    throw InputError(fmt::format("modulation: rate = {} samples/s must be > 0", samples.rate));
-  }
-}
-
 // The fewest samples of whole periods.
 std::size_t sine_length(double frequency, const ModulationAbility& ability) {
   if (!(2 * frequency < ability.rate)) {
@@ -100,7 +91,12 @@ struct Sampler {
     return bytes;
   }
   std::vector<std::uint8_t> operator()(const SampledModulation& samples) const {
-    require_samples(samples);
+    if (samples.samples.empty()) {
+      throw InputError("modulation: it has no sample");
+    }
+    if (!(samples.rate > 0) || !std::isfinite(samples.rate)) {
+      throw InputError(fmt::format("modulation: rate = {} samples/s must be > 0", samples.rate));
+    }
     if (samples.rate != ability.rate) {
       throw InputError(
           fmt::format("modulation: samples at {:g} Hz, the device plays {:g} per second", samples.rate, ability.rate));

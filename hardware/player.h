@@ -66,7 +66,6 @@ void play(std::size_t count, const FrameSource& source, ArrayLink& link, const P
 void play_stored(const std::vector<DriveFrame>& frames, ArrayLink& link, const PlayOptions& options, Pace& pace,
                  PlayReport& report);
 
-/// A frame of a stream.
 struct StreamFrame {
   std::size_t number = 0;
   double seen = 0;  // when that was so which it is for [s]

@@ -6,14 +6,12 @@
 #include <malloc.h>
 #include <utility>
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <omp.h>
 
 #include "apps/commands/standard_streams.h"
 #include "sim/core/errors.h"
 #include "sim/core/files.h"
-#include "sim/core/program_start.h"
 #include "sim/core/require.h"
 #include "sim/core/text.h"
 #include "sim/core/version.h"

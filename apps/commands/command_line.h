@@ -2,7 +2,6 @@
 
 #include <functional>
 #include <map>
-#include <optional>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -17,7 +16,6 @@
 
 namespace touchfield {
 
-/// Flags that every command takes.
 struct CommonFlags {
   int threads = 0;       // 0: as many as the machine offers (or OMP_NUM_THREADS)
   bool quiet = false;    // errors and results only

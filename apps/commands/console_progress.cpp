@@ -120,33 +120,25 @@ void ConsoleProgress::end(double seconds) {
   }
 }
 
-void ConsoleProgress::remark(std::string_view message) {
+void ConsoleProgress::tell(bool shown, const char* begin, std::string_view line) {
   clear_bar();
-  if (!terse_) {
-    say(fmt::format("touchfield: note: {}\n", message));
-  }
-  if (log_) {
-    log_->line(fmt::format("note: {}", message));
-  }
-}
-
-void ConsoleProgress::warn(std::string_view message) {
-  clear_bar();
-  say(fmt::format("touchfield: warning: {}\n", message));
-  if (log_) {
-    log_->line(fmt::format("warning: {}", message));
-  }
-}
-
-void ConsoleProgress::note(std::string_view line) {
-  clear_bar();
-  if (!terse_) {
-    say(fmt::format("{}\n", line));
+  if (shown) {
+    say(fmt::format("{}{}\n", begin, line));
   }
   if (log_) {
     log_->line(line);
   }
 }
+
+void ConsoleProgress::remark(std::string_view message) {
+  tell(!terse_, "touchfield: ", fmt::format("note: {}", message));
+}
+
+void ConsoleProgress::warn(std::string_view message) {
+  tell(true, "touchfield: ", fmt::format("warning: {}", message));
+}
+
+void ConsoleProgress::note(std::string_view line) { tell(!terse_, "", line); }
 
 void ConsoleProgress::detail(std::string_view line) {
   if (verbose_) {

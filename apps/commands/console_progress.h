@@ -51,6 +51,7 @@ class ConsoleProgress : public Progress {
   };
 
   void clear_bar();
+  void tell(bool shown, const char* begin, std::string_view line);
   void draw_bar(int percent, const std::string& left);
   void draw_total(Clock::time_point now);
   void write_line(const std::string& line);

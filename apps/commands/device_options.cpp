@@ -2,9 +2,6 @@
 
 #include <cmath>
 
-#include <fmt/format.h>
-
-#include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/standard_streams.h"
 #include "hardware/guard/guard_process.h"

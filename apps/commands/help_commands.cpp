@@ -191,11 +191,6 @@ int doctor_command(const CommonFlags& flags) {
   return 0;
 }
 
-int schema_command(const std::string& format, const std::string& key) {
-  put(!key.empty() ? schema_text(key) : format == "json" ? schema_json() : schema_markdown());
-  return 0;
-}
-
 }  // namespace
 
 void add_doctor_command(CLI::App& app, Invocation& invocation) {
@@ -212,7 +207,12 @@ void add_schema_command(CLI::App& app, Invocation& invocation) {
                    ->check(one_of({"markdown", "json"}))
                    ->capture_default_str();
   command->add_option("KEY", *key, "Print this key alone: solve.iterations, or the end of such a path")->excludes(form);
-  command->callback([=, &invocation] { invocation.action = [=] { return schema_command(*format, *key); }; });
+  command->callback([=, &invocation] {
+    invocation.action = [=] {
+      put(!key->empty() ? schema_text(*key) : *format == "json" ? schema_json() : schema_markdown());
+      return 0;
+    };
+  });
 }
 
 }  // namespace touchfield

@@ -56,7 +56,6 @@ Json spread(const Times& times) {
   return {{"median_s", over_frames.median}, {"p95_s", over_frames.p95}, {"worst_s", over_frames.worst}};
 }
 
-/// The spread of each stage.
 Json stage_spreads(const std::vector<StageSeconds>& stages) {
   Json spreads = Json::object();
   for (const std::string& name : stages_of(stages)) {
@@ -166,7 +165,6 @@ Scene moving_scene(const LiveCommand& command) {
   return scene;
 }
 
-/// The motion of the scene for as long as is asked for.
 MotionSpec motion_of(const Scene& scene, const std::optional<double>& seconds) {
   MotionSpec motion = *scene.motion;
   if (seconds && !(*seconds <= motion.seconds)) {

@@ -5,9 +5,7 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
-#include "sim/core/json.h"
 #include "sim/field/metrics.h"
 #include "sim/field/surface_gradient.h"
 #include "sim/view/page_values.h"

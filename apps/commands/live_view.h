@@ -10,7 +10,6 @@
 
 #include "hardware/player.h"
 #include "sim/core/json.h"
-#include "sim/jobs/play_scene.h"
 #include "sim/motion/live.h"
 #include "sim/view/view_data.h"
 #include "sim/view/view_server.h"

@@ -1,4 +1,3 @@
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -10,7 +9,6 @@
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
-#include "apps/commands/standard_streams.h"
 #include "sim/acoustics/medium.h"
 #include "sim/core/errors.h"
 #include "sim/core/json.h"
@@ -51,11 +49,6 @@ struct MeshText {
   std::optional<SurfaceDistance> from_resurfaced{};
 };
 
-/// In air at 20 C at 40 kHz [m].
-double usual_wavelength() { return Wave(air(kZeroCelsius + 20.0), 40e3).wavelength(); }
-
-bool has_faces(const SkinReport& skin) { return skin.mean_edge > 0; }
-
 Json skin_value(const SkinReport& skin) {
   const MeshReport& mesh = skin.mesh;
   Json holes = Json::array();
@@ -65,12 +58,12 @@ Json skin_value(const SkinReport& skin) {
                          {"length_mm", hole.length / kMillimetre},
                          {"at_mm", std::vector<double>(at.begin(), at.end())}});
   }
-  const double wavelength = usual_wavelength();
+  const double wavelength = Wave(air(kZeroCelsius + 20.0), 40e3).wavelength();  // at 20 C and 40 kHz
   return {{"faces", mesh.faces},
           {"vertices", mesh.vertices},
           {"components", mesh.components},
           {"nested_pieces", mesh.nested_pieces},
-          {"closed", has_faces(skin) && mesh.closed()},
+          {"closed", skin.mean_edge > 0 && mesh.closed()},
           {"inside_out", mesh.inside_out},
           {"boundary_edges", mesh.boundary_edges},
           {"holes", holes},

@@ -7,7 +7,6 @@
 #include <spawn.h>
 #include <string>
 #include <unistd.h>
-#include <vector>
 
 #include <fmt/format.h>
 
@@ -30,6 +29,7 @@
 #include "sim/run/run_file.h"
 #include "sim/run/run_text.h"
 #include "sim/run/scan_comparison.h"
+#include "sim/run/text_table.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/view/view_motion.h"
 #include "sim/view/view_page.h"

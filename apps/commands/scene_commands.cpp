@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <utility>
@@ -22,7 +21,6 @@
 #include "sim/pictures/plots.h"
 #include "sim/run/check.h"
 #include "sim/run/run_directory.h"
-#include "sim/run/run_file.h"
 #include "sim/run/study.h"
 #include "sim/run/text_table.h"
 #include "sim/scene/input.h"

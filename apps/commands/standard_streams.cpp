@@ -4,7 +4,6 @@
 #include <csignal>
 #include <cstdio>
 #include <fcntl.h>
-#include <system_error>
 #include <unistd.h>
 
 #include <fmt/format.h>

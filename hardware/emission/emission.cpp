@@ -37,7 +37,6 @@ using Playing = std::function<void(ArrayLink& link, Pace& pace, const FrameObser
 
 Gaps worst(const Gaps& a, const Gaps& b) { return {std::max(a.count, b.count), std::max(a.longest, b.longest)}; }
 
-// Plays through a guarded link.
 void play_guarded(const EmissionPlan& plan, const Playing& playing, const Modulation& modulation, GuardedLink& link,
                   StopSignals& signals, EmissionReport& report) {
   std::optional<SignalledPace> pace;

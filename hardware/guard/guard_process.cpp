@@ -6,7 +6,6 @@
 #include <limits>
 #include <memory>
 #include <poll.h>
-#include <string>
 #include <sys/prctl.h>
 #include <sys/stat.h>
 

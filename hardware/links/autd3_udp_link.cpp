@@ -1,8 +1,5 @@
 #include "hardware/links/autd3_udp_link.h"
 
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <span>
 #include <utility>

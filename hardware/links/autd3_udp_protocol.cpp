@@ -37,10 +37,6 @@ Bytes packed(Numbers... numbers) {
   return bytes;
 }
 
-std::size_t most_payload(int version) { return kMostBytes - kHeader - (version < 3 ? 2 : 6); }
-
-std::uint8_t u8(std::size_t number) { return static_cast<std::uint8_t>(number); }
-
 void append(Bytes& bytes, const UnitFrame& frame) {
   append(bytes, frame.phases);
   append(bytes, frame.intensities);
@@ -55,7 +51,7 @@ std::uint64_t clock_at(const Bytes& body, std::size_t at) {
 }
 
 Command write_patterns(std::uint8_t bank, std::size_t index, std::span<const UnitFrame> frames) {
-  Bytes payload = packed(bank, u8(frames.size()), static_cast<std::uint16_t>(index));
+  Bytes payload = packed(bank, static_cast<std::uint8_t>(frames.size()), static_cast<std::uint16_t>(index));
   for (const UnitFrame& frame : frames) {
     append(payload, frame);
   }
@@ -95,7 +91,7 @@ std::vector<Command> played(std::size_t count, std::uint16_t divider) {
 
 std::vector<Command> modulation(int version, std::span<const std::uint8_t> samples, std::uint16_t divider) {
   constexpr std::size_t kBeforeSamples = 6;
-  const std::size_t most = most_payload(version) - kBeforeSamples;
+  const std::size_t most = kMostBytes - kHeader - (version < 3 ? 2 : 6) - kBeforeSamples;
   std::vector<Command> commands;
   for (std::size_t at = 0; at < samples.size(); at += most) {
     Bytes payload = packed(kBank, std::uint8_t{0}, static_cast<std::uint32_t>(at));

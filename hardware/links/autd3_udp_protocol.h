@@ -103,7 +103,6 @@ Bytes clock_bytes(std::uint64_t clock);
 Bytes datagram(int version, Kind kind, std::uint16_t message, std::span<const std::uint8_t> body);
 Bytes frame(int version, std::uint16_t message, std::uint8_t sequence, const Command& command);
 
-/// An answer to anything.
 struct Answer {
   int version = 0;
   std::uint8_t kind = 0;
@@ -111,7 +110,6 @@ struct Answer {
   Bytes body;  // after the header
 };
 
-/// An answer to a frame.
 struct FrameAnswer {
   std::uint8_t sequence = 0;
   std::uint8_t status = 0;

@@ -4,7 +4,6 @@
 
 namespace touchfield {
 
-/// Where a dry run writes to.
 struct DryRunFiles {
   std::string file;        // empty: nothing is written
   std::size_t frames = 1;  // more than one go to NAME-0001.ENDING, NAME-0002.ENDING, ...

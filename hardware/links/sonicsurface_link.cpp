@@ -1,7 +1,6 @@
 #include "hardware/links/sonicsurface_link.h"
 
 #include <cerrno>
-#include <chrono>
 #include <cstring>
 #include <fcntl.h>
 #include <numeric>
@@ -35,11 +34,6 @@ constexpr int kGroup = 8;                                       // and goes down
 constexpr int kGroupColumn[kGroup] = {0, 2, 3, 1, 0, 3, 2, 1};  // of each byte of a group in its block
 constexpr int kGroupRow[kGroup] = {0, 0, 0, 1, 1, 1, 1, 0};
 constexpr int kBytePhases = 32;
-
-void append_all_off(std::vector<std::uint8_t>& bytes) {
-  bytes.push_back(kStart);
-  bytes.insert(bytes.end(), kTransducers, kOff);
-}
 
 std::uint8_t board_byte(int board) { return static_cast<std::uint8_t>(kSelectBoard + board); }
 
@@ -100,7 +94,8 @@ std::vector<std::uint8_t> silent_bytes(SonicsurfaceFirmware firmware) {
   for (int buffer = 0; buffer < 2; ++buffer) {
     for (int board = 0; board < (tactile ? 1 : 2); ++board) {
       if (!tactile) bytes.push_back(board_byte(board));
-      append_all_off(bytes);
+      bytes.push_back(kStart);
+      bytes.insert(bytes.end(), kTransducers, kOff);
     }
     bytes.push_back(kCommit);
   }

@@ -1,7 +1,6 @@
 #include "hardware/emission/emission.h"
 
 #include <exception>
-#include <numbers>
 
 #include <fmt/format.h>
 

@@ -7,7 +7,6 @@
 #include <cstdlib>
 #include <exception>
 #include <mutex>
-#include <nanobind/nanobind.h>
 #include <pthread.h>
 #include <thread>
 #include <unistd.h>
@@ -29,11 +28,6 @@ using Milliseconds = std::chrono::milliseconds;
 
 constexpr Milliseconds kLook{50};       // between looks for signals
 constexpr Milliseconds kPatience{300};  // for work that was told to stop
-
-std::mutex& turn() {
-  static std::mutex mutex;
-  return mutex;
-}
 
 std::atomic<int>& working() {
   static std::atomic<int> count{0};
@@ -103,7 +97,8 @@ class StoppingProgress : public Progress {
 void work_on(const std::shared_ptr<Job>& job, int threads, Work work) {
   std::exception_ptr error;
   {
-    const std::lock_guard lock(turn());
+    static std::mutex turn;
+    const std::lock_guard lock(turn);
     try {
       require_sound_variables();
       if (threads > 0) {

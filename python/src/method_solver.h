@@ -9,7 +9,6 @@
 #include "sim/core/require.h"
 #include "sim/run/methods.h"
 #include "sim/run/skin_scattering.h"
-#include "sim/run/solve_model.h"
 #include "solvers/phase/radiation.h"
 #include "solvers/phase/surface.h"
 

@@ -131,7 +131,6 @@ OwnMethod own_method(const std::string& name, nb::handle drives, const std::stri
 /// throws   InputError on a name that is taken or cannot be one, or drives that do not fit the channels
 Model with_own(const Model& model, const OwnMethods& own);
 
-/// Whether its scene asks for the best pressure.
 bool asks_for_best(const Model& model);
 
 /// Those that compare with the wanted pressure are NaN where the model's scene asks for the best one.

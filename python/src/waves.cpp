@@ -72,11 +72,6 @@ SharedArray array_of(nb::handle positions, nb::handle axes, const std::string& d
   return {shared(build_array(spec, wave)), keys.dump()};
 }
 
-SharedArray array_of_scene(const SceneInput& input, const std::vector<std::string>& overrides) {
-  const Scene scene = input.read(overrides);
-  return {shared(build_array(scene.array, Wave(build_medium(scene.medium, scene.frequency), scene.frequency)))};
-}
-
 /// What an array is made of: whether it is a plane wave, positions, axes, amplitudes, name and k b of the directivity,
 /// units, channels on them, gains and phases of the responses, keys of a scene.
 nb::tuple array_state(const SharedArray& array) {
@@ -245,7 +240,9 @@ Examples
       .def_static(
           "of_scene",
           [](const SceneLike& scene, const Changes& set) {
-            return array_of_scene(scene_input(scene), overrides_of(set, {}));
+            const Scene read = scene_input(scene).read(overrides_of(set, {}));
+            return SharedArray{
+                shared(build_array(read.array, Wave(build_medium(read.medium, read.frequency), read.frequency)))};
           },
           nb::arg("scene"), nb::arg("set") = nb::none(),
           R"(The array that a scene describes, without meshing its body.

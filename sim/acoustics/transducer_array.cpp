@@ -43,8 +43,6 @@ constexpr int kAutd3CountY = 14;
 constexpr double kAutd3BoardX = 192.0e-3;  // [m]
 constexpr double kAutd3BoardY = 151.4e-3;  // [m]
 
-bool is_autd3_hole(int x, int y) { return y == 1 && (x == 1 || x == 2 || x == 16); }
-
 void require_pitch(double pitch) {
   require(pitch > 0 && std::isfinite(pitch), "array: pitch = {} m must be > 0", pitch);
 }
@@ -160,7 +158,7 @@ ArrayLayout autd3_unit(double pitch) {
   Eigen::Index n = 0;
   for (int y = 0; y < kAutd3CountY; ++y) {
     for (int x = 0; x < kAutd3CountX; ++x) {
-      if (!is_autd3_hole(x, y)) {
+      if (y != 1 || (x != 1 && x != 2 && x != 16)) {  // the holes
         positions.col(n++) = pitch * Vector3(x, y, 0.0);
       }
     }

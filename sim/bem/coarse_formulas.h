@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cmath>
-
 #include "sim/bem/everywhere.h"
 
 // Of the coarse space (coarse_space.h), for the processor and the graphics card. Lengths of places (x, s n) in metres.

@@ -109,7 +109,6 @@ class BlockMatrix {
  private:
   using Row = Eigen::Array<float, 1, 2 * kRowsAtOnce>;  // real parts of rows, then imaginary ones
 
-  /// The row of B of a point.
   void fill_row(Eigen::Index point, Eigen::VectorXcf& row) const {
     const Eigen::Index face = coarse_.points()[static_cast<std::size_t>(point)];
     const std::int32_t at = faces_at_[static_cast<std::size_t>(face)];  // a point interpolates from itself

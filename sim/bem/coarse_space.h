@@ -6,7 +6,6 @@
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 
-#include "sim/core/types.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {

@@ -1,9 +1,7 @@
 #include "sim/bem/grid_loops.h"
 
-#include <cstddef>
 #include <type_traits>
 
-#include "sim/bem/pair_loops.h"
 #include "solvers/linear/instruction_level.h"
 
 namespace touchfield {

@@ -6,8 +6,6 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "sim/bem/grid_convolution.h"
-
 namespace touchfield {
 
 namespace {

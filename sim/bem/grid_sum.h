@@ -25,7 +25,6 @@ class GridPoints {
              const GridSpec& spec, const GridView<Real>& grid);
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(number_.size()); }
-  /// The number of the point at a place.
   Eigen::Index number(Eigen::Index place) const { return number_[static_cast<std::size_t>(place)]; }
 
   /// Cells along each axis, their side in steps, and the number of one; along z they follow each other.

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <numbers>
 
 #include <Eigen/Geometry>
 
@@ -14,7 +12,6 @@ namespace touchfield {
 
 namespace {
 
-/// A point of a rule on a triangle.
 struct TrianglePoint {
   double weight;  // of the triangle's area
   double u;

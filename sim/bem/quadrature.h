@@ -31,12 +31,6 @@ inline Complex double_layer_kernel(const Vector3& offset, const Vector3& normal,
   return {strength * (near * wave.cos + kr * wave.sin), strength * (near * wave.sin - kr * wave.cos)};
 }
 
-/// The same at k = 0: n.(x - y) / (4 pi r^3).
-inline double static_double_layer_kernel(const Vector3& offset, const Vector3& normal) {
-  const double r2 = offset.squaredNorm();
-  return normal.dot(offset) / (4.0 * std::numbers::pi * r2 * std::sqrt(r2));
-}
-
 /// A flat triangle with its geometry.
 struct Face {
   Vector3 a;

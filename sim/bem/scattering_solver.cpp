@@ -12,7 +12,6 @@
 #include "sim/bem/boundary_operator.h"
 #include "sim/core/errors.h"
 #include "solvers/linear/blas_product.h"
-#include "solvers/linear/factorisations.h"
 #include "solvers/linear/gmres.h"
 #include "solvers/linear/linear_operator.h"
 

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "sim/acoustics/incident_field.h"
-#include "sim/bem/boundary_operator.h"
 #include "sim/bem/grid_spec.h"
 #include "sim/bem/grid_sum.h"
 #include "sim/mesh/query/interior_points.h"

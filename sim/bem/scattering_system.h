@@ -81,7 +81,6 @@ class ScatteringSystem {
   Eigen::MatrixXcd weighted_rows(const Eigen::MatrixXcd& weights, const Eigen::MatrixXcd& x,
                                  const IncidentField& unit) const;
 
-  /// The columns of B of the given faces, M x K.
   Eigen::MatrixXcd columns(const std::vector<Eigen::Index>& faces) const;
 
   /// B without storing it, in double: the reference for residuals.

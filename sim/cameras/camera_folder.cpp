@@ -13,7 +13,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "sim/cameras/depth_camera.h"
 #include "sim/core/errors.h"
 #include "sim/core/files.h"
 #include "sim/core/require.h"

@@ -6,7 +6,6 @@
 #include <map>
 #include <queue>
 #include <set>
-#include <span>
 #include <tuple>
 #include <utility>
 
@@ -17,7 +16,6 @@
 #include "sim/core/require.h"
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/query/face_tree.h"
-#include "sim/mesh/topology.h"
 
 namespace touchfield {
 

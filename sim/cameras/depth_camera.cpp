@@ -1,7 +1,6 @@
 #include "sim/cameras/depth_camera.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -10,7 +9,6 @@
 #include <span>
 #include <spng.h>
 #include <string_view>
-#include <vector>
 
 #include <fmt/format.h>
 

@@ -37,7 +37,6 @@ struct DepthFrame {
 /// Where the camera's lens puts what a pinhole sees at x = (X / Z, Y / Z).
 Eigen::Vector2d distorted(const DepthCamera& camera, const Eigen::Vector2d& x);
 
-/// A point in a camera's image.
 struct ImagePoint {
   Eigen::Vector2d at;   // column and row, the middle of the upper left pixel at (0.5, 0.5)
   Eigen::Vector2d ray;  // (X / Z, Y / Z) in the camera's axes

@@ -59,7 +59,6 @@ struct Candidate {
   double worth = 0;                      // of some frames together
 };
 
-/// Whether the candidate is in the frame.
 bool fits(Candidate& candidate, const CameraFolder& folder, const DepthFrame& frame, const Box& workspace) {
   if (!candidate.tracker) {
     candidate.tracker.emplace(HandTemplate(candidate.hand, HandTemplate::kUsualEdge), folder.cameras(), workspace);
@@ -128,7 +127,6 @@ HandShape nearest_hand(const CameraFolder& folder, const FolderFit& how, std::op
   return pointing.worth > best.worth ? pointing.hand : best.hand;
 }
 
-/// Whether the other hand is in the images.
 bool finds_other_hand(const CameraFolder& folder, const FolderFit& how) {
   std::deque<Candidate> other(1);
   other.front().hand = how.hand;

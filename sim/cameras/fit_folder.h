@@ -22,7 +22,6 @@ struct FolderFit {
   double learning = 1;  // its shape is learnt from the first part so long in which it is found [s]; 0: it is as it is
 };
 
-/// A frame of a fit.
 struct FittedFrame {
   HandFit fit;
   double milliseconds = 0;             // that it took, images at hand

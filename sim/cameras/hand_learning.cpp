@@ -22,12 +22,6 @@ constexpr double kFirstLearningReach = 12e-3;   // reach of the first round [m]
 constexpr double kLearningReach = 5e-3;
 constexpr double kLearningScale = 2e-3;
 
-HandProportions deviations(const LearningOptions& options) {
-  HandProportions result = HandProportions::Constant(options.part);
-  result.head<2>().setConstant(options.size);
-  return result;
-}
-
 /// What a hand that the template cannot make leaves is alike over a patch of skin and in all frames, so that more
 /// points say no more of it. With noise of variance n per point, M points and P patches that differ by a variance s
 /// besides,
@@ -108,7 +102,6 @@ FrameSystem frame_system(const HandTemplate& hand, const ShapedHand& shape, cons
   return system;
 }
 
-/// A step of all poses and of the proportions.
 ShapedHand proportions_step(const HandTemplate& hand, const ShapedHand& shape, const std::vector<HandPoints>& frames,
                             std::vector<HandState>& states, const std::optional<PosePrior>& prior, double reach,
                             const HandProportions& expected, const HandProportions& deviation, PoseFit& fit) {
@@ -147,7 +140,8 @@ ShapedHand proportions_step(const HandTemplate& hand, const ShapedHand& shape, c
 ShapedHand fitted_proportions(const HandTemplate& hand, ShapedHand shape, const std::vector<HandPoints>& frames,
                               std::vector<HandState>& states, const std::optional<PosePrior>& prior,
                               const LearningOptions& options, int rounds, PoseFit& fit) {
-  const HandProportions deviation = deviations(options);
+  HandProportions deviation = HandProportions::Constant(options.part);
+  deviation.head<2>().setConstant(options.size);
   HandProportions expected = HandProportions::Zero();
   expected.tail<5>() = shape.proportions.tail<5>();  // found by what is seen: distances say little of them
   for (int round = 0; round < rounds; ++round) {

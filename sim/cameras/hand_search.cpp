@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <iterator>
 #include <numbers>
 #include <optional>
@@ -188,10 +187,6 @@ const std::vector<Eigen::Matrix3d>& turns() {
     return found;
   }();
   return kTurns;
-}
-
-double angle_between_turns(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
-  return Eigen::AngleAxisd(a.transpose() * b).angle();
 }
 
 }  // namespace
@@ -409,7 +404,8 @@ std::vector<HandStart> HandSearch::starts(const HandPoints& points, const std::v
     };
     return std::ranges::none_of(best, [&](const Try& other) {
       return other.start.skin == one.start.skin && (middle(other.start) - middle(one.start)).norm() < 25e-3 &&
-             angle_between_turns(other.start.place.rotation, one.start.place.rotation) < 30 * kDegree;
+             Eigen::AngleAxisd(other.start.place.rotation.transpose() * one.start.place.rotation).angle() <
+                 30 * kDegree;
     });
   });
   std::vector<HandStart> starts;

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <span>
-#include <vector>
 
 #include "sim/cameras/deformation.h"
 #include "sim/hand/hand_pose.h"

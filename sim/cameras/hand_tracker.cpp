@@ -10,7 +10,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "sim/core/units.h"
 #include "sim/core/version.h"
 
 namespace touchfield {

@@ -122,7 +122,6 @@ class HandTracker {
     return learn(frames.size(), [&](std::size_t k) { return frames[k]; });
   }
 
-  /// The fit to the next frame in time.
   HandFit track(const DepthFrame& frame);
 
   /// Forgets where the hand was, not its shape; the next frame is searched whole.

@@ -21,8 +21,6 @@ constexpr double kMostTurn = 20 * kDegree;  // in a step
 constexpr double kMostShift = 40e-3;        // [m]
 constexpr double kEnd = 12e-3;              // of the skin, where it is rounded off and an arm goes on [m]
 
-std::size_t digit_of(std::size_t bone) { return bone == SkinnedHand::kSwing ? 0 : (bone - 1) / 3; }
-
 /// Weights of the corners at the point of a triangle that is nearest to x.
 Vector3 nearest_weights(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& x) {
   const Vector3 foot = nearest_on_triangle(a, b, c, x);
@@ -193,7 +191,7 @@ void PoseFit::differentiate(const ShapedHand& shape, const HandState& state, con
       if (one.bone == SkinnedHand::kPalm) {
         continue;
       }
-      const std::size_t digit = digit_of(one.bone);
+      const std::size_t digit = one.bone == SkinnedHand::kSwing ? 0 : (one.bone - 1) / 3;
       for (Eigen::Index j = 0; j < joint_count(digit); ++j) {
         row(kPlaceUnknowns + first_joint(digit) + j) += one.weight * twists_[one.bone].col(j).dot(wrench);
       }

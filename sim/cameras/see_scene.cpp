@@ -182,7 +182,6 @@ struct Instant {
   Points landmarks;
 };
 
-/// Landmarks of a hand that the scene's bodies have.
 std::vector<std::string> landmark_names(const SeenScene& seen) {
   std::vector<std::string> names;
   for (const Landmark& landmark : seen.moving.first().body.landmarks) {
@@ -217,7 +216,6 @@ void draw_instant(const std::string& path, const SeenScene& seen, const Instant&
 /// The largest depth that 16 bits hold [m].
 double farthest_depth(const StereoCamera& camera) { return kMostUnits * camera.depth_unit; }
 
-/// Adds a frame to the mean of `frames`.
 void add_sight(const StereoCamera& camera, const DepthImage& image, const DepthImage& exact, int frames,
                SightSummary& summary) {
   int seen = 0;

@@ -1,6 +1,5 @@
 #include "sim/cameras/seen_skin.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -9,7 +8,6 @@
 
 #include "sim/cameras/vertex_grid.h"
 #include "sim/core/require.h"
-#include "sim/core/units.h"
 
 namespace touchfield {
 
@@ -21,14 +19,6 @@ constexpr int kNarrowest = 2;  // half a window [pixels]
 constexpr int kWidest = 6;
 constexpr double kNoiseStep = 4.0;    // deviations by which neighbours of one surface may differ
 constexpr double kLeastShare = 0.55;  // of a window's pixels that a normal needs
-
-void require_options(const PointOptions& options) {
-  require(options.most >= 1 && options.window > 0 && options.baseline > 0 && options.disparity_noise >= 0 &&
-              options.steepest > 0 && options.steepest < 0.5 * std::numbers::pi,
-          "points of depth images: most {} (>= 1), window {} m (> 0), baseline {} m (> 0), disparity noise {} pixels "
-          "(>= 0) or steepest {} rad (0 to pi / 2) is out of its range",
-          options.most, options.window, options.baseline, options.disparity_noise, options.steepest);
-}
 
 /// Sums over a window, of pixels' rays (u, v) and inverse depths w relative to the middle's.
 struct WindowSums {
@@ -78,7 +68,11 @@ void require_frame(const std::vector<DepthCamera>& cameras, const DepthFrame& fr
 
 PointReader::PointReader(std::vector<DepthCamera> cameras, const PointOptions& options)
     : cameras_(std::move(cameras)), options_(options) {
-  require_options(options);
+  require(options.most >= 1 && options.window > 0 && options.baseline > 0 && options.disparity_noise >= 0 &&
+              options.steepest > 0 && options.steepest < 0.5 * std::numbers::pi,
+          "points of depth images: most {} (>= 1), window {} m (> 0), baseline {} m (> 0), disparity noise {} pixels "
+          "(>= 0) or steepest {} rad (0 to pi / 2) is out of its range",
+          options.most, options.window, options.baseline, options.disparity_noise, options.steepest);
   steepest_slope_ = std::tan(options.steepest);
   for (const DepthCamera& camera : cameras_) {
     require_camera(camera.view);

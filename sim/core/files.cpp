@@ -14,8 +14,6 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/child_process.h"
-#include "sim/core/errors.h"
 #include "sim/core/text.h"
 #include "sim/core/version.h"
 

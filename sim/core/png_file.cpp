@@ -18,8 +18,6 @@ namespace {
 // Pictures have large areas of one colour and depths have noise: more effort of zlib gains little on both.
 constexpr int kEffort = 3;
 
-bool is_ascii(char c) { return c >= ' ' && c <= '~'; }
-
 void require(int status) {
   if (status != 0) {
     throw IoError(fmt::format("a PNG image cannot be packed: {}", spng_strerror(status)));
@@ -47,7 +45,9 @@ std::string png_file(int width, int height, PngPixels form, std::span<const std:
   for (auto& [keyword, text] : kept) {
     if (!text.empty()) {
       spng_text& chunk = chunks.emplace_back();
-      chunk.type = std::ranges::all_of(text, is_ascii) ? SPNG_TEXT : SPNG_ITXT;  // few programs show the latter
+      chunk.type = std::ranges::all_of(text, [](char c) { return c >= ' ' && c <= '~'; })
+                       ? SPNG_TEXT
+                       : SPNG_ITXT;  // few programs show the latter
       keyword.copy(chunk.keyword, sizeof chunk.keyword - 1);
       chunk.text = text.data();
       chunk.length = text.size();

@@ -4,9 +4,8 @@
 
 namespace touchfield {
 
-inline constexpr double kMillimetre = 1e-3;                       // [m]
-inline constexpr double kDegree = std::numbers::pi / 180.0;       // [rad]
-inline constexpr double kZeroCelsius = 273.15;                    // [K]
-inline constexpr double kDecibelPerNeper = 8.685889638065036554;  // 20 / ln 10
+inline constexpr double kMillimetre = 1e-3;                  // [m]
+inline constexpr double kDegree = std::numbers::pi / 180.0;  // [rad]
+inline constexpr double kZeroCelsius = 273.15;               // [K]
 
 }  // namespace touchfield

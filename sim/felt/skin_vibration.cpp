@@ -71,7 +71,6 @@ class FlatPlane {
   }
   /// Columns of functions of |k| at the nodes, cut off in space, on the distinct radii of the square.
   Eigen::MatrixXcd cut(const Eigen::MatrixXcd& at_nodes) const { return cut_ * at_nodes; }
-  /// A spectrum times a function of the radius.
   Eigen::MatrixXcd times(const Eigen::MatrixXcd& spectrum, const Eigen::VectorXcd& by_radius) const {
     return by_radius(radius_.reshaped()).reshaped(spectrum.rows(), spectrum.cols()).cwiseProduct(spectrum);
   }

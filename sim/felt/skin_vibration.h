@@ -87,7 +87,6 @@ std::vector<SkinVibration> skin_vibrations(const SkinPatch& patch, const Pressur
                                            const std::vector<TissueModel>& skins, double finest,
                                            const std::vector<Eigen::Vector2d>& points = {});
 
-/// The largest of a map.
 double largest(const Eigen::MatrixXd& map);
 
 /// The area where a map is at least half of its largest value, -6 dB [m2]; NaN if it reaches the rim of the patch.

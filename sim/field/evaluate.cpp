@@ -1,7 +1,6 @@
 #include "sim/field/evaluate.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <span>

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <limits>
-#include <string>
 #include <vector>
 
 #include "sim/acoustics/medium.h"

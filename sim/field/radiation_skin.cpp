@@ -1,7 +1,6 @@
 #include "sim/field/radiation_skin.h"
 
 #include <cmath>
-#include <memory>
 #include <utility>
 
 #include "sim/field/metrics.h"

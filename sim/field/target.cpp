@@ -10,7 +10,6 @@
 #include <memory>
 #include <span>
 #include <utility>
-#include <vector>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
@@ -140,7 +139,6 @@ class Penetration {
   std::vector<double> normal_sum_;
 };
 
-/// Adds the parts of one face to a target.
 void add_face(const TriangleMesh& mesh, std::span<const FacePart> parts, std::span<const double> wanted,
               Target& target) {
   double area = 0.0;

@@ -5,7 +5,6 @@
 
 namespace touchfield {
 
-/// Which device computes.
 struct ComputeDevice {
   enum class Kind {
     kAuto,  // the graphics card where there is one and it pays

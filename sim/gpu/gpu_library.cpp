@@ -15,7 +15,6 @@
 #include "sim/core/errors.h"
 #include "sim/core/text.h"
 #include "sim/core/version.h"
-#include "sim/gpu/compute_device.h"
 
 namespace touchfield {
 

@@ -10,9 +10,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
 #include "sim/core/text.h"
-#include "sim/core/units.h"
 #include "sim/hand/hand_flesh.h"
-#include "sim/hand/hand_pose.h"
 #include "sim/hand/implicit_surface.h"
 #include "sim/mesh/query/self_intersections.h"
 

@@ -22,7 +22,6 @@ constexpr double kMostWebTurn = 75 * kDegree;
 constexpr double kMostThumbFlexion = 22 * kDegree;
 constexpr double kMostThumbTwist = 100 * kDegree;
 
-/// A point as seen from a bone.
 Vector3 seen_from(const BoneChain& chain, std::size_t bone, const Vector3& x) {
   const Vector3 along = chain.direction(static_cast<int>(bone));
   const Vector3 from = x - chain.joints[bone];

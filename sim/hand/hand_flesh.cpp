@@ -7,7 +7,6 @@
 #include <limits>
 #include <numbers>
 #include <utility>
-#include <vector>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -59,7 +58,6 @@ Vector3 direction_of(int i, int count) {
   return {radius * std::cos(angle), radius * std::sin(angle), z};
 }
 
-/// The skin nearest to a point inside the flesh.
 Vector3 nearest_skin(const SoftBody& flesh, const Vector3& start) {
   constexpr int kDirections = 600;  // 8 degrees apart
   double least = std::numeric_limits<double>::infinity();
@@ -169,9 +167,6 @@ SoftPart phalanges(const BoneChain& chain, int first, double breadth) {
   return part;
 }
 
-/// From a curled fingertip to within the palm.
-Vector3 into_palm(double breadth) { return {0, 0, 0.15 * breadth}; }
-
 /// A finger with the pad under its base; its inside is filled with flesh if it is curled.
 SoftPart finger_flesh(const BoneChain& finger, double breadth) {
   SoftPart part = phalanges(finger, 0, breadth);
@@ -184,7 +179,7 @@ SoftPart finger_flesh(const BoneChain& finger, double breadth) {
     const Vector3 tip = finger.joints[3] - radius * finger.direction(2);
     add_quad(part, {finger.joints[0], finger.joints[1], finger.joints[2], tip}, {radius, radius, radius, radius});
     // The tip presses into the palm.
-    const Vector3 pressed = tip + into_palm(breadth);
+    const Vector3 pressed = tip + Vector3(0, 0, 0.15 * breadth);
     part.plates.push_back(plate(finger.joints[0], tip, pressed, radius, radius, radius));
   }
   return part;

@@ -32,7 +32,6 @@ SoftPart palm_flesh(const HandSkeleton& hand);
 /// Whether a finger is bent so far that its end turns back to its base: its inside is filled with flesh.
 bool curled(const BoneChain& finger);
 
-/// Names of a hand's landmarks.
 const std::vector<std::string>& hand_landmark_names();
 
 /// Where a landmark of a left hand lies on its skin [m], to 1e-6 m of the flesh's surface. A pad or tip that is

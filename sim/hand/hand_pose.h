@@ -105,7 +105,6 @@ JointRanges joint_ranges();
 const std::optional<double>& joint_in(const HandJoints& joints, Eigen::Index place);
 std::optional<double>& joint_in(HandJoints& joints, Eigen::Index place);
 
-/// The poses the hand knows.
 const std::vector<HandPose>& hand_pose_table();
 
 /// The pose of this name with the joints that are given turned to their angles.

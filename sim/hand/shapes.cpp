@@ -5,9 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>

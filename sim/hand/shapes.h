@@ -7,7 +7,6 @@
 
 namespace touchfield {
 
-/// Names of the landmarks that the bodies here have.
 const std::vector<std::string>& shape_landmark_names();
 
 /// Sphere about the origin: a subdivided icosahedron of 20 f^2 faces, vertices scaled so that the enclosed volume is

@@ -10,9 +10,6 @@
 #include "sim/core/errors.h"
 #include "sim/jobs/play_scene.h"
 #include "sim/jobs/sweep_case.h"
-#include "sim/model/warnings.h"
-#include "sim/motion/play.h"
-#include "sim/run/check.h"
 
 namespace touchfield {
 

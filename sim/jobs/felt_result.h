@@ -19,7 +19,6 @@ namespace touchfield {
 /// throws      InputError if another key than those of felt is overridden, or as felt_of and the readers
 Felt felt_of_file(const std::string& file, const std::vector<std::string>& overrides, const Warn& warn);
 
-/// Names of all files that write_felt writes.
 std::vector<std::string> felt_files(const WriteSpec& write);
 
 /// felt.csv, felt_spectrum.csv and, as far as the scene writes such files, felt.h5, felt.vtp, felt.png and felt.html.

@@ -108,10 +108,6 @@ int series_step(const MotionSpec& motion) {
   return std::max(1, static_cast<int>(std::ceil(motion.score_hz / kSeriesHz)));
 }
 
-bool is_evaluated(const SensedMotion& sensed) {
-  return sensed.truth && sensed.scene.evaluation.kind != EvaluationSpec::Kind::kNone;
-}
-
 /// Without scores there are no pictures.
 bool is_drawn(const SensedMotion& sensed) { return sensed.truth && sensed.scene.write.png; }
 
@@ -130,14 +126,13 @@ class Rest {
   Clock::time_point next_;
 };
 
-/// The names of all files that a motion may write.
 std::vector<std::string> motion_files(const SensedMotion& sensed) {
   const Scene& scene = sensed.scene;
   std::vector<std::string> files = {"play.log", "failed.json", "motion.csv", "frames.csv"};
   if (scene.write.h5) {
     files.emplace_back("motion.h5");
   }
-  if (scene.write.vtp && is_evaluated(sensed)) {
+  if (scene.write.vtp && sensed.truth && sensed.scene.evaluation.kind != EvaluationSpec::Kind::kNone) {
     files.insert(files.end(), {"array.vtp", "evaluation.pvd"});
     for (int i = 0; i * series_step(*scene.motion) < scores_of(*scene.motion); ++i) {
       files.push_back(fmt::format("evaluation_{:04d}.vtp", i + 1));

@@ -79,7 +79,6 @@ void write_results(Run& run, const WriteSpec& write, const RunDirectory& directo
   }
 }
 
-/// The names of all files that a run may write.
 std::vector<std::string> run_files(const Scene& scene) {
   std::vector<std::string> files = {"run.log", "failed.json", "metrics.csv"};
   if (scene.write.h5) {

@@ -13,21 +13,17 @@
 #include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
-#include <utility>
 
-#include <climits>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "sim/core/errors.h"
-#include "sim/core/files.h"
 #include "sim/core/json.h"
 #include "sim/core/require.h"
 #include "sim/core/text.h"
 #include "sim/core/version.h"
 #include "sim/run/archive_file.h"
 #include "sim/run/run_directory.h"
-#include "sim/run/run_file.h"
 #include "sim/run/text_table.h"
 
 namespace touchfield {

@@ -4,7 +4,6 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "sim/core/files.h"
 #include "sim/run/sweep_files.h"

@@ -1,9 +1,6 @@
 #include "sim/mesh/face_shape.h"
 
 #include <algorithm>
-#include <cmath>
-
-#include <Eigen/Geometry>
 
 namespace touchfield {
 

@@ -30,7 +30,6 @@ double angle_between(const Vector3& u, const Vector3& v);
 /// The angle of a face at its corner c [rad].
 double corner_angle(const TriangleMesh& mesh, Eigen::Index face, int c);
 
-/// The smallest angle of a triangle [rad].
 double smallest_angle(const Vector3& a, const Vector3& b, const Vector3& c);
 
 /// The longest edge of a face [m].

@@ -1,6 +1,5 @@
 #include "sim/mesh/topology.h"
 
-#include <algorithm>
 #include <numeric>
 #include <tuple>
 

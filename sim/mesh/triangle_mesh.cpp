@@ -1,7 +1,6 @@
 #include "sim/mesh/triangle_mesh.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -26,13 +25,6 @@ void require_finite(const Points& vertices) {
           bad, vertices.cols(), first);
 }
 
-void require_indices(const Triangles& triangles, Eigen::Index vertex_count) {
-  for (Eigen::Index f = 0; f < triangles.cols(); ++f) {
-    require(triangles.col(f).minCoeff() >= 0 && triangles.col(f).maxCoeff() < vertex_count,
-            "mesh: face {} names a vertex outside 0..{}", f, vertex_count - 1);
-  }
-}
-
 }  // namespace
 
 TriangleMesh::TriangleMesh(Points vertices, Triangles triangles)
@@ -40,7 +32,10 @@ TriangleMesh::TriangleMesh(Points vertices, Triangles triangles)
   const Eigen::Index faces = triangles_.cols();
   require(faces != 0, "mesh: it has no triangle");
   require_finite(vertices_);
-  require_indices(triangles_, vertices_.cols());
+  for (Eigen::Index f = 0; f < faces; ++f) {
+    require(triangles_.col(f).minCoeff() >= 0 && triangles_.col(f).maxCoeff() < vertices_.cols(),
+            "mesh: face {} names a vertex outside 0..{}", f, vertices_.cols() - 1);
+  }
 
   centroids_.resize(3, faces);
   normals_.resize(3, faces);

@@ -32,7 +32,6 @@ struct BodyPlan {
 
   /// From the world's frame into a body's own.
   RigidMotion own_frame(const Posture& scene, std::size_t body) const;
-  /// A point of the world in a body's own frame.
   Vector3 to_own(const Posture& scene, std::size_t body, const Vector3& world) const {
     return own_frame(scene, body)(world);
   }

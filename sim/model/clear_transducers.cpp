@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <optional>
 #include <string>
 #include <variant>
 
@@ -12,7 +11,6 @@
 #include "sim/core/require.h"
 #include "sim/core/text.h"
 #include "sim/core/units.h"
-#include "sim/mesh/query/clearance.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/remesh/cut.h"
 #include "sim/model/meshed_body.h"

@@ -17,7 +17,6 @@
 #include "sim/core/text.h"
 #include "sim/core/units.h"
 #include "sim/field/metrics.h"
-#include "sim/field/target.h"
 #include "sim/gpu/gpu_library.h"
 #include "sim/mesh/query/clearance.h"
 #include "sim/mesh/query/face_tree.h"

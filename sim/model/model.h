@@ -83,7 +83,6 @@ Model build_model(const Scene& scene, KeptBodies* kept = nullptr);
 /// Edges per wavelength near the target, by the mean face, below which no pressure there means anything.
 inline constexpr double kFewestSolved = 1.5;
 
-/// The medium of a scene at its frequency.
 Medium build_medium(const MediumSpec& spec, double frequency);
 
 /// The array of a scene as it was designed, in the world's frame.

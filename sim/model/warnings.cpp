@@ -146,15 +146,6 @@ TriangleMesh surroundings(const TriangleMesh& mesh, const Target& target) {
           faces_where(mesh.triangles(), [&](Eigen::Index f) { return near[static_cast<std::size_t>(f)] != 0; })};
 }
 
-void note_landmarks(const BodyPlan& plan, Remarks& remarks) {
-  for (const GivenLandmark& landmark : plan.landmarks) {
-    if (landmark.off >= kNotedLandmarkOff) {
-      remarks.notes.push_back(
-          fmt::format("landmark_off: {}; that point is used: check the landmark and the file's unit", landmark.text));
-    }
-  }
-}
-
 void warn_of_both_sides(const TriangleMesh& mesh, const Target& target, Remarks& remarks) {
   const OppositeSides sides = opposite_sides(mesh, target);
   if (sides.share > kLargestOpposed) {
@@ -367,7 +358,12 @@ Remarks played_remarks(const Model& model) {
   if (std::string warning = facing_warning(view); !warning.empty()) {
     remarks.warnings.push_back(std::move(warning));
   }
-  note_landmarks(model.plan, remarks);
+  for (const GivenLandmark& landmark : model.plan.landmarks) {
+    if (landmark.off >= kNotedLandmarkOff) {
+      remarks.notes.push_back(
+          fmt::format("landmark_off: {}; that point is used: check the landmark and the file's unit", landmark.text));
+    }
+  }
   if (std::string note = near_field_note(view, model); !note.empty()) {
     remarks.notes.push_back(std::move(note));
   }

@@ -122,7 +122,6 @@ class SampledMotion {
   std::vector<Eigen::Index> begin_{0};  // of each place's rows, and their end
 };
 
-/// The farthest way of a vertex from one place to the next.
 double farthest_step(const std::vector<TriangleMesh>& places) {
   double most = 0.0;
   for (std::size_t i = 1; i < places.size(); ++i) {

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <pthread.h>
-#include <utility>
 
 #include "sim/motion/frame_solver.h"
 

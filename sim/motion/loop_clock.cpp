@@ -1,7 +1,5 @@
 #include "sim/motion/loop_clock.h"
 
-#include <algorithm>
-#include <cmath>
 #include <stdexcept>
 #include <utility>
 

@@ -103,7 +103,6 @@ struct ShownFrame {
   Tick from = 0;
 };
 
-/// An instant at which what is on the array is scored.
 struct ScoreInstant {
   std::int64_t number = 0;  // from 0
   Tick at = 0;

@@ -75,7 +75,6 @@ class KalmanBank {
   /// interval   between samples, about [s]: within a factor of 5
   explicit KalmanBank(double interval);
 
-  /// Forgets all samples.
   void restart() { samples_ = 0; }
 
   /// A sample, later than those before it and of as many values.

@@ -9,7 +9,6 @@
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/surface_fit.h"
-#include "sim/motion/loop_clock.h"
 
 namespace touchfield {
 

@@ -1,10 +1,8 @@
 #include "sim/motion/moving_model.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <string>
 #include <unordered_set>
 #include <utility>
 
@@ -15,7 +13,6 @@
 #include "sim/core/require.h"
 #include "sim/core/rigid_motion.h"
 #include "sim/model/stages.h"
-#include "sim/model/warnings.h"
 #include "sim/run/methods.h"
 
 namespace touchfield {

@@ -1,10 +1,7 @@
 #pragma once
 
 #include <algorithm>
-#include <functional>
-#include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -122,7 +119,6 @@ class MovingSkin {
   std::vector<Part> parts_;
 };
 
-/// A scene's model while it moves.
 class MovingModel {
  public:
   /// Checks the whole motion as well, every 10 ms of it at which any number has moved by a thousandth of its range

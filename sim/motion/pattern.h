@@ -43,7 +43,6 @@ inline constexpr double kBinsPerHz = 10;     // of spectra whose lines are close
 /// highest   [Hz]
 std::vector<SpectralLine> lines_of_held(const Eigen::VectorXd& values, double rate, double highest);
 
-/// Sum of the lines in a band.
 double mean_square_in(const std::vector<SpectralLine>& lines, const FrequencyBand& band);
 
 /// The frames of one pass through a pattern.
@@ -143,7 +142,6 @@ struct PatternSound {
   double mean_square() const { return 0.5 * pressure.squaredNorm() / static_cast<double>(pressure.size()); }  // [Pa2]
 };
 
-/// One pass of a pattern.
 struct Pattern {
   PatternClock clock;
   /// One method: a frame and a score for each of the pattern's; instants of some, on the whole skin. Scores of instants

@@ -1,9 +1,9 @@
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <variant>
 
 #include "sim/core/require.h"
+#include "sim/core/version.h"
 #include "sim/motion/motion_instants.h"
 #include "sim/motion/pattern.h"
 #include "sim/run/check.h"

@@ -24,7 +24,6 @@ constexpr double kShortestPath = 0.1e-3;  // [m]
 
 bool is_whole(double x) { return std::abs(x - std::round(x)) <= kWhole * std::max(1.0, x); }
 
-/// A rate of a pattern.
 struct Rate {
   std::string key;
   double hz;
@@ -183,7 +182,6 @@ class PathInSpace {
   Vector3 up_ = Vector3::Zero();
 };
 
-/// Share of the path's period at the beginning of a frame.
 double period_share(const PatternSpec& spec, const PatternClock& clock, Eigen::Index frame) {
   const double turns = path_hz(spec) * clock.time(frame);
   const double share = turns - std::floor(turns + kWhole);

@@ -18,7 +18,6 @@
 #include "sim/motion/loop_clock.h"
 #include "sim/motion/motion_instants.h"
 #include "sim/motion/motion_prediction.h"
-#include "sim/motion/motion_sensor.h"
 #include "sim/motion/scorer.h"
 #include "sim/run/evaluate_methods.h"
 #include "sim/run/motion_summary.h"

@@ -73,15 +73,6 @@ namespace {
 constexpr PixelBox kStrip = {64, 84, 996, 700};  // of the panels and the text above each
 constexpr int kError = 26;                       // room of this text
 
-void check_instants(const std::vector<MotionInstant>& instants) {
-  for (const MotionInstant& instant : instants) {
-    check_instant(instant);
-    const auto same_name = [](const auto& a, const auto& b) { return a.first == b.first; };
-    require(std::ranges::equal(instant.pressure, instants.front().pressure, same_name),
-            "strip: the instant {} s must have the methods of the first", instant.time);
-  }
-}
-
 bool has_target(const MotionInstant& instant) { return instant.target && instant.target->size() > 0; }
 
 /// Holds the targets of all instants, or all of the skin.
@@ -123,7 +114,12 @@ std::string motion_strip(const Motion& motion) {
   if (instants.empty() || instants.front().pressure.empty()) {
     return "";
   }
-  check_instants(instants);
+  for (const MotionInstant& instant : instants) {
+    check_instant(instant);
+    const auto same_name = [](const auto& a, const auto& b) { return a.first == b.first; };
+    require(std::ranges::equal(instant.pressure, instants.front().pressure, same_name),
+            "strip: the instant {} s must have the methods of the first", instant.time);
+  }
   const auto& methods = instants.front().pressure;
   const auto columns = static_cast<int>(instants.size());
   const PanelGrid grid = filled_grid(kStrip, columns * static_cast<int>(methods.size()), columns, kError);

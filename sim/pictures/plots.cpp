@@ -14,7 +14,6 @@
 #include "sim/core/files.h"
 #include "sim/core/renamed.h"
 #include "sim/core/require.h"
-#include "sim/pictures/picture_parts.h"
 
 namespace touchfield {
 

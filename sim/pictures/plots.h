@@ -54,7 +54,6 @@ void draw_panels(Canvas& canvas, const Plot& plot, const PixelBox& room);
 /// throws   IoError if it cannot be written
 void draw_plot(const std::string& path, const Plot& plot);
 
-/// A value that belongs to a line.
 struct LineValue {
   std::string line;
   double x;

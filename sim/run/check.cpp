@@ -29,9 +29,6 @@ constexpr double kCholeskyFlops = 1.0 / 3.0;
 constexpr double kSolvedBlocks = 6.5;  // b, p, what refines and polishes them: numbers a face and right-hand side
 constexpr double kKernelCost = 10;  // of a kernel outside the solver, in double, over one pair of a product in single
 
-/// Whether a method needs what every channel makes of the skin, by the scene's own scheme.
-bool spans_channels(const Scene& scene) { return largest_block(scene, scene.solve.scheme, 2) > 1; }
-
 /// Whether a method asks for the field of every channel.
 bool drives_channels(const Scene& scene) {
   return scene.solve.optimality_bound || scene.write.transfer ||
@@ -156,8 +153,9 @@ CheckReport check_model(const Model& model, int sharing) {
   const double kernel = kKernelCost * product / (m * m);
   // Of every channel's field: the pressure and, where the slope enters, that too; b of the optimisers beside them, or
   // while it is compressed twice over.
-  const double drives =
-      spans_channels(scene) ? expected_drives(model.body.mesh, model.fixed->array, model.fixed->wave.wavelength()) : 0;
+  const double drives = largest_block(scene, scene.solve.scheme, 2) > 1
+                            ? expected_drives(model.body.mesh, model.fixed->array, model.fixed->wave.wavelength())
+                            : 0;
   // GMRES solves the drives too, LU's solves are counted below.
   const double solves = single_solves(scene) + (report.decision.options.kind == SolverKind::kLu ? 0.0 : drives);
   const double evaluated = model.fixed->evaluation.faces(model);

@@ -64,9 +64,6 @@ constexpr double kNearBytes = 24;       // a pair, while they are gathered
 constexpr double kNearCost = 500;       // of a near pair, in double, over one pair of a product in single precision
 constexpr double kMillerCost = 1.3;     // of a product with W over one with D alone
 
-/// What Burton-Miller's near corrections take while they are gathered, on a uniform mesh [bytes].
-double near_memory(double faces) { return kNearBytes * kNearPairs * faces; }
-
 constexpr int kSources = 16;
 constexpr std::uint64_t kSeed = 1;
 constexpr double kSplitSeconds = 60.0;  // that the split mesh may take
@@ -196,7 +193,7 @@ ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double 
   cost.bytes = solver_memory(static_cast<Eigen::Index>(faces), options, 1);
   const bool miller = traits(scheme).burton_miller;
   if (miller) {
-    cost.bytes += near_memory(faces);
+    cost.bytes += kNearBytes * kNearPairs * faces;  // while they are gathered, on a uniform mesh
     cost.seconds += kNearCost * kNearPairs * product / faces;
   }
   if (traits(scheme).interior_points) {

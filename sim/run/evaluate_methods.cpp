@@ -30,7 +30,6 @@ Eigen::MatrixXcd columns_of(const Run& run, Eigen::Index rows, const Column& col
   return columns;
 }
 
-/// The pressure that a method is scored by.
 const Eigen::VectorXcd& evaluated_pressure(const MethodResult& method, const TriangleMesh& mesh) {
   const Eigen::VectorXcd& pressure =
       method.evaluation_pressure.size() > 0 ? method.evaluation_pressure : method.pressure;

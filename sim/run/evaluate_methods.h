@@ -43,7 +43,6 @@ void evaluate_method(MethodResult& result, const TriangleMesh& mesh, const Surfa
 void evaluate_elsewhere(const Model& model, const SolveOptions& options, const std::function<SkinScattering&()>& own,
                         Run& run, Progress& progress);
 
-/// A line on the last solve of a run.
 void note_solve(const Run& run, Progress& progress);
 
 }  // namespace touchfield

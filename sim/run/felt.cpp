@@ -10,7 +10,6 @@
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
 #include "sim/core/text.h"
-#include "sim/core/units.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/model/model.h"
 #include "sim/scene/scene_reader.h"

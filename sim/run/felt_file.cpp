@@ -27,15 +27,6 @@ void skin_part(const GroupWriter& io, const SkinVibration& skin) {
   io.matrix("spectrum", skin.at_points.transpose(), skin.at_points.rows(), skin.has_mechanics ? "m" : "Pa");
 }
 
-void patch_part(const GroupWriter& io, const Felt& felt) {
-  io.attribute("step", SkinVibration::kStep);
-  io.three("middle", felt.patch.middle, "m");
-  io.columns("axes", felt.patch.axes, "1");
-  io.list("faces", felt.patch.faces, "1");
-  io.write("places", felt.patch.places.data(), {static_cast<std::uint64_t>(felt.patch.size()), 2}, "m");
-  io.list("areas", felt.patch.areas, "m2");
-}
-
 }  // namespace
 
 std::string channel_name(TouchChannel channel) { return channel == TouchChannel::kPacinian ? "p" : "ra"; }
@@ -47,7 +38,14 @@ void write_felt_file(const std::string& path, const Felt& felt) {
   io.attribute("name", felt.name);
   io.write_text("scene", felt.scene);
   io.part("mesh", true, [&](const GroupWriter& part) { mesh_parts(part, felt.mesh); });
-  io.part("patch", true, [&](const GroupWriter& part) { patch_part(part, felt); });
+  io.part("patch", true, [&](const GroupWriter& part) {
+    part.attribute("step", SkinVibration::kStep);
+    part.three("middle", felt.patch.middle, "m");
+    part.columns("axes", felt.patch.axes, "1");
+    part.list("faces", felt.patch.faces, "1");
+    part.write("places", felt.patch.places.data(), {static_cast<std::uint64_t>(felt.patch.size()), 2}, "m");
+    part.list("areas", felt.patch.areas, "m2");
+  });
   io.part("points", true, [&](const GroupWriter& part) {
     part.column("name", felt.points, &FeltPoint::name, "");
     part.rows("at", felt.points, &FeltPoint::at, 3, "m");

@@ -9,7 +9,6 @@
 #include <fmt/ranges.h>
 #include <hdf5.h>
 
-#include "sim/core/errors.h"
 #include "sim/core/types.h"
 
 namespace touchfield::hdf5 {

@@ -20,7 +20,6 @@ namespace touchfield {
 
 namespace {
 
-/// One random start a column.
 Eigen::MatrixXcd random_starts(Eigen::Index size, const StartSpec& start) {
   Eigen::MatrixXcd starts(size, start.restarts);
   for (int i = 0; i < start.restarts; ++i) {

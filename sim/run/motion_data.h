@@ -65,7 +65,6 @@ struct MotionPatch {
   std::vector<std::pair<std::string, Vector3>> points;  // the pattern's own, on the skin [m]
 };
 
-/// One method over a motion.
 struct MotionMethod {
   std::string name;    // unique in a motion
   std::string method;  // paper, unscattered, focus, ...

@@ -27,7 +27,6 @@ double shown_displacement(const MotionScore& score);
 /// Ascending numbers of so many from 0, at most `most` of them, evenly: floor((i + 1/2) of / count).
 std::vector<int> spread_numbers(int of, int most);
 
-/// The instants of a motion at spread_numbers().
 std::vector<MotionInstant> some_instants(const Motion& motion, int most);
 
 /// What became of a number over a motion. NaN is left out; where nothing is left all but `count` are NaN.
@@ -67,7 +66,6 @@ struct MotionSummary {
 
 MotionSummary summary(const MotionMethod& method);
 
-/// The statistics of a metric by its member.
 const Statistics& statistics_of(const MotionSummary& summary, double Metrics::*metric);
 
 /// The summary as columns of a table: NAME_mean, NAME_median, NAME_p95, NAME_worst and NAME_count of every metric, of

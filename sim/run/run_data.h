@@ -32,7 +32,6 @@ struct MethodResult {
   std::vector<std::pair<std::string, double>> seconds;  // stage -> seconds
 };
 
-/// The field on one grid.
 struct FieldResult {
   FieldGrid grid;
   std::vector<unsigned char> inside;                               // 1 inside a body; the pressure there is 0
@@ -133,7 +132,6 @@ struct ProvenanceField {
 
 const std::vector<ProvenanceField>& provenance_fields();
 
-/// True if the evaluation has a mesh of its own.
 inline bool has_evaluation_model(const std::string& evaluation) {
   return evaluation == "truth" || evaluation == "edge" || evaluation == "split";
 }

@@ -15,13 +15,6 @@ constexpr ArchiveFormat kRunArchive = {"run", kRunFormatVersion};
 
 // Below, Io is GroupWriter or GroupReader, and what is written or read a const or a plain reference.
 
-template <class Io, class Truth>
-void truth_parts(const Io& io, Truth& truth) {
-  io.attribute("phase_levels", truth.phase_levels);
-  response_parts(io, truth.response);
-}
-
-/// A target, if there is one.
 template <class Io, class Optional>
 void optional_target(const Io& io, Optional& target) {
   io.part("target", target.has_value(), [&](const Io& part) {
@@ -196,7 +189,8 @@ void run_parts(const Io& io, TheRun& run) {
       if constexpr (Io::kReads) {
         run.array_truth.emplace();
       }
-      truth_parts(truth, *run.array_truth);
+      truth.attribute("phase_levels", run.array_truth->phase_levels);
+      response_parts(truth, run.array_truth->response);
     });
   });
   optional_target(io, run.target);

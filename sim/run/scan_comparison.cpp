@@ -9,6 +9,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
 #include "sim/core/units.h"
+#include "sim/mesh/face_shape.h"
 #include "sim/mesh/query/clearance.h"
 #include "sim/run/evaluate_methods.h"
 #include "sim/run/text_table.h"
@@ -16,14 +17,6 @@
 namespace touchfield {
 
 namespace {
-
-double longest_edge(const TriangleMesh& mesh, Eigen::Index face) {
-  double longest = 0.0;
-  for (int c = 0; c < 3; ++c) {
-    longest = std::max(longest, (mesh.corner(face, c) - mesh.corner(face, (c + 1) % 3)).norm());
-  }
-  return longest;
-}
 
 /// Why a point does not count; empty if it does.
 std::string fault_of(const TriangleMesh& mesh, const PointClearance& clearance, const Complex& computed) {
@@ -49,7 +42,6 @@ Eigen::VectorXcd picked(const std::vector<ScanPoint>& points, Complex ScanPoint:
   return values.head(used);
 }
 
-/// The run with this method alone.
 Run run_of_method(Run run, const std::string& method) {
   const auto found = std::ranges::find(run.methods, method, &MethodResult::name);
   require(found != run.methods.end(), "method {}: the run has no method of that name", method);

@@ -33,7 +33,6 @@ constexpr double kAppliedSeconds = 5e-7;  // of a product with M, per face
 constexpr double kCardPays = 5e8;
 constexpr double kGridError = 0.11;  // of the tolerance, that products by a grid may be off by
 
-/// Whether a grid in single precision is accurate enough.
 bool single_grid_suits(const SolverSpec& spec) {
   return grid_tolerance(spec) >= kFinestSingleGrid && grid_tolerance(spec) <= kGridError * spec.tolerance;
 }

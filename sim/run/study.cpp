@@ -24,15 +24,6 @@ namespace {
 constexpr double kReferenceEdge = 0.6;  // of the finest rung's
 constexpr double kMemoryShare = 0.9;    // of the free memory that a rung may be expected to take
 
-/// Starts to count the process's largest resident memory again. Returns false where the system cannot: then
-/// peak_memory_mib() continues counting from the start of the process.
-bool reset_peak_memory() {
-  malloc_trim(0);  // what is free goes back first, or it would count
-  std::ofstream file("/proc/self/clear_refs");
-  file << "5" << std::flush;
-  return file.good();
-}
-
 /// NaN where the system does not say.
 double peak_memory_mib() {
   std::ifstream status("/proc/self/status");
@@ -87,7 +78,6 @@ class Reference {
 
   const TriangleMesh& mesh() const { return scattering_.system().mesh(); }
 
-  /// The focused pressure at another mesh's centroids.
   Eigen::VectorXcd focus_at(const TriangleMesh& other) const {
     return EvaluationComparison(other, mesh(), std::nullopt).at_centroids(focus_);
   }
@@ -207,7 +197,9 @@ void solve_rung(const Scene& scene, const Model& model, Scheme scheme, const Sol
   const std::optional<Target> target = scene.target ? std::optional(build_target(model)) : std::nullopt;
   const Eigen::VectorXd amplitudes = target ? target->amplitudes : Eigen::VectorXd();
   std::vector<SolveRecord> records;
-  reset_peak_memory();
+  // The largest resident memory is counted again; where the system cannot, it counts from the start of the process.
+  malloc_trim(0);  // what is free goes back first, or it would count
+  std::ofstream("/proc/self/clear_refs") << "5" << std::flush;
   const double start = steady_now();
   SkinScattering scattering(model.body.mesh, model.fixed->wave, scheme, spec, model.fixed->array, records, progress);
   scattering.allow_broken();

@@ -98,7 +98,6 @@ struct BodySpec {
 /// The landmark that every scene with one array has: the point of the skin nearest to it.
 inline constexpr const char* kNearestToArray = "nearest_array";
 
-/// A place that a target names.
 struct TargetPlace {
   std::string at;                    // a landmark; or else `centre`
   Vector3 offset = Vector3::Zero();  // from the landmark [m]

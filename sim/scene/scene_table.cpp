@@ -342,9 +342,6 @@ bool check_tolerances(const Input& in, const Scene& scene) {
   return good;
 }
 
-/// A scene with `body`, not `bodies`.
-bool is_single(const Scene& scene) { return scene.bodies.size() == 1 && scene.bodies.front().name.empty(); }
-
 Codec<Scene> make_scene_codec() {
   return Map<Scene>()
       .required("name", &Scene::name, name(), "my_scene", "Name of the run's folder.")
@@ -354,7 +351,7 @@ Codec<Scene> make_scene_codec() {
            "Frequency of the ultrasound [kHz].")
       .required("array", &Scene::array, array_codec(), "", "The transducers.")
       .maybe("body", &Scene::bodies, body_codec(), "", "The body that scatters the sound; its skin is sound-hard.")
-      .written_if(is_single)
+      .written_if([](const Scene& scene) { return scene.bodies.size() == 1 && scene.bodies.front().name.empty(); })
       .maybe("bodies", &Scene::bodies, bodies_codec(), "", "Several bodies, each with a name; they must not touch.")
       .exactly_one({"body", "bodies"})
       .maybe("sensing", &Scene::sensing, sensing_codec(), "",

@@ -32,7 +32,6 @@ Codec<HandShape> hand_codec();
 /// Noise on a skin as a sensor sees it.
 Codec<SensingNoise> sensing_codec();
 
-/// A number, or a word for none.
 Codec<std::optional<double>> number_or(const std::string& none, const Codec<double>& number);
 
 /// Rates of a motion [Hz]: 10 ticks of its clock and slower.

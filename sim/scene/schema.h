@@ -93,7 +93,6 @@ Codec<T> kept_as(Codec<Form> form, std::function<std::optional<T>(const Input&, 
           [form, from](const T& value) { return form.write(from(value)); }};
 }
 
-/// A value kept in a member of T.
 template <class T, class Part>
 Codec<T> kept_in(Part T::*member, const Codec<Part>& codec) {
   return {codec.type, [=](const Input& in, T& out) { return codec.read(in, out.*member); },
@@ -217,7 +216,6 @@ Codec<std::array<T, n>> tuple_of(const Codec<T>& item) {
       [](const Tuple& tuple) { return std::vector<T>(tuple.begin(), tuple.end()); });
 }
 
-/// Whether a value looks like one of this type.
 bool looks_like(const TypeInfo& type, const Node& node);
 
 /// A value that is written in one of two ways; of what looks like neither the message names both.

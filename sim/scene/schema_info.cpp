@@ -104,11 +104,6 @@ constexpr std::array<std::string_view, 5> kPositions = {"at", "centre", "center"
 
 constexpr std::size_t kLongestTried = 64;  // no known word is near a longer one
 
-// How many letters may differ.
-std::size_t allowed_distance(std::string_view a, std::string_view b) {
-  return std::max<std::size_t>(1, std::min(a.size(), b.size()) / 3);
-}
-
 std::string folded(std::string_view key) {
   std::string result(key);
   for (char& c : result) {
@@ -133,7 +128,7 @@ std::string nearest(const std::vector<std::string>& words, std::string_view text
   std::size_t best_distance = TypeInfo::kNoLimit;
   for (const auto& word : words) {
     const std::size_t from_word = distance(word, typed);
-    if (from_word <= allowed_distance(word, typed) && from_word < best_distance) {
+    if (from_word <= std::max<std::size_t>(1, std::min(word.size(), typed.size()) / 3) && from_word < best_distance) {
       best = word;
       best_distance = from_word;
     }

@@ -91,7 +91,6 @@ std::string name_of(const MethodSpec& method) {
 
 bool is_scalar(const Node& node) { return node.kind == Node::Kind::kScalar; }
 
-/// One value for all channels, or one per channel.
 Codec<std::vector<double>> channel_values(const Codec<double>& value) {
   using List = std::vector<double>;
   const auto for_all = kept_as<List, double>(

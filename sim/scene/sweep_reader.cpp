@@ -35,7 +35,6 @@ constexpr int kMostCases = 1'000'000;
 /// Changes that go together, several times over: one part of a sweep.
 using Part = std::vector<std::vector<SceneChange>>;
 
-/// Whether a map has the required keys, and no others than these.
 bool has_keys(const Input& in, const std::vector<std::string>& required, const std::vector<std::string>& others) {
   schema::MapInfo info;
   for (const std::string& key : required) {

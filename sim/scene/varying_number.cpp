@@ -78,11 +78,6 @@ BodySpec& body_of(Posture& scene, const Item& item) {
   return item_of(scene.bodies, single, item, "body", "bodies");
 }
 
-TargetBoxSpec& box_of(Posture& scene, const Item& item) {
-  require(scene.target && !scene.target->boxes.empty(), "is not in this scene, which has no target box");
-  return item_of(scene.target->boxes, scene.target->boxes.size() == 1, item, "target.box", "target.boxes");
-}
-
 /// The number N in parts like bodies.N, which become one: body.
 Item take_item(Parts& parts, std::size_t at, const char* several, const char* one) {
   const bool named = parts.size() > at + 1 && parts[at] == several;
@@ -110,7 +105,9 @@ double& coordinate(Posture& scene, const Item& item, const std::string& key, Eig
   if (key == "body.place.rotate_deg") {
     return body_of(scene, item).place.angles[axis];
   }
-  TargetBoxSpec& box = box_of(scene, item);
+  require(scene.target && !scene.target->boxes.empty(), "is not in this scene, which has no target box");
+  auto& boxes = scene.target->boxes;
+  TargetBoxSpec& box = item_of(boxes, boxes.size() == 1, item, "target.box", "target.boxes");
   const bool offset = key == "target.box.offset_mm";
   if (offset == box.at.empty()) {
     throw InputError(offset ? "is not in this scene: its box has centre_mm"

@@ -6,7 +6,6 @@
 #include <iterator>
 #include <numbers>
 #include <utility>
-#include <vector>
 
 #include <nlohmann/json.hpp>
 

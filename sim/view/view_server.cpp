@@ -10,7 +10,6 @@
 #include <asio/steady_timer.hpp>
 #include <asio/write.hpp>
 #include <atomic>
-#include <chrono>
 #include <pthread.h>
 #include <set>
 #include <string_view>
@@ -54,12 +53,6 @@ Text refusal(const std::string& status, const std::string& reason) {
   return response(status, "text/plain", reason + "\n");
 }
 
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  std::ranges::transform(lower, lower.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c; });
-  return lower;
-}
-
 /// The values of a field in the head of a request, which is in lower case.
 std::vector<std::string> values(const std::string& head, const std::string& field) {
   const std::string name = "\r\n" + field + ":";
@@ -76,7 +69,8 @@ std::vector<std::string> values(const std::string& head, const std::string& fiel
 ///
 /// request   its head, to the empty line
 Text refused(std::string_view request, int port) {
-  const std::string head = lower_case(request);
+  std::string head(request);
+  std::ranges::transform(head, head.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c; });
   const std::vector<std::string> hosts = values(head, "host");
   if (hosts != std::vector{fmt::format("127.0.0.1:{}", port)} &&
       hosts != std::vector{fmt::format("localhost:{}", port)}) {

@@ -47,7 +47,6 @@ class KrylovSpace {
         parts_(restart, (rows + kRows - 1) / kRows),
         rotations_(static_cast<std::size_t>(restart)) {}
 
-  /// Begins a cycle from a residual of the given norm, > 0.
   void begin(const Eigen::Ref<const Eigen::VectorXcd>& residual, double norm) {
     dimension_ = 0;
     exhausted_ = false;

@@ -14,7 +14,6 @@
 #include "solvers/linear/factorisations.h"
 #include "solvers/phase/phase_descent.h"
 #include "solvers/phase/skin_jacobian.h"
-#include "solvers/phase/skin_problem.h"
 
 namespace touchfield {
 

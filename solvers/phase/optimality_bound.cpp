@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <cstddef>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -15,7 +14,6 @@
 #include "solvers/linear/blas_product.h"
 #include "solvers/phase/dual_proof.h"
 #include "solvers/phase/relaxation.h"
-#include "solvers/phase/skin_problem.h"
 #include "solvers/phase/surface.h"
 
 namespace touchfield {

@@ -1,14 +1,8 @@
 #include "solvers/phase/phase_descent.h"
 
 #include <algorithm>
-#include <cmath>
 #include <complex>
-#include <numbers>
-#include <stdexcept>
-#include <utility>
-#include <vector>
 
-#include "solvers/phase/skin_problem.h"
 #include "solvers/phase/surface.h"
 
 namespace touchfield {

@@ -5,7 +5,6 @@
 #include <string>
 
 #include "solvers/phase/baselines.h"
-#include "solvers/phase/surface.h"
 
 namespace touchfield {
 

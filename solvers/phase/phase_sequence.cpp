@@ -5,8 +5,6 @@
 #include <complex>
 #include <numbers>
 #include <stdexcept>
-#include <utility>
-#include <vector>
 
 #include "solvers/phase/phase_descent.h"
 #include "solvers/phase/skin_rows.h"

@@ -109,15 +109,6 @@ Pressed pressed_by(const RadiationProblem& problem, const VectorXcd& q) {
   return made;
 }
 
-void require_options(const RadiationProblem& problem, const Eigen::MatrixXcd& starts, const RadiationOptions& options) {
-  if (starts.cols() == 0 || starts.rows() != problem.channel_count() || !starts.allFinite()) {
-    throw std::invalid_argument("solve_radiation: a start must hold one finite drive for each channel");
-  }
-  if (options.iterations < 1 || options.trial < 1 || !(options.standstill >= 0)) {
-    throw std::invalid_argument("solve_radiation: an option is out of range");
-  }
-}
-
 }  // namespace
 
 void require_valid(const RadiationProblem& problem, const char* who) {
@@ -249,7 +240,12 @@ PhaseSolution RadiationMisfit::solution(const Point& point, PhaseSolution soluti
 PhaseSolution solve_radiation(const RadiationProblem& problem, const Eigen::MatrixXcd& starts,
                               const RadiationOptions& options, const IterationCallback& callback) {
   require_valid(problem, "solve_radiation");
-  require_options(problem, starts, options);
+  if (starts.cols() == 0 || starts.rows() != problem.channel_count() || !starts.allFinite()) {
+    throw std::invalid_argument("solve_radiation: a start must hold one finite drive for each channel");
+  }
+  if (options.iterations < 1 || options.trial < 1 || !(options.standstill >= 0)) {
+    throw std::invalid_argument("solve_radiation: an option is out of range");
+  }
   const SkinRows rows(problem.rows, problem.outside, problem.device.get());
   const SkinMap map = rows.map();
   const RadiationMisfit misfit(map, problem.skin, options.free_level);

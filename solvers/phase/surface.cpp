@@ -11,7 +11,6 @@
 
 #include "solvers/phase/levenberg_marquardt.h"
 #include "solvers/phase/skin_jacobian.h"
-#include "solvers/phase/skin_problem.h"
 
 namespace touchfield {
 

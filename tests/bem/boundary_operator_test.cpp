@@ -9,6 +9,7 @@
 #include "sim/acoustics/medium.h"
 #include "sim/bem/quadrature.h"
 #include "sim/hand/shapes.h"
+#include "tests/support/reference_kernels.h"
 
 namespace touchfield::boundary_operator_test {
 

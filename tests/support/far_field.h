@@ -5,6 +5,7 @@
 #include "sim/bem/quadrature.h"
 #include "sim/field/evaluate.h"
 #include "sim/gpu/on_card.h"
+#include "tests/support/reference_kernels.h"
 
 namespace touchfield {
 inline namespace support {

@@ -16,6 +16,12 @@ struct ReferenceKernels {
   Complex hypersingular;  // W   d2g/dn_x dn_y
 };
 
+/// D at k = 0: n.(x - y) / (4 pi r^3).
+inline double static_double_layer_kernel(const Vector3& offset, const Vector3& normal) {
+  const double r2 = offset.squaredNorm();
+  return normal.dot(offset) / (4.0 * std::numbers::pi * r2 * std::sqrt(r2));
+}
+
 /// x, m   test point and its normal;  y, n   source and its normal
 inline ReferenceKernels reference_kernels(const Vector3& x, const Vector3& m, const Vector3& y, const Vector3& n,
                                           const Complex& wavenumber) {

@@ -143,7 +143,6 @@ class Array {
   std::size_t capacity_ = 0;
 };
 
-/// Blocks of `threads` that hold `count`.
 inline unsigned blocks_for(std::size_t count, unsigned threads) {
   return static_cast<unsigned>((count + threads - 1) / threads);
 }

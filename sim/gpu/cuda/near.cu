@@ -179,7 +179,6 @@ __global__ void subtract_from_panel(RowRange rows, const int* start, const int* 
   }
 }
 
-/// Blocks that hold a warp for each of `count`.
 unsigned warp_blocks(int count) { return blocks_for(std::size_t{1} * count * kWarp, kThreads); }
 
 }  // namespace

@@ -1,6 +1,5 @@
 #include "sim/mesh/io/file_text.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>

@@ -1,14 +1,11 @@
 #include "sim/mesh/io/mesh_files.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <numeric>
-#include <string>
 #include <system_error>
-#include <utility>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -96,12 +93,6 @@ bool has_no_area(const FileSurface& surface, const std::vector<std::int64_t>& co
     extent = std::max({extent, first.squaredNorm(), second.squaredNorm()});
   }
   return !(area > kNoArea * extent);
-}
-
-void add_fan(FileSurface& surface, const std::vector<std::int64_t>& corners) {
-  for (std::size_t i = 2; i < corners.size(); ++i) {
-    surface.triangles.push_back({corners[0], corners[i - 1], corners[i]});
-  }
 }
 
 void add_as_triangles(FileSurface& surface, const std::vector<std::int64_t>& corners, const std::string& face) {
@@ -281,7 +272,9 @@ void add_polygons(FileSurface& surface, const std::vector<std::vector<std::int64
               corner, points);
     }
     if (corners.size() == 3 || has_no_area(surface, corners)) {
-      add_fan(surface, corners);
+      for (std::size_t i = 2; i < corners.size(); ++i) {
+        surface.triangles.push_back({corners[0], corners[i - 1], corners[i]});
+      }
     } else {
       add_as_triangles(surface, corners, face);
     }

@@ -56,7 +56,6 @@ std::string format_unit(const std::string& path);
 void add_polygons(FileSurface& surface, const std::vector<std::vector<std::int64_t>>& polygons,
                   const std::string& name);
 
-/// The note on bytes behind all that a file announces.
 std::string bytes_behind_text(std::size_t bytes);
 
 /// Adds a strip's triangles to polygons. Each corner from the third on makes a triangle with the two before it. Every

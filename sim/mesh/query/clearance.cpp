@@ -118,7 +118,6 @@ bool lies_inside(const TriangleMesh& skin, const TriangleMesh& body, const FaceT
   return inside;
 }
 
-/// The points with each number.
 std::map<int, Points> sorted_by(const Eigen::VectorXi& numbers, const Points& points) {
   std::map<int, std::vector<Index>> members;
   for (Index i = 0; i < points.cols(); ++i) {

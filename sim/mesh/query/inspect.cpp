@@ -2,12 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <set>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -18,7 +15,6 @@
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/self_intersections.h"
-#include "sim/mesh/topology.h"
 
 namespace touchfield {
 

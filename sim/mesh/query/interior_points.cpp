@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -191,7 +190,6 @@ struct Place {
 constexpr double kLeastDepth = 1.5;     // local edges
 constexpr double kLargestShare = 0.95;  // of the inner radius: farther on are axes and planes of symmetry
 
-/// Finds places under the skin of one body.
 class PlaceFinder {
  public:
   explicit PlaceFinder(const TriangleMesh& mesh) : mesh_(mesh), tree_(mesh), size_(extent(mesh)) {}

@@ -11,8 +11,6 @@
 #include "sim/core/errors.h"
 #include "sim/core/require.h"
 #include "sim/core/text.h"
-#include "sim/mesh/query/face_tree.h"
-#include "sim/mesh/topology.h"
 
 namespace touchfield {
 

@@ -217,10 +217,6 @@ Vector3 weights_at(double u, double v, const Corners& corners) {
   return sum > 0.0 ? Vector3(weights / sum) : Vector3::Constant(1.0 / 3.0);
 }
 
-double depth_at(double u, double v, const Corners& corners) {
-  return weights_at(u, v, corners).dot(Vector3(corners[0][3], corners[1][3], corners[2][3]));
-}
-
 void draw_piece(const Piece& piece, const Corners& corners, int first_row, int end_row, Raster& raster) {
   const auto& [a, b, c] = piece.corners;
   const auto [low, high] = std::minmax({a.x, b.x, c.x});
@@ -234,21 +230,13 @@ void draw_piece(const Piece& piece, const Corners& corners, int first_row, int e
     keep_inner_side(c, a, row, first, end);
     for (std::int64_t column = first; column < end; ++column) {
       const std::size_t pixel = raster.index(static_cast<int>(column), row);
-      const double depth = depth_at(static_cast<double>(column) + 0.5, row + 0.5, corners);
+      const double depth = weights_at(static_cast<double>(column) + 0.5, row + 0.5, corners)
+                               .dot(Vector3(corners[0][3], corners[1][3], corners[2][3]));
       if (depth < raster.depth[pixel]) {
         raster.depth[pixel] = depth;
         raster.face[pixel] = piece.face;
       }
     }
-  }
-}
-
-void require_faces(const Points& vertices, const Triangles& triangles) {
-  require(vertices.allFinite(), "faces to draw: a vertex is not finite");
-  if (triangles.size() > 0 && (triangles.minCoeff() < 0 || triangles.maxCoeff() >= vertices.cols())) {
-    throw InputError(fmt::format("faces to draw: a face names vertex {}, but they are 0 to {}",
-                                 triangles.minCoeff() < 0 ? triangles.minCoeff() : triangles.maxCoeff(),
-                                 vertices.cols() - 1));
   }
 }
 
@@ -294,7 +282,12 @@ SeenPoints seen_points(const Camera& camera, const Points& points) {
 
 Raster rasterise(const Camera& camera, const Points& vertices, const Triangles& triangles) {
   require_camera(camera);
-  require_faces(vertices, triangles);
+  require(vertices.allFinite(), "faces to draw: a vertex is not finite");
+  if (triangles.size() > 0 && (triangles.minCoeff() < 0 || triangles.maxCoeff() >= vertices.cols())) {
+    throw InputError(fmt::format("faces to draw: a face names vertex {}, but they are 0 to {}",
+                                 triangles.minCoeff() < 0 ? triangles.minCoeff() : triangles.maxCoeff(),
+                                 vertices.cols() - 1));
+  }
   const SeenPoints seen = seen_points(camera, vertices);
   const std::vector<Piece> pieces = pieces_of(camera, seen, triangles);
   const Bands bands = bands_of(pieces, camera.height);

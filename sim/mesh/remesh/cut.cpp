@@ -25,7 +25,6 @@
 #include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/remesh/creases.h"
 #include "sim/mesh/remesh/edit_mesh.h"
-#include "sim/mesh/remesh/mesh_quality.h"
 #include "sim/mesh/remesh/remesh.h"
 #include "sim/mesh/remesh/surface_remesh.h"
 #include "sim/mesh/topology.h"
@@ -214,7 +213,6 @@ TriangleMesh clipped(const TriangleMesh& mesh, const Cube& cube, const EdgeSizin
   return {Points(points(Eigen::all, numbers)), std::move(kept)};
 }
 
-/// The piece of a mesh that holds its skin nearest to a point.
 TriangleMesh nearest_piece(const TriangleMesh& mesh, const Vector3& point) {
   const Pieces pieces = find_pieces(mesh.vertices(), mesh.triangles(), sorted_sides(mesh.triangles()));
   const int kept = pieces.of_face[static_cast<std::size_t>(FaceTree(mesh).nearest(point).face)];

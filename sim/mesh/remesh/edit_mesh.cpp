@@ -1,10 +1,7 @@
 #include "sim/mesh/remesh/edit_mesh.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <utility>
-#include <vector>
 
 #include <Eigen/Geometry>
 

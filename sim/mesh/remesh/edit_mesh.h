@@ -101,7 +101,6 @@ class EditMesh {
   std::vector<int> labels_;  // of each side's edge
 };
 
-/// What remove_flat_faces() did.
 struct FlatFaces {
   Eigen::Index removed = 0;
   Vector3 first = Vector3::Zero();  // a corner of the first [m]

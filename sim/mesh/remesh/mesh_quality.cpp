@@ -5,7 +5,6 @@
 #include <functional>
 #include <limits>
 #include <utility>
-#include <vector>
 
 #include <Eigen/Geometry>
 
@@ -24,11 +23,11 @@ template <class Counts>
 std::optional<Resolution> resolution_of(const TriangleMesh& mesh, double wavelength, const Counts& counts) {
   require(wavelength > 0 && std::isfinite(wavelength), "mesh quality: wavelength = {} m must be > 0 and finite",
           wavelength);
-  std::vector<std::pair<double, Eigen::Index>> faces;  // area, number
+  std::vector<double> faces;  // areas
   double area = 0;
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
     if (counts(f)) {
-      faces.emplace_back(mesh.areas()(f), f);
+      faces.push_back(mesh.areas()(f));
       area += mesh.areas()(f);
     }
   }
@@ -37,13 +36,12 @@ std::optional<Resolution> resolution_of(const TriangleMesh& mesh, double wavelen
   }
   std::sort(faces.begin(), faces.end(), std::greater<>());
   std::size_t fifth = 0;
-  for (double larger = faces[0].first; larger < 0.05 * area; larger += faces[fifth].first) {
+  for (double larger = faces[0]; larger < 0.05 * area; larger += faces[fifth]) {
     ++fifth;
   }
   return Resolution{static_cast<Eigen::Index>(faces.size()),
-                    wavelength / side_of(area / static_cast<double>(faces.size())),
-                    wavelength / side_of(faces.front().first), wavelength / side_of(faces[fifth].first),
-                    mesh.centroids().col(faces.front().second)};
+                    wavelength / side_of(area / static_cast<double>(faces.size())), wavelength / side_of(faces.front()),
+                    wavelength / side_of(faces[fifth])};
 }
 
 /// A flat triangle of the surface.
@@ -118,23 +116,16 @@ Eigen::VectorXd smallest_angles(const TriangleMesh& mesh) {
 
 EdgeFit edge_fit(const TriangleMesh& mesh, const EdgeSizing& sizing) {
   const EdgeTable table = edge_table(mesh.triangles());
-  EdgeFit fit{0, 0, 0, std::numeric_limits<double>::infinity(), 0, Vector3::Zero(), Vector3::Zero()};
+  EdgeFit fit{0, 0, 0, std::numeric_limits<double>::infinity(), 0};
   for (Eigen::Index e = 0; e < table.ends.cols(); ++e) {
     const Vector3 a = mesh.vertices().col(table.ends(0, e));
     const Vector3 b = mesh.vertices().col(table.ends(1, e));
-    const Vector3 middle = 0.5 * (a + b);
-    const double ratio = (b - a).norm() / sizing.at(middle);
+    const double ratio = (b - a).norm() / sizing.at(Vector3(0.5 * (a + b)));
     fit.share += ratio >= EdgeFit::kShortest && ratio <= EdgeFit::kLongest ? 1.0 : 0.0;
     fit.mean_log += std::log(ratio);
     fit.rms_log += std::pow(std::log(ratio), 2);
-    if (ratio < fit.shortest) {
-      fit.shortest = ratio;
-      fit.shortest_at = middle;
-    }
-    if (ratio > fit.longest) {
-      fit.longest = ratio;
-      fit.longest_at = middle;
-    }
+    fit.shortest = std::min(fit.shortest, ratio);
+    fit.longest = std::max(fit.longest, ratio);
   }
   const auto count = static_cast<double>(table.ends.cols());
   fit.share /= count;

@@ -50,7 +50,6 @@ struct Resolution {
   double mean;         // wavelength over the side of the equilateral triangle of their mean area
   double least;        // wavelength over the longest local edge
   double least_5;      // 5th percentile over their area: a twentieth of it has longer local edges
-  Vector3 least_at;    // [m], centroid of that face
 };
 
 /// The edges of a mesh against what was asked: ratios r = length / h(middle of the edge), each edge once.
@@ -58,13 +57,11 @@ struct EdgeFit {
   static constexpr double kShortest = 0.6;
   static constexpr double kLongest = 1.6;
 
-  double share;         // of the edges with kShortest <= r <= kLongest
-  double mean_log;      // mean of ln r: 0 if the edges are as long as asked, +0.1 if they are 10 % too long
-  double rms_log;       // root mean square of ln r about 0
-  double shortest;      // least r
-  double longest;       // largest r
-  Vector3 shortest_at;  // [m], middles of these edges
-  Vector3 longest_at;
+  double share;     // of the edges with kShortest <= r <= kLongest
+  double mean_log;  // mean of ln r: 0 if the edges are as long as asked, +0.1 if they are 10 % too long
+  double rms_log;   // root mean square of ln r about 0
+  double shortest;  // least r
+  double longest;   // largest r
 };
 
 /// How good a mesh is for boundary elements where nothing is wrong with it; see MeshRisks for what may be, and where.

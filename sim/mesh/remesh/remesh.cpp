@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <utility>
-#include <vector>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>

@@ -12,7 +12,6 @@
 #include "sim/core/require.h"
 #include "sim/core/text.h"
 #include "sim/core/units.h"
-#include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/query/skin_patches.h"
@@ -355,13 +354,11 @@ Resurfaced resurfaced(const FileSurface& surface, double unit, double edge, cons
   std::vector<std::string> steps = std::move(soup.steps);
   TriangleMesh mesh = meshed(outer_surface(soup.mesh, asked, steps), asked);
   const bool closed = inspect(soup.mesh.vertices(), soup.mesh.triangles()).closed();
-  const std::optional<double> volume = closed ? std::optional(soup.mesh.signed_volume()) : std::nullopt;
   steps.push_back(fmt::format(
-      "resurfaced with edges of {:.4g} mm: {}; area {:.1f} to {:.1f} cm2, "
-      "volume {} to {}",
-      edge / kMillimetre, counted(mesh.face_count(), "face", "faces"), 1e4 * soup.mesh.total_area(),
-      1e4 * mesh.total_area(), volume ? volume_text(*volume) : "(open)", volume_text(mesh.signed_volume())));
-  Resurfaced result{std::move(mesh), std::move(soup.mesh), {}, {}, volume, std::move(steps)};
+      "resurfaced with edges of {:.4g} mm: {}; area {:.1f} to {:.1f} cm2, volume {} to {}", edge / kMillimetre,
+      counted(mesh.face_count(), "face", "faces"), 1e4 * soup.mesh.total_area(), 1e4 * mesh.total_area(),
+      closed ? volume_text(soup.mesh.signed_volume()) : "(open)", volume_text(mesh.signed_volume())));
+  Resurfaced result{std::move(mesh), std::move(soup.mesh), {}, {}, std::move(steps)};
   compare(result, asked);
   return result;
 }

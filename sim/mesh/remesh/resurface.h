@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstddef>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -73,9 +72,8 @@ struct Resurfaced {
   /// From the original's outer faces to the skin, and back. Outer is what has w < 0.3 before it and w > 0.7 behind it:
   /// faces inside the body, flaps and the rims of holes are not.
   SurfaceDistance to_skin;
-  SurfaceDistance from_skin;              // all of the skin: over a hole there is no original
-  std::optional<double> original_volume;  // [m3], where every edge has two faces; overlaps count twice
-  std::vector<std::string> steps;         // what was done, a line each, with the figures above
+  SurfaceDistance from_skin;       // all of the skin: over a hole there is no original
+  std::vector<std::string> steps;  // what was done, a line each, with the figures above
 };
 
 /// Refuses, before anything large is begun, an edge too short for the memory and the faces that are allowed.

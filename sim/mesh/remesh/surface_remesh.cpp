@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <numbers>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -18,7 +17,6 @@
 #include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/remesh/creases.h"
 #include "sim/mesh/remesh/edit_mesh.h"
-#include "sim/mesh/remesh/mesh_quality.h"
 #include "sim/mesh/remesh/remesh.h"
 
 namespace touchfield {

@@ -92,9 +92,7 @@ TEST(EdgeFit, CountsWhatIsWithinTheLimits) {
   EXPECT_NEAR(fit.share, 1.0 / 3.0, 1e-15);
   EXPECT_NEAR(fit.mean_log, std::log(3.0 * 4.0 * 5.0 / 512.0) / 3.0, 1e-12);
   EXPECT_NEAR(fit.shortest, 3.0 / 8.0, 1e-12);
-  EXPECT_LT((fit.shortest_at - Vector3(0, 1.5e-3, 0)).norm(), 1e-12);
   EXPECT_NEAR(fit.longest, 5.0 / 8.0, 1e-12);
-  EXPECT_LT((fit.longest_at - Vector3(2e-3, 1.5e-3, 0)).norm(), 1e-12);
   EXPECT_NEAR(edge_fit(triangle, EdgeSizing(4e-3)).share, 1.0, 1e-15);
 }
 
@@ -106,7 +104,6 @@ TEST(Resolution, IsThatOfTheFacesWithinAZone) {
   EXPECT_NEAR(all.mean, wavelength / std::sqrt(0.5 * (1e-6 + 4e-6)), 1e-9);
   EXPECT_NEAR(all.mean, edges_per_wavelength(mesh, wavelength), 1e-12);
   EXPECT_NEAR(all.least, wavelength / 2e-3, 1e-9);
-  EXPECT_GT(all.least_at.x(), 0.1);
   EXPECT_NEAR(all.least_5, wavelength / 2e-3, 1e-9);
 
   const auto fine = resolution_within(mesh, wavelength, Vector3::Zero(), 0.05);

@@ -42,7 +42,6 @@ FileSurface ball(double radius, const Vector3& at = Vector3::Zero()) {
 void expect_near_the_original(const TriangleMesh& mesh, double edge) {
   const Resurfaced result = resurface(file_of(mesh), edge);
   EXPECT_NEAR(result.mesh.signed_volume(), mesh.signed_volume(), 0.01 * mesh.signed_volume());
-  EXPECT_NEAR(*result.original_volume, mesh.signed_volume(), 1e-9 * mesh.signed_volume());
   EXPECT_GT(result.to_skin.counted, 0.99);
   EXPECT_LT(result.to_skin.most_of_it, edge / 3.0);
   EXPECT_LT(result.from_skin.most_of_it, edge / 3.0);
