@@ -80,6 +80,37 @@ def card_runs(work):
             row("heights of scenes/width_8mm.yaml", cases["cuda"][0]["faces"], whole, processor, 100 * differ)]
 
 
+def speed(work):
+    """`touchfield study` on two cores. Seconds are those in double / in single precision, refined; `*`: not converged; `-`: not tried."""
+    box = ["solve.methods=[paper, unscattered, focus]", "target.box.size_mm=[8, 40, 6]", "target.pressure_pa=3000", "body.keep_within_mm=50"]
+    pads = "{thumb_pad: 1.4, index_pad: 1.4, middle_pad: 1.4}"
+    cases = {"width_8mm": ([1.68, 1.2, 0.84], [*box, "body.edge_mm={near_target: 1.2, far: 3, within_mm: 15}"]),
+             "grasp": ([2, 1.4], ["solve.methods=[paper]", f"body.edge_mm={{near: {pads}, far: 3, within_mm: 15}}"])}
+    tables = {}
+    for name, (edges, changes) in cases.items():
+        scene, meshes = ROOT / f"scenes/{name}.yaml", {}
+        folder = work.step(name, ["study", scene, "--rung-seconds", 60, "--edges-mm", *edges, *sets(changes)], [scene],
+                           prefix=("taskset", "-c", ",".join(map(str, sorted(os.sched_getaffinity(0))[:2]))), env={"OMP_NUM_THREADS": "2"})
+        for row in table(folder / "study.csv"):
+            meshes.setdefault((row["scheme"], row["edge_mm"], row["faces"]), []).append(row)
+        tables[f"speed_{name}"] = [
+            {"scheme": scheme, "edge": edge, "faces": faces, "error": spread([100 * float(row["error_reference"]) for row in rows], "%")}
+            | {way: " / ".join(seconds_of(row) for row in rows if row["solver"] == way) for way in dict.fromkeys(row["solver"] for row in every)}
+            | {"MiB": spread([float(row["peak_mib"]) for row in rows])}
+            for every in [sum(meshes.values(), [])] for (scheme, edge, faces), rows in meshes.items()]
+    return tables
+
+
+def seconds_of(row):
+    return "-" if row["seconds"] == "nan" else f"{float(row['seconds']):.3g}{'*' * row['status'].startswith('not converged')}"
+
+
+def spread(values, unit=""):
+    """Three digits of the least and of the most."""
+    shown = sorted({float(f"{value:.3g}") for value in values if not math.isnan(value)})
+    return f"{' to '.join(f'{value:g}' for value in (shown[:1] + shown[-1:] if len(shown) > 1 else shown))} {unit}".strip()
+
+
 PUBLISHED = {"r": 10_000, "n": 1496}  # the study reports 10 ms per iteration for this size
 LINES = [("processor_ms", "this program on the processor", STYLES["unscattered"]), ("card_ms", "this program on the graphics card", STYLES["surface"]),
          ("steps_ms", "the step alone, on the graphics card", STYLES["focus"])]
