@@ -79,7 +79,7 @@ def iteration_times(folder):
         known = results(run.parent)
         row = {name: known["once"][name] for name in ("faces", "channels", "target_faces")}
         for method in ("surface", "paper"):
-            few, many = known[f"{method}_10"], known[f"{method}_30"]
+            few, many = known[f"{method}_few"], known[f"{method}_many"]
             steps = float(many["steps"]) - float(few["steps"])
             a_step = (many["seconds_solve"] - few["seconds_solve"]) / steps if steps > 0 else numpy.nan
             row[f"{method}_ms_an_iteration"] = f"{1e3 * a_step:.3g}"
