@@ -1,10 +1,8 @@
-"""Tables by the Python package: tolerances, the head's place, gradients of PyTorch, measured fields; and a picture of scattering."""
+"""Tables by the Python package: tolerances, the head's place, gradients of PyTorch, measured fields."""
 
 import os
 import pathlib
 import re
-import shutil
-import zlib
 
 import h5py
 import numpy
@@ -71,7 +69,7 @@ STEPS = 30
 
 def gradients(_, seeds=10):
     """Own costs by L-BFGS of PyTorch. `phases` is the code of docs/python.md, section Gradients: 30 steps, each of 20 iterations. `short` has
-    30 iterations in all, as `surface` has. `drives` has free amplitudes, and a cost that does not depend on their level."""
+    30 iterations in all, as `surface` has."""
     code, = re.findall(r"```python\n(import torch\n.*?LBFGS.*?)```", (ROOT / "docs/python.md").read_text(encoding="utf-8"), re.DOTALL)
     before, _, after = code.rpartition("print(")[0].partition("torch.manual_seed(0)")
     names, rows = {}, []
@@ -85,38 +83,14 @@ def gradients(_, seeds=10):
 
     add("surface", "", touchfield.surface(problem, iterations=STEPS).drives)
     short = after.replace("range(30)", "range(1)").replace("phases],", "phases], max_iter=30,")
-    for way, text in (("phases", after), ("short", short), ("drives", "")):
+    for way, text in (("phases", after), ("short", short)):
         for seed in range(seeds):
-            if way == "drives":
-                add(way, seed, by_drives(names, seed))
-                continue
             exec(f"torch.manual_seed({seed}){text}", names)
             add(way, seed, numpy.exp(1j * names["phases"].detach().numpy()))
-    for way in ("phases", "short", "drives"):
+    for way in ("phases", "short"):
         own = [row for row in rows if row["way"] == way]
         rows.append({"way": way, "seed": "median", **{key: numpy.median([row[key] for row in own]) for key in list(own[0])[2:]}})
     return rows
-
-
-def by_drives(names, seed):
-    """Energy on the skin over the square of what arrives as wanted, in the directions of drives that the skin feels."""
-    import torch
-
-    rows, outside, weights, wanted = (names[name] for name in ("rows", "outside", "weights", "wanted"))
-    _, strengths, directions = torch.linalg.svd(torch.cat([weights.sqrt()[:, None] * rows, outside]), full_matrices=False)
-    sent = directions.mH / (strengths**2 + 0.05 * strengths[0] ** 2).sqrt()
-    torch.manual_seed(seed)
-    shares = torch.randn(len(strengths), dtype=torch.complex128, requires_grad=True)
-    lbfgs = torch.optim.LBFGS([shares], max_iter=STEPS, max_eval=2 * STEPS, line_search_fn="strong_wolfe")
-
-    def own():
-        pressure, others = (rows @ (sent @ shares)).abs(), (outside @ (sent @ shares)).abs()
-        cost = (((weights * pressure**2).sum() + (others**2).sum()) / (weights * wanted * pressure).sum() ** 2).log()
-        shares.grad, = torch.autograd.grad(cost, shares)
-        return cost
-
-    lbfgs.step(own)
-    return (sent @ shares).detach().numpy()
 
 
 # Map of measured_256: its layout, whether that is made by phases of a flat board, quarter turns of the matrix after a mirror image or
@@ -180,32 +154,3 @@ def measured(data, runs, scored):
 
 def measured_fields(work):
     return measured(data_folder(), work.runs, [name for name in MAPS if name not in FITTED])
-
-
-def scattering(work):
-    """docs/images/scattering.png: a focus as if the hand did not scatter, beside what really reaches its skin, and beside `surface`."""
-    folder = work.solved({"shown": ("width_8mm", ["solve.methods=[focus, surface]"])})["shown"]
-    copy = work.runs / "run.h5"
-    shutil.copy(folder / "run.h5", copy)
-    with h5py.File(copy, "r+") as run:
-        mesh, focus = run["evaluation/mesh"], run["methods/focus"]
-        centroids, area, target = mesh["vertices"][:][mesh["triangles"][:]].mean(axis=1), mesh["area"][:], run["evaluation/target"]
-        array = touchfield.Array.of_scene(str(folder / "scene.yaml"))
-        free = array.field(centroids, focus["amplitude"][:] * numpy.exp(1j * focus["phase"][:]))
-        wanted = numpy.zeros(len(area))
-        wanted[target["face"][:]] = target["amplitude"][:]
-        error = (1 - numpy.sum(area * abs(free) * wanted) ** 2 / numpy.sum(area * abs(free)**2) / numpy.sum(area * wanted**2)) ** 0.5
-        for group in ("methods", "evaluation/methods"):
-            run.move(group, "before")
-            run.create_group(group, track_order=True)
-            for name, source in (("focus_in_free_air", "focus"), ("focus_on_the_hand", "focus"), ("surface", "surface")):
-                run.copy(f"before/{source}", f"{group}/{name}")
-                if group == "methods":
-                    run[f"{group}/{name}"].pop("radiation", None)  # all show |p|
-            del run["before"]
-        run["methods/focus_in_free_air"].attrs["relative_error"] = error
-        run["evaluation/methods/focus_in_free_air/pressure"][:] = free
-    content = copy.read_bytes()
-    copy.write_bytes(content + b"touchfield-crc32 %08x\n" % zlib.crc32(content))
-    (work.images / "scattering.png").write_bytes(bytes(touchfield.read_run(str(copy)).picture("overview")))
-    return {}
