@@ -66,8 +66,16 @@ rows = [f"{row[0]:>5} {v.real: E} {v.imag: E}" for row, v in zip(elements, p)]
 
 
 class NumCalc(CommandTest):
+    def executable(self, text):
+        path = self.write("stand-in", text)
+        path.chmod(0o755)
+        return path
+
+    def compare(self, program, *arguments):
+        return subprocess.run([SOURCE / "scripts/numcalc", "run", program, *arguments], cwd=self.folder, text=True, capture_output=True, check=False)
+
     def row(self, program, *arguments):
-        done = subprocess.run([SOURCE / "scripts/numcalc", "run", program, *arguments], cwd=self.folder, text=True, capture_output=True, check=False)
+        done = self.compare(program, *arguments)
         self.assertEqual(done.returncode, 0, done.stderr)
         row, = csv.DictReader(done.stdout.splitlines())
         return row
@@ -85,9 +93,7 @@ class NumCalc(CommandTest):
         return (numpy.exp(1j * k * r) / r) @ drive
 
     def check(self, method):
-        program = self.write("stand-in", STAND_IN)
-        program.chmod(0o755)
-        row = self.row(program, "--method", method)
+        row = self.row(self.executable(STAND_IN), "--method", method)
         with open_run(self.folder / "run") as run:
             centroid, area = faces(run)
             own = run[f"methods/{method}/pressure"][:]
@@ -111,6 +117,15 @@ class NumCalc(CommandTest):
             with self.subTest(method):
                 self.solve(array, "--force")
                 self.check(method)
+
+    def test_what_is_refused(self):
+        for array, program, says in ((POINTS, "#!/bin/sh\necho no licence\nexit 3\n", "ended with 3:\nno licence"),
+                                     (POINTS, STAND_IN.replace("reversed(rows)", "rows[:-1]"), "not one finite pressure a face"),
+                                     (POINTS.replace("omni", "piston"), STAND_IN, "--set array.directivity=omni")):
+            self.solve(array, "--force")
+            done = self.compare(self.executable(program))
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(says, done.stderr)
 
     def test_numcalc_itself(self):
         if not os.environ.get("NUMCALC"):
