@@ -8,7 +8,7 @@ import re
 import statistics
 
 from runs import table
-from work import EVALUATED
+from work import EVALUATED, ON_TWO_CORES
 
 FINGERS = ["3, 7.5", "2.4, 6", "1.7, 4.2", "1.2, 3"]  # edges near the target and far [mm]: 400 to 2,000 faces
 HANDS = ["2, 5.7", "1.6, 4.4", "1.2, 3.15"]  # 3,000 to 10,000 faces
@@ -56,7 +56,7 @@ def measured(work, cases, seconds, device, **how):
 
 
 def processor(work):
-    return measured(work, STUDY, 0.5, "cpu", prefix=("taskset", "-c", "0,1"), env={"OMP_NUM_THREADS": "2"})
+    return measured(work, STUDY, 0.5, "cpu", **ON_TWO_CORES)
 
 
 def card(work):

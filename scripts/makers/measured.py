@@ -10,7 +10,7 @@ import time
 
 from runs import STYLES, table
 from spheres import SCHEMES, solved
-from work import ROOT, flat, listed, sets
+from work import ON_TWO_CORES, ROOT, flat, listed, sets
 
 # Rows stand in the tables in this order.
 HARD = {"hard_resonance_test": ["HardResonance.SpheresAtAndNearFictitiousFrequencies", "HardResonanceOfAHand.Paper",
@@ -54,7 +54,6 @@ def card_runs(work):
     and third, which reuse the first one's matrices, give the time of the others."""
     from meshes import icosphere, write_ply
     from sphere_series import K, plane_wave_errors
-    on_two = {"prefix": ("taskset", "-c", "0,1"), "env": {"OMP_NUM_THREADS": "2"}}
 
     def row(name, count, card, processor, off):
         return {"work": name, "faces": count, "card_s": f"{card:.3g}", "processor_s": f"{processor:.3g}", "ratio": f"{processor / card:.1f}", "off": f"{off:.2g}"}
@@ -62,7 +61,7 @@ def card_runs(work):
     write_ply(work.runs / "sphere.ply", *icosphere(5, SPHERE_KA / K * 1e3))
     seconds, cases = {}, {}
     for device, heights in (("cpu", HEIGHTS[:3]), ("cuda", HEIGHTS)):
-        how = on_two if device == "cpu" else {}
+        how = ON_TWO_CORES if device == "cpu" else {}
         with solved(work, "body: {mesh: {file: sphere.ply, unit: mm}}", SCHEMES[4:], options=("--device", device), **how)[1] as run:
             seconds[device] = math.fsum(run["solves/seconds"][:])
             faces, off = len(run["mesh/area"]), plane_wave_errors(run, SPHERE_KA / K, SCHEMES[4:])[SCHEMES[4]]
@@ -89,15 +88,15 @@ def speed(work):
     tables = {}
     for name, (edges, changes) in cases.items():
         scene, meshes = ROOT / f"scenes/{name}.yaml", {}
-        folder = work.step(name, ["study", scene, "--rung-seconds", 60, "--edges-mm", *edges, *sets(changes)], [scene],
-                           prefix=("taskset", "-c", ",".join(map(str, sorted(os.sched_getaffinity(0))[:2]))), env={"OMP_NUM_THREADS": "2"})
-        for row in table(folder / "study.csv"):
+        folder = work.step(name, ["study", scene, "--rung-seconds", 60, "--edges-mm", *edges, *sets(changes)], [scene], **ON_TWO_CORES)
+        study = table(folder / "study.csv")
+        for row in study:
             meshes.setdefault((row["scheme"], row["edge_mm"], row["faces"]), []).append(row)
+        solvers = dict.fromkeys(row["solver"] for row in study)
         tables[f"speed_{name}"] = [
             {"scheme": scheme, "edge": edge, "faces": faces, "error": spread([100 * float(row["error_reference"]) for row in rows], "%")}
-            | {way: " / ".join(seconds_of(row) for row in rows if row["solver"] == way) for way in dict.fromkeys(row["solver"] for row in every)}
-            | {"MiB": spread([float(row["peak_mib"]) for row in rows])}
-            for every in [sum(meshes.values(), [])] for (scheme, edge, faces), rows in meshes.items()]
+            | {solver: " / ".join(seconds_of(row) for row in rows if row["solver"] == solver) for solver in solvers}
+            | {"MiB": spread([float(row["peak_mib"]) for row in rows])} for (scheme, edge, faces), rows in meshes.items()]
     return tables
 
 

@@ -17,6 +17,8 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "scripts/report"), str(ROOT / "tests/cli")]  # series and meshes of the tests
 
+ON_TWO_CORES = {"prefix": ("taskset", "-c", "0,1"), "env": {"OMP_NUM_THREADS": "2"}}  # of Work.call
+NO_CARD = {"CUDA_VISIBLE_DEVICES": ""}  # where times are those of the processor
 EVALUATED = "evaluation={scheme: burton_miller_polished, edge_mm: {near_target: 1.6, far: 5, within_mm: 12}}"
 
 
