@@ -88,7 +88,8 @@ def speed(work):
     tables = {}
     for name, (edges, changes) in cases.items():
         scene, meshes = ROOT / f"scenes/{name}.yaml", {}
-        folder = work.step(name, ["study", scene, "--rung-seconds", 60, "--edges-mm", *edges, *sets(changes)], [scene], **ON_TWO_CORES)
+        folder = work.step(name, ["study", scene, "--solvers", "lu", "gmres", "matrix_free", "--rung-seconds", 60, "--edges-mm", *edges,
+                                  *sets(changes)], [scene], **ON_TWO_CORES)
         study = table(folder / "study.csv")
         for row in study:
             meshes.setdefault((row["scheme"], row["edge_mm"], row["faces"]), []).append(row)
@@ -105,9 +106,9 @@ def seconds_of(row):
 
 
 def spread(values, unit=""):
-    """Three digits of the least and of the most."""
+    """Three digits of the least and of the most, or nothing."""
     shown = sorted({float(f"{value:.3g}") for value in values if not math.isnan(value)})
-    return f"{' to '.join(f'{value:g}' for value in (shown[:1] + shown[-1:] if len(shown) > 1 else shown))} {unit}".strip()
+    return f"{' to '.join(f'{value:g}' for value in (shown[:1] + shown[-1:] if len(shown) > 1 else shown))} {unit}".strip() if shown else "-"
 
 
 PUBLISHED = {"r": 10_000, "n": 1496}  # the study reports 10 ms per iteration for this size
