@@ -39,12 +39,13 @@ def array_of(row):
 
 
 def tolerances(work):
-    """Mean and standard deviation over the draws of kept sweeps."""
+    """Mean and standard deviation over the draws of kept sweeps; `radiation` by its own error, that of P."""
     def errors(scene, source):
         draws = {}
         for row in table(ROOT / f"results/tables/{source}.csv"):
             wanted = f" {row['target.pressure_pa']} Pa" if "target.pressure_pa" in row else ""
-            draws.setdefault((scene + wanted, *array_of(row), row["method"]), []).append(100 * float(row["relative_error"]))
+            error = row["relative_error_radiation" if row["method"] == "radiation" else "relative_error"]
+            draws.setdefault((scene + wanted, *array_of(row), row["method"]), []).append(100 * float(error))
         return [dict(zip(("scene", "array", "errors_are", "method"), key)) |
                 {"error": f"{statistics.mean(own):.2f}" + (f" +- {statistics.stdev(own):.2f}" if len(own) > 1 else "") + " %"} for key, own in draws.items()]
 
