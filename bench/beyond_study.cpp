@@ -1,9 +1,8 @@
-// What edges, keep_within and the number of points beyond cost the pattern on the whole hand: every line is evaluated
-// with all others of its scene on one fine mesh of it. One factor at a time leaves its default. The table is CSV.
+// What edges and keep_within cost the pattern on the whole hand: every line is evaluated with all others of its scene on
+// one fine mesh of it. One factor at a time leaves its default. The table is CSV.
 //
 // usage: beyond_study SCENE [--set key.path=value]... < settings
-// settings: a line each of near_mm far_mm kept_mm points; kept 0: the whole hand; points 0: as many as the program
-// takes
+// settings: a line each of near_mm far_mm kept_mm; kept 0: the whole hand
 
 #include <algorithm>
 #include <chrono>
@@ -17,7 +16,6 @@
 
 #include "sim/core/progress.h"
 #include "sim/field/metrics.h"
-#include "sim/model/meshed_body.h"
 #include "sim/model/model.h"
 #include "sim/run/methods.h"
 #include "sim/run/skin_scattering.h"
@@ -32,13 +30,11 @@ struct Setting {
   double near = 0;
   double far = 0;
   double kept = 0;
-  Eigen::Index points = 0;
 };
 
 struct Line {
   Setting setting;
   Eigen::Index faces = 0;
-  Eigen::Index points = 0;
   double seconds = 0;
 };
 
@@ -47,7 +43,7 @@ std::vector<Setting> settings_in(std::istream& in) {
   for (std::string text; std::getline(in, text);) {
     std::istringstream words(text);
     Setting s;
-    if (words >> s.near >> s.far >> s.kept >> s.points) {
+    if (words >> s.near >> s.far >> s.kept) {
       settings.push_back(s);
     }
   }
@@ -55,7 +51,7 @@ std::vector<Setting> settings_in(std::istream& in) {
 }
 
 void study(const std::string& path, const std::vector<std::string>& changes, const std::vector<Setting>& settings) {
-  fmt::print("scene,method,near_mm,far_mm,kept_mm,points,faces,seconds,relative_error,leakage\n");
+  fmt::print("scene,method,near_mm,far_mm,kept_mm,faces,seconds,relative_error,leakage\n");
   std::vector<Line> lines;
   std::vector<Eigen::VectorXcd> drives;
   KeptBodies kept;
@@ -65,13 +61,7 @@ void study(const std::string& path, const std::vector<std::string>& changes, con
     all.push_back(fmt::format("body.edge_mm.near_target={}", setting.near));
     all.push_back(fmt::format("body.edge_mm.far={}", setting.far));
     all.push_back(setting.kept > 0 ? fmt::format("body.keep_within_mm={}", setting.kept) : "body.keep_within_mm=null");
-    Model model = build_model(read_scene(path, all), &kept);
-    if (setting.points > 0) {
-      const PlacedBodies bodies = build_bodies(model.fixed->scene, model.plan, {}, Extent::kSolved, &kept);
-      model.beyond =
-          beyond_skin(model.fixed->scene, bodies, model.fixed->array, model.fixed->wave.wavelength(), setting.points)
-              .patches;
-    }
+    const Model model = build_model(read_scene(path, all), &kept);
     const auto begin = Clock::now();
     std::vector<SolveRecord> records;
     SkinScattering scattering(model.body.mesh, model.fixed->wave, model.fixed->scene.solve.scheme,
@@ -82,7 +72,7 @@ void study(const std::string& path, const std::vector<std::string>& changes, con
       drives.push_back(drive(methods.solve(method, target.amplitudes, silent)));
     }
     const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-    lines.push_back({setting, model.body.mesh.face_count(), model.beyond.size(), seconds});
+    lines.push_back({setting, model.body.mesh.face_count(), seconds});
     std::fprintf(stderr, "%s: %.1f s\n", all.back().c_str(), seconds);
   }
   std::vector<std::string> whole = changes;
@@ -104,8 +94,8 @@ void study(const std::string& path, const std::vector<std::string>& changes, con
     for (const MethodSpec& method : model.fixed->scene.solve.methods) {
       const Metrics metrics = pattern_metrics(evaluation.mesh, model.boxes, target, pressures.col(column++));
       const Setting& s = line.setting;
-      fmt::print("{},{},{:g},{:g},{:g},{},{},{:.2f},{:.5f},{:.5f}\n", model.fixed->scene.name, method.name, s.near,
-                 s.far, s.kept, line.points, line.faces, line.seconds, metrics.relative_error, metrics.leakage);
+      fmt::print("{},{},{:g},{:g},{:g},{},{:.2f},{:.5f},{:.5f}\n", model.fixed->scene.name, method.name, s.near, s.far,
+                 s.kept, line.faces, line.seconds, metrics.relative_error, metrics.leakage);
     }
   }
 }
