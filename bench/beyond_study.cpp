@@ -1,5 +1,5 @@
-// What edges and keep_within cost the pattern on the whole hand: every line is evaluated with all others of its scene on
-// one fine mesh of it. One factor at a time leaves its default. The table is CSV.
+// What edges and keep_within cost the pattern on the whole hand: every line is evaluated with all others of its scene
+// on one fine mesh of it. One factor at a time leaves its default. The table is CSV.
 //
 // usage: beyond_study SCENE [--set key.path=value]... < settings
 // settings: a line each of near_mm far_mm kept_mm; kept 0: the whole hand

@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <complex>
-#include <numbers>
 #include <random>
 #include <type_traits>
 #include <vector>

@@ -1,6 +1,5 @@
 // What holds for scattering by any body, in each way of solving it.
 #include <cmath>
-#include <numbers>
 
 #include <gtest/gtest.h>
 

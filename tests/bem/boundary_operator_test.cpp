@@ -1,7 +1,6 @@
 #include "sim/bem/boundary_operator.h"
 
 #include <memory>
-#include <numbers>
 #include <vector>
 
 #include <gtest/gtest.h>

@@ -13,6 +13,7 @@
 #include "sim/bem/grid_spec.h"
 #include "sim/bem/layer_sum.h"
 #include "sim/hand/shapes.h"
+#include "tests/support/linear_support.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/threads_support.h"
 
@@ -31,23 +32,13 @@ std::unique_ptr<const FaceSums> by_grid(const TriangleMesh& mesh, const Complex&
   return make_grid_sums(mesh, wavenumber, kGamma, spec_for(mesh, wavenumber, tolerance));
 }
 
-Eigen::MatrixXcd random_columns(Eigen::Index rows, Eigen::Index columns) {
-  std::mt19937 random(7);
-  std::normal_distribution<double> normal;
-  Eigen::MatrixXcd x(rows, columns);
-  for (Complex& value : x.reshaped()) {
-    value = {normal(random), normal(random)};
-  }
-  return x;
-}
-
 TriangleMesh stretched(const TriangleMesh& mesh, const Vector3& factors) {
   return {factors.asDiagonal() * mesh.vertices(), mesh.triangles()};
 }
 
 /// |difference to direct sums| / |x| of D + i gamma W.
 double product_error(const TriangleMesh& mesh, const Complex& wavenumber, double tolerance) {
-  const Eigen::MatrixXcd x = random_columns(mesh.face_count(), 1);
+  const Eigen::MatrixXcd x = random_matrix(mesh.face_count(), 1, 7);
   const LayerSum<double> direct(mesh, wavenumber, kGamma);
   return (by_grid(mesh, wavenumber, tolerance)->apply(Layer::kBurtonMiller, x) - direct.apply(Layer::kBurtonMiller, x))
              .norm() /
@@ -65,7 +56,7 @@ std::vector<TriangleMesh> bodies() {
 
 TEST(GridSum, EveryLayerIsTheDirectSum) {
   for (const TriangleMesh& mesh : bodies()) {
-    const Eigen::MatrixXcd x = random_columns(mesh.face_count(), 2);
+    const Eigen::MatrixXcd x = random_matrix(mesh.face_count(), 2, 7);
     for (const double alpha : {0.0, 20.0}) {
       const Complex wavenumber(kWavenumber, alpha);
       const LayerSum<double> direct(mesh, wavenumber, kGamma);
@@ -100,7 +91,7 @@ TEST(GridSum, ErrorsFollowTheTolerance) {
 // The transpose shares spreading and reading with the product: equal to rounding, whatever the error of both.
 TEST(GridSum, TransposeIsTheAdjointOfTheBilinearForm) {
   const TriangleMesh mesh = icosphere(12e-3, 8);
-  const Eigen::MatrixXcd x = random_columns(mesh.face_count(), 2);
+  const Eigen::MatrixXcd x = random_matrix(mesh.face_count(), 2, 7);
   for (const auto& [tolerance, rounding] : {std::pair(1e-3, 1e-6), std::pair(1e-6, 1e-13)}) {
     const auto grid = by_grid(mesh, {kWavenumber, 5.0}, tolerance);
     for (const Layer layer : {Layer::kDouble, Layer::kBurtonMiller}) {
@@ -126,7 +117,7 @@ TEST(GridSum, StaticKernels) {
 TEST(GridSum, DoesNotDependOnThreadsOrOnTheOrderOfFaces) {
   const TriangleMesh mesh = icosphere(12e-3, 8);
   const Eigen::Index count = mesh.face_count();
-  const Eigen::MatrixXcd x = random_columns(count, 1);
+  const Eigen::MatrixXcd x = random_matrix(count, 1, 7);
   const GridSpec spec = spec_for(mesh, kWavenumber, 1e-4);
   const auto grid = make_grid_sums(mesh, kWavenumber, kGamma, spec);
   const Eigen::MatrixXcd alone = with_threads(1, [&] { return grid->apply(Layer::kBurtonMiller, x); });

@@ -1,6 +1,5 @@
 #include "sim/bem/scattering_solver.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -35,11 +34,7 @@ Eigen::MatrixXcd right_hand_sides(const ScatteringSystem& system) {
 }
 
 double worst_residual(const Eigen::MatrixXcd& product, const Eigen::MatrixXcd& b) {
-  double worst = 0;
-  for (Eigen::Index s = 0; s < b.cols(); ++s) {
-    worst = std::max(worst, (product - b).col(s).norm() / b.col(s).norm());
-  }
-  return worst;
+  return ((product - b).colwise().norm().array() / b.colwise().norm().array()).maxCoeff();
 }
 
 using Case = std::tuple<Scheme, SolverKind, Precision>;

@@ -2,12 +2,12 @@
 #include "sim/bem/two_level.h"
 
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "sim/bem/scattering_solver.h"
 #include "sim/hand/hand.h"
 #include "sim/hand/shapes.h"
+#include "tests/support/linear_support.h"
 #include "tests/support/testing.h"
 
 namespace touchfield::two_level_test {
@@ -30,15 +30,10 @@ SystemOptions by_grid(double tolerance) {
   return options;
 }
 
-Eigen::MatrixXcd random_columns(Eigen::Index rows, Eigen::Index columns) {
-  std::srand(1);
-  return Eigen::MatrixXcd::Random(rows, columns);
-}
-
 TEST(CoarseSpace, ProjectionUndoesInterpolationAndKeepsWaves) {
   const TriangleMesh mesh = icosphere(30e-3, 20);
   const CoarseSpace space(mesh, wave().k());
-  const Eigen::MatrixXcd c = random_columns(space.size(), 3);
+  const Eigen::MatrixXcd c = random_matrix(space.size(), 3, 1);
   EXPECT_LT((space.projected(space.interpolated(c)) - c).norm(), 1e-5 * c.norm());
   Eigen::VectorXcd plane(mesh.face_count());
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
@@ -46,7 +41,7 @@ TEST(CoarseSpace, ProjectionUndoesInterpolationAndKeepsWaves) {
   }
   const double lost = (space.interpolated(space.projected(plane)) - plane).norm() / plane.norm();
   EXPECT_LT(lost, 0.2);
-  const Eigen::MatrixXcd v = random_columns(mesh.face_count(), 1);
+  const Eigen::MatrixXcd v = random_matrix(mesh.face_count(), 1, 1);
   EXPECT_NEAR(std::abs(c.col(0).cwiseProduct(space.projected(v)).sum() -
                        v.cwiseProduct(space.projected_transpose(c.col(0))).sum()),
               0.0, 1e-9 * c.norm() * v.norm());
@@ -73,7 +68,7 @@ TEST(SurfaceFilter, IsItsFunctionOfTheLaplacian) {
     const Complex exact = f(kOrder * (kOrder + 1) / (kRadius * kRadius));
     // The two-point Laplacian is not consistent on irregular triangles.
     EXPECT_LT((filter.apply(harmonic) - exact * harmonic).norm(), 0.35 * std::abs(exact) * harmonic.norm());
-    const Eigen::MatrixXcd x = random_columns(mesh.face_count(), 2);
+    const Eigen::MatrixXcd x = random_matrix(mesh.face_count(), 2, 1);
     EXPECT_NEAR(std::abs(x.col(0).cwiseProduct(filter.apply(x).col(1)).sum() -
                          x.col(1).cwiseProduct(filter.apply_transpose(x).col(0)).sum()),
                 0.0, 1e-10 * x.squaredNorm());
@@ -96,7 +91,7 @@ TEST(TwoLevel, SolutionsAreThoseOfLuInAFewSteps) {
                                          {SolverKind::kFft, Precision::kSingle, 5.0, Scheme::kBurtonMiller}}) {
     const double grid = c.kind == SolverKind::kFft ? 0.1 * kTolerance : 0.0;
     const ScatteringSystem system(mesh, wave(c.absorption), c.scheme, by_grid(grid));
-    Eigen::MatrixXcd b = random_columns(system.faces(), 2);
+    Eigen::MatrixXcd b = random_matrix(system.faces(), 2, 1);
     b.col(0) = system.right_hand_side(system.incident(plane_wave(Vector3::UnitZ(), 1.0)));
     const SolverOptions options{.kind = c.kind, .precision = c.precision, .tolerance = kTolerance, .two_level = true};
     const DenseLu lu(system.dense());
@@ -120,7 +115,7 @@ TEST(TwoLevel, LargeBodiesAreSolvedByBlocks) {
   const ScatteringSystem system(icosphere(75e-3, 28), wave(), Scheme::kBurtonMiller, by_grid(1e-5));
   const auto m = system.two_level();
   EXPECT_GT(m->blocks(), 1);
-  const Eigen::MatrixXcd x = random_columns(system.faces(), 2);
+  const Eigen::MatrixXcd x = random_matrix(system.faces(), 2, 1);
   EXPECT_LT(std::abs(x.col(0).cwiseProduct(m->apply(x).col(1)).sum() -
                      x.col(1).cwiseProduct(m->apply_transpose(x).col(0)).sum()),
             1e-5 * m->apply(x).norm() * x.norm());
@@ -134,7 +129,7 @@ TEST(TwoLevel, LargeBodiesAreSolvedByBlocks) {
 
 TEST(TwoLevel, WhatDoesNotServeIsSetAsideAndTheReportSaysWhy) {
   const ScatteringSystem system(icosphere(10e-3, 6), wave(), Scheme::kBurtonMiller);
-  const Eigen::MatrixXcd b = random_columns(system.faces(), 1);
+  const Eigen::MatrixXcd b = random_matrix(system.faces(), 1, 1);
   SolverOptions options{.kind = SolverKind::kGmres, .precision = Precision::kDouble, .refine = false};
   options.tolerance = 1e-17;  // no solution in double reaches it
   options.two_level = true;

@@ -1,6 +1,5 @@
 #include "sim/cameras/camera_folder.h"
 
-#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <sys/stat.h>

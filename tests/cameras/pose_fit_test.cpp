@@ -1,7 +1,5 @@
 #include "sim/cameras/pose_fit.h"
 
-#include <type_traits>
-
 #include <gtest/gtest.h>
 
 #include "tests/support/moving_hand_support.h"

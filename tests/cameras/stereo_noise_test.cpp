@@ -1,5 +1,3 @@
-#include <numbers>
-
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 

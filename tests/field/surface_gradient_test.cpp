@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "sim/core/rigid_motion.h"
 #include "sim/field/metrics.h"

@@ -2,7 +2,6 @@
 // scenes and sweeps that ship and those that must be refused, small meshes and recordings as touchfield itself
 // writes them.
 
-#include <cstdint>
 #include <cstdio>
 #include <exception>
 #include <filesystem>

@@ -1,7 +1,6 @@
 // Bad meshes of good bodies: slivers, edges of very different sizes, and what single precision makes of the worst.
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <string>
 #include <utility>

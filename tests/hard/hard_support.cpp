@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
-#include <utility>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>

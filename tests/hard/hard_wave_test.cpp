@@ -1,6 +1,5 @@
 // Waves that a mesh is too coarse for, shadows, sources next to the skin, and other frequencies.
 
-#include <cmath>
 #include <map>
 #include <numbers>
 #include <string>

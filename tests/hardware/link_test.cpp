@@ -1,5 +1,3 @@
-#include <numbers>
-
 #include "hardware/guard/guard_message.h"
 #include "hardware/link_address.h"
 #include "hardware/links/dry_run_link.h"

@@ -1,7 +1,5 @@
 #include "sim/motion/frame_solver.h"
 
-#include <numbers>
-
 #include <gtest/gtest.h>
 
 #include "sim/run/solve_model.h"

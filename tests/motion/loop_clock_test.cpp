@@ -1,7 +1,5 @@
 #include "sim/motion/loop_clock.h"
 
-#include <stdexcept>
-
 #include "tests/support/testing.h"
 
 namespace touchfield::loop_clock_test {

@@ -6,7 +6,6 @@
 #include <limits>
 #include <random>
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace touchfield::schema {

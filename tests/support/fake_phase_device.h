@@ -1,9 +1,7 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
-#include <vector>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>

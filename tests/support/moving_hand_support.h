@@ -4,7 +4,6 @@
 #include <memory>
 #include <numbers>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "sim/cameras/pose_fit.h"

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <complex>
-#include <cstdint>
 #include <random>
 #include <string>
 #include <utility>

@@ -1,7 +1,5 @@
 #include "sim/mesh/query/skin_patches.h"
 
-#include <numbers>
-
 #include <gtest/gtest.h>
 
 #include "sim/hand/shapes.h"

@@ -1,6 +1,5 @@
 #include "sim/mesh/raster/raster.h"
 
-#include <numbers>
 #include <random>
 
 #include "tests/support/testing.h"

@@ -1,6 +1,5 @@
 #include "sim/mesh/remesh/closed_mesh.h"
 
-#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>

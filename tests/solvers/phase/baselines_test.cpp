@@ -1,7 +1,6 @@
 #include "solvers/phase/baselines.h"
 
 #include <numbers>
-#include <random>
 
 #include <Eigen/LU>
 #include <gtest/gtest.h>
