@@ -100,7 +100,7 @@ def all_layouts():
 
 
 def is_clear(points, more=0.0):
-    """Of the hand, which lies above 195 mm, within 75 mm of x = 0 and below y = 30 mm."""
+    """Of the hand, roughly. The program refuses transducers in the skin, with a forearm that is lower."""
     return (points[:, 2] < 0.185 - more) | (abs(points[:, 0]) > 0.085 + more) | (points[:, 1] > 0.04 + more)
 
 
