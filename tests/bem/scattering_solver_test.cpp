@@ -9,6 +9,7 @@
 
 #include "sim/hand/shapes.h"
 #include "solvers/linear/factorisations.h"
+#include "tests/support/linear_support.h"
 #include "tests/support/sphere_support.h"
 #include "tests/support/testing.h"
 
@@ -31,10 +32,6 @@ Eigen::MatrixXcd right_hand_sides(const ScatteringSystem& system) {
   Eigen::MatrixXcd b = Eigen::MatrixXcd::Random(system.faces(), 2);
   b.col(1) *= 1e-6;
   return b;
-}
-
-double worst_residual(const Eigen::MatrixXcd& product, const Eigen::MatrixXcd& b) {
-  return ((product - b).colwise().norm().array() / b.colwise().norm().array()).maxCoeff();
 }
 
 using Case = std::tuple<Scheme, SolverKind, Precision>;

@@ -17,10 +17,6 @@ Eigen::MatrixXcd near_identity(Eigen::Index n, double radius, unsigned seed) {
          radius / std::sqrt(2.0 * static_cast<double>(n) / 3.0) * random_matrix(n, n, seed);
 }
 
-double worst_residual(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& x, const Eigen::MatrixXcd& b) {
-  return ((a * x - b).colwise().norm().array() / b.colwise().norm().array()).maxCoeff();
-}
-
 TEST(Gmres, MeetsTheToleranceAndAgreesWithLu) {
   const Eigen::MatrixXcd a = near_identity(120, 0.7, 1);
   const Eigen::MatrixXcd b = random_matrix(120, 4, 2);
@@ -29,7 +25,7 @@ TEST(Gmres, MeetsTheToleranceAndAgreesWithLu) {
     EXPECT_TRUE(result.converged);
     EXPECT_THAT(result.residuals, Each(Le(tolerance)));
     // The residual of the result is the reported one; the error is at most ||A^-1|| times larger.
-    EXPECT_NEAR(worst_residual(a, result.x, b), *std::ranges::max_element(result.residuals), 1e-14);
+    EXPECT_NEAR(worst_residual(a * result.x, b), *std::ranges::max_element(result.residuals), 1e-14);
     const Eigen::MatrixXcd exact = DenseLu(a).solve(b);
     const double inverse_norm = DenseLu(a).solve(Eigen::MatrixXcd::Identity(120, 120)).norm();
     EXPECT_LE((result.x - exact).norm(), inverse_norm * tolerance * b.norm());
@@ -80,7 +76,7 @@ TEST(Gmres, ZeroColumnIsSolvedByZeroInNoStep) {
   EXPECT_EQ(result.x.col(1).norm(), 0.0);
   EXPECT_EQ(result.steps[1], 0);
   EXPECT_EQ(result.residuals[1], 0.0);
-  EXPECT_LE(worst_residual(a, result.x(Eigen::all, {0, 2}), b(Eigen::all, {0, 2})), 1e-6);
+  EXPECT_LE(worst_residual(a * result.x(Eigen::all, {0, 2}), b(Eigen::all, {0, 2})), 1e-6);
 
   const GmresResult nothing = gmres(product_with(a), Eigen::MatrixXcd::Zero(20, 2), {});
   EXPECT_TRUE(nothing.converged);
@@ -137,7 +133,7 @@ TEST(Gmres, GoesOnWhereTheEstimateWasTooGood) {
   const GmresResult result = gmres(improving, b, {.tolerance = 1e-9});
   EXPECT_TRUE(result.converged);
   EXPECT_GT(result.steps[0], estimated);
-  EXPECT_LE(worst_residual(a, result.x, b), 1e-9);
+  EXPECT_LE(worst_residual(a * result.x, b), 1e-9);
 }
 
 TEST(Gmres, ToleranceBelowRoundingEndsWithTheBestThereIs) {
@@ -154,7 +150,7 @@ TEST(Gmres, StopsAtTheMostSteps) {
   const GmresResult result = gmres(product_with(a), b, {.tolerance = 1e-12, .max_steps = 7, .restart = 3});
   EXPECT_FALSE(result.converged);
   EXPECT_THAT(result.steps, ElementsAre(7, 7));
-  EXPECT_NEAR(worst_residual(a, result.x, b), *std::ranges::max_element(result.residuals), 1e-14);
+  EXPECT_NEAR(worst_residual(a * result.x, b), *std::ranges::max_element(result.residuals), 1e-14);
   const GmresResult none = gmres(product_with(a), b, {.max_steps = 0});
   EXPECT_FALSE(none.converged);
   EXPECT_EQ(none.products, 0);
