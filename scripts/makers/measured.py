@@ -106,7 +106,7 @@ def seconds_of(row):
 
 
 def spread(values, unit=""):
-    """Three digits of the least and of the most, or nothing."""
+    """Three digits of the least and of the most, or `-`."""
     shown = sorted({float(f"{value:.3g}") for value in values if not math.isnan(value)})
     return f"{' to '.join(f'{value:g}' for value in (shown[:1] + shown[-1:] if len(shown) > 1 else shown))} {unit}".strip() if shown else "-"
 
